@@ -1,5 +1,5 @@
-// Three nonlinear modes in a given order with two switching times to be found and a continuous
-// input without bounds.
+// Three nonlinear modes in a given order, with two free switching times and an unbounded continuous
+// input.
 //
 //   min 1/2 (x1(3) - 1)^2 + 1/2 (x2(3) + 1)^2 + 1/2 int_0^3 (x1 - 1)^2 + (x2 + 1)^2 + u^2
 //   mode 1   x1' =  x1 + u sin x1    x2' = -x2 - u cos x2
@@ -7,12 +7,12 @@
 //   mode 3   x1' = -x1 - u sin x1    x2' =  x2 + u cos x2
 //   x(0) = (2, 3)
 //
-// Guess: states on the straight line from the start to (1, -1), which the costs ask for, no input,
-// one second for each mode. A local minimum without mode 3 (6.2204) is where solvers may end from
-// other guesses, the start throughout among them.
+// Guess: states on the straight line from the start to (1, -1), the target of the costs; no input;
+// one second per mode. From other guesses, such as the constant start, solvers may end at a local
+// minimum without mode 3 (6.2204).
 // Source: X. Xu and P. J. Antsaklis, Optimal control of switched systems based on parameterization
-// of the switching instants, IEEE TAC 49 (2004) 2-16, whose discretisation is coarser: 5.4399 with
-// switches at 0.2262 and 1.0176. The values here are from indirect shooting on the minimum
+// of the switching instants, IEEE TAC 49 (2004) 2-16. Its coarser discretisation gives 5.4399 with
+// switches at 0.2262 and 1.0176. The values here come from indirect shooting on the minimum
 // principle and from collocation, which agree.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -46,7 +46,7 @@ OptimalControlProblem problem() {
     const auto a = x[0] - 1.0, b = x[1] + 1.0;
     return 0.5 * (a * a + b * b + u[0] * u[0]);
   };
-  const Bounds part = between(0.01, 2.9);  // of the three seconds, s
+  const Bounds part = between(0.01, 2.9);  // s, of three seconds
 
   Phase<2, 1> first{"mode 1", First{}, part}, second{"mode 2", Second{}, part};
   Phase<2, 1> third{"mode 3", Third{}, part};
@@ -71,7 +71,7 @@ OptimalControlProblem problem() {
 
 std::vector<CheckedValue> more(const Solution& s) {
   const VectorXd& end = s.trajectory.final_state();
-  // Of order h^4 like the excess in the cost.
+  // Order h^4, like the error of the cost.
   return {{"x1(3)", end[0], 0.35962100, 1e-6, 8},
           {"x2(3)", end[1], -1.24841296, 1e-6, 9},
           {"dJ/dx1(0)", s.start_multipliers[0], 0.21802723, 1e-6, 8},
@@ -92,7 +92,7 @@ ReferenceCase three_modes() {
           .options = {.intervals = {6, 16, 36}, .integrator = runge_kutta8()},
           .optimum = 5.440973502366,
           .digits = 13,
-          // Linear pieces of the input leave an excess of order h^4.
+          // Piecewise linear inputs cost an excess of order h^4.
           .tolerance = 1e-6,
           .switching_times = {0.22451846, 1.02002463},
           .more = more};

@@ -1,14 +1,14 @@
-// Two linear modes, quadratic costs, one switching time to be found.
+// Two linear modes with quadratic costs and one free switching time.
 //
 //   min 1/2 (x1(2) - 4)^2 + 1/2 (x2(2) - 2)^2 + 1/2 int_0^2 (x2 - 2)^2 + u^2
 //   mode 1   x' = [0.6 1.2; -0.8 3.4] x + [1; 1] u
 //   mode 2   x' = [4 3; -1 0] x + [2; -1] u
 //   x(0) = (0, 2)
 //
-// Guess: the start throughout, no input, one second for each mode.
+// Guess: the constant start, no input, one second per mode.
 // Source: X. Xu and P. J. Antsaklis, Optimal control of switched systems based on parameterization
-// of the switching instants, IEEE TAC 49 (2004) 2-16: 9.7667, switch at 0.1897. The further digits
-// were computed independently by collocation.
+// of the switching instants, IEEE TAC 49 (2004) 2-16: 9.7667, switch at 0.1897. Further digits were
+// computed independently by collocation.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
@@ -33,7 +33,7 @@ OptimalControlProblem problem() {
   const Linear mode1{(Mat<double, 2, 2>() << 0.6, 1.2, -0.8, 3.4).finished(), {1.0, 1.0}};
   const Linear mode2{(Mat<double, 2, 2>() << 4.0, 3.0, -1.0, 0.0).finished(), {2.0, -1.0}};
   const Vec<double, 1> one{1.0};
-  const Bounds part = between(0.01, 1.99);  // of the two seconds, s
+  const Bounds part = between(0.01, 1.99);  // s, of two seconds
 
   Phase<2, 1> first{"mode 1", mode1, part}, second{"mode 2", mode2, part};
   for (auto* phase : {&first, &second})
@@ -52,7 +52,7 @@ OptimalControlProblem problem() {
 
 std::vector<CheckedValue> more(const Solution& s) {
   const VectorXd& end = s.trajectory.final_state();
-  // Half a unit of the last digit, and the excess of order h^4.
+  // Half a unit of the last digit, plus the excess of order h^4.
   return {{"x1(2)", end[0], 4.1865221, 1e-7, 8}, {"x2(2)", end[1], 2.3470228, 1e-7, 8}};
 }
 
@@ -70,7 +70,7 @@ ReferenceCase linear_quadratic_switch() {
           .options = {.intervals = {8, 40}, .integrator = runge_kutta8()},
           .optimum = 9.7665488,
           .digits = 8,
-          // Linear pieces of the input leave an excess of order h^4.
+          // Piecewise linear inputs cost an excess of order h^4.
           .tolerance = 1e-6,
           .switching_times = {0.1896711},
           .more = more};

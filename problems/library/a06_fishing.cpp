@@ -1,16 +1,16 @@
-// Predators and prey are fished to keep both near 1: when to fish, if only all or nothing is
-// possible and the boat goes out four times?
+// Predators and prey are fished to keep both populations near 1. Fishing is on or off, and the boat
+// goes out four times.
 //
 //   min int_0^12 (x1 - 1)^2 + (x2 - 1)^2      x(0) = (0.5, 0.7)
 //   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     w = 0, 1, 0, 1, 0, 1, 0, 1, 0
 //
-// Guess: the boat is out from 2.5 to 4, then for half a time unit in every full one until 7; the
-// populations do what they do then. It is in or out for 0.05 at least: a phase that vanishes takes
-// its switches with it, and from phases of equal length solvers end with a trip less (1.3463).
+// Guess: the boat is out from 2.5 to 4, then for half a time unit in each unit until 7; the
+// populations are simulated. Each phase lasts at least 0.05, because a phase of zero length removes
+// its two switches. From phases of equal length solvers end with one trip less (1.3463).
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem; the sequence from B. Stellato, S.
-// Ober-Bloebaum and P. Goulart, SwitchTimeOpt.jl (2017). The switching times printed there,
-// (2.44356, 4.12262, ..., 6.46604) with 1.34543556, are optimal for a linearised model; with them
-// this one costs 1.3452978. The reference was computed independently.
+// Ober-Bloebaum and P. Goulart, SwitchTimeOpt.jl (2017). Its switching times (2.44356, 4.12262,
+// ..., 6.46604) with 1.34543556 are optimal for a linearised model; in this model they cost
+// 1.3452978. The reference was computed independently.
 #include <fmt/format.h>
 
 #include <array>
@@ -52,7 +52,7 @@ ReferenceCase fishing() {
           .options = {.intervals = {12, 8, 2, 2, 4, 2, 4, 2, 24}, .integrator = runge_kutta8()},
           .optimum = 1.3452952183,
           .digits = 11,
-          .tolerance = 1e-9,  // the solver's
+          .tolerance = 1e-9,  // tolerance of the solver
           .switching_times = {2.442039, 4.116872, 4.419770, 4.669964, 5.182837, 5.353706, 6.355744,
                               6.452765}};
 }

@@ -1,12 +1,12 @@
-// Predators and prey are fished to keep both near 1, with any effort between nothing and all: wait,
-// fish with all one has, then follow a singular arc to the end.
+// Predators and prey are fished to keep both populations near 1, with a continuous effort between 0
+// and 1. The optimum waits, fishes with full effort, and follows a singular arc to the end.
 //
 //   min int_0^12 (x1 - 1)^2 + (x2 - 1)^2      x(0) = (0.5, 0.7)
 //   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     0 <= w <= 1
 //
-// On the arc the effort stays 10 % below its bound: at the bound the third phase could do the work
-// of the second, on a coarser grid, and solvers may end with that at its shortest.
-// Guess: both populations at 1 throughout, no fishing, all three phases equally long.
+// On the arc the effort stays 10 % below its bound. At the bound the third phase could replace the
+// second one on a coarser grid, and solvers could end with the shortest second phase.
+// Guess: both populations at 1, no fishing, three phases of equal length.
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem, relaxed: 1.34408. Further digits were
 // computed independently.
 #include "problems/library/cases.hpp"
@@ -28,7 +28,7 @@ OptimalControlProblem problem() {
     const auto a = x[0] - 1.0, b = x[1] - 1.0;
     return a * a + b * b;
   };
-  const Bounds part = between(0.1, 11.8);  // of the twelve time units
+  const Bounds part = between(0.1, 11.8);  // of twelve time units
 
   Phase<2, 1> wait{"wait", Populations{}, part}, all{"fish", Populations{}, part};
   Phase<2, 1> singular{"singular", Populations{}, part};
@@ -50,7 +50,7 @@ OptimalControlProblem problem() {
 }
 
 std::vector<CheckedValue> more(const Solution& s) {
-  // The cost hardly tells where the arc begins.
+  // The cost is insensitive to the start of the arc.
   return {{"t1", s.durations[0], 2.436700, 1e-4, 7},
           {"t2", s.durations[0] + s.durations[1], 3.941971, 1e-2, 3}};
 }
@@ -69,7 +69,7 @@ ReferenceCase fishing_relaxed() {
           .options = {.intervals = {8, 6, 20}, .integrator = runge_kutta8({.steps = 2})},
           .optimum = 1.344081198,
           .digits = 10,
-          .tolerance = 1e-8,  // linear pieces of the effort on the arc, the last digit
+          .tolerance = 1e-8,  // piecewise linear effort on the arc, and the last digit
           .more = more};
 }
 

@@ -1,5 +1,5 @@
-// An F-8 Crusader out of a stall in least time: the tail deflection jumps between its two limits,
-// four arcs, the positive one first.
+// An F-8 Crusader leaves a stall in minimum time. The tail deflection jumps between its two limits
+// in four arcs and begins with the positive one.
 //
 //   x0' = -0.877 x0 + x2 - 0.088 x0 x2 + 0.47 x0^2 - 0.019 x1^2 - x0^2 x2 + 3.846 x0^3
 //         - 0.215 w + 0.28 x0^2 w + 0.47 x0 w^2 + 0.63 w^3
@@ -8,13 +8,12 @@
 //         - 20.967 w + 6.265 x0^2 w + 46 x0 w^2 + 61.4 w^3
 //   min T   w = +, -, +, - 0.05236   x(0) = (0.4655, 0, 0), x(T) = 0
 //
-// Guess: one second for each arc and what the aircraft does then. An arc lasts 0.1 s at least: in a
-// sequence of switches one that vanishes takes its neighbours' switches with it, and many guesses
-// end there.
+// Guess: one second per arc, with simulated states. Each arc lasts at least 0.1 s, because an arc
+// of zero length removes the switches of its neighbours, and many guesses end there.
 // Source: W. Garrard and J. Jordan, Design of nonlinear automatic flight control systems,
-// Automatica 13 (1977); Sager, mintOC.de, F-8 aircraft: 3.78086. A local minimum with six arcs at
-// 5.74217 is known from C. Kaya and J. Noakes, Computational method for time-optimal switching
-// control, JOTA 117 (2003). Further digits were computed independently.
+// Automatica 13 (1977); Sager, mintOC.de, F-8 aircraft: 3.78086. C. Kaya and J. Noakes,
+// Computational method for time-optimal switching control, JOTA 117 (2003), give a local minimum
+// with six arcs at 5.74217. Further digits were computed independently.
 #include <fmt/format.h>
 
 #include "problems/library/cases.hpp"
@@ -75,7 +74,7 @@ ReferenceCase f8_aircraft() {
       .options = {.intervals = {8, 3, 8, 5}, .integrator = runge_kutta8({.steps = 3})},
       .optimum = 3.7808557746787,
       .digits = 14,
-      .tolerance = 1e-9,  // the solver's
+      .tolerance = 1e-9,  // tolerance of the solver
       .switching_times = {1.13483594302, 1.48144618919, 3.08948101703},
       .more = more};
 }

@@ -1,13 +1,13 @@
-// Two tanks, one above the other: the lower one is to follow a level that falls, 3 - 0.05 t.
+// Two tanks, one above the other. The lower tank follows a decreasing level, 3 - 0.05 t.
 //
 //   min int_0^10 (x2 - (3 - 0.05 t))^2   x1' = 1 + w - sqrt(x1), x2' = sqrt(x1) - sqrt(x2)
 //   x(0) = (2, 2)
 //
-// Relaxed, 0 <= w <= 1: full inflow until t = 4.1763, then between the bounds. As a sequence of 16
-// phases with w = 0, 1, 0, 1, ... of free durations, zero ones included: the relaxed optimum is a
-// lower bound, and what a solver finds is one of many local optima. For that only feasibility, the
-// KKT residual and a cost within 5 % of the bound are asked.
-// Guesses: w = 0.5; the sequence: phases of equal length, the levels that they lead to.
+// The relaxed problem has 0 <= w <= 1: full inflow until t = 4.1763, then values between the
+// bounds. The sequence has 16 phases with w = 0, 1, 0, 1, ... and free durations, which may be
+// zero. The relaxed optimum is a lower bound, and a solver finds one of many local optima. For the
+// sequence the test requires feasibility, a small KKT residual and a cost within 5 % of the bound.
+// Guesses: w = 0.5; for the sequence, phases of equal length and simulated levels.
 // Source: double tank of ampl_mintoc; SwitchTimeOpt.jl, examples/tank.jl. The relaxed optimum was
 // computed independently.
 #include <fmt/format.h>
@@ -84,7 +84,7 @@ ReferenceCase tank_on_ramp() {
           .options = {.intervals_per_phase = 400, .integrator = runge_kutta4()},
           .optimum = relaxed_optimum,
           .digits = 7,
-          .tolerance = 1e-6};  // that of the reference
+          .tolerance = 1e-6};  // accuracy of the reference
 }
 
 ReferenceCase tank_sequence() {

@@ -1,12 +1,12 @@
-// Calcium oscillations in a cell are stopped by one pulse of an inhibitor: when does it begin, and
-// how long does it last?
+// One pulse of an inhibitor stops calcium oscillations in a cell. The start and the length of the
+// pulse are free.
 //
 //   min int_0^22 |x - xbar|^2 dt + 100 int w dt,   w = 0, 1, 0
 //
-// with the four concentrations of Kummer's model. xbar is an unstable steady state: after the pulse
-// the cell stays near it for a while if the pulse was right to the fifth digit.
-// Guess: phases of 5, 0.2 and 16.8; the concentrations oscillate until the pulse has ended, and are
-// xbar from there on.
+// x contains the four concentrations of Kummer's model. xbar is an unstable steady state: the cell
+// stays near it after the pulse for some time only if the pulse is correct to the fifth digit.
+// Guess: phases of 5, 0.2 and 16.8 time units; the concentrations are simulated until the end of
+// the pulse and equal xbar afterwards.
 // Source: Sager, mintOC.de, calcium oscillation (1610.654); Lebiedz, Sager, Bock and Lebiedz, Phys.
 // Rev. Lett. 95, 108303 (2005). Optimum and switching times were computed independently.
 #include "problems/library/cases.hpp"
@@ -67,16 +67,16 @@ ReferenceCase calcium_oscillation() {
           .exercises = "two free switching times, stiff dynamics, an unstable target",
           .source = "mintOC, calcium oscillation; computed independently",
           .problem = problem,
-          // Stiff: an explicit scheme of order 8 is unstable in less than 100 steps.
+          // Stiff: an explicit scheme of order 8 is unstable with fewer than 100 steps.
           .options = {.intervals = {60, 10, 150},
                       .integrator = gauss_legendre({.stages = 4, .steps = 4})},
           .optimum = 1610.6442,
           .digits = 8,
-          .tolerance = 1e-6,  // that of the reference
+          .tolerance = 1e-6,  // accuracy of the reference
           .switching_times = {4.69469454, 4.84379836},
           .switching_tolerance = 1e-5,
-          .replay = 1e-6,              // four steps are good to 2e-7 in the spikes
-          .replay_from_start = false,  // deviations grow beyond all digits until the end
+          .replay = 1e-6,              // four steps are accurate to 2e-7 in the spikes
+          .replay_from_start = false,  // errors grow beyond all digits until the end
           .derivatives = {.integrator = implicit_midpoint({.steps = 20})}};
 }
 

@@ -1,16 +1,17 @@
-// A car with a turbo charger that works above 10 m/s, 200 m from rest to rest in the least time.
+// A car with a turbo charger that works above 10 m/s drives 200 m from rest to rest in minimum
+// time.
 //
 //   min T   q' = v, v' = u where v < 10, 3 u where v > 10   |u| <= 5, |v| <= 20
 //   (q, v)(0) = (0, 0), (q, v)(T) = (200, 0)
 //
-// The mode is switched by the state, at v = 10 on the way up and down again. Full throttle (2 s),
-// turbo (2/3 s), cruise at the speed limit (8 s), and the mirror image: T = 40/3. One piece of
-// constant input does for each phase but the cruise, where the input is free to try to gain time.
-// It cannot: with constant pieces the speed is linear between the nodes, and a limit that holds at
-// the nodes holds between them. (Bounds at collocation points of higher order do not, and give
-// 13.2366.)
-// Guess: at each change of phase the speed in question and another fifth of the way, straight
-// lines between, no input, three seconds for each phase.
+// The state switches the mode at v = 10 m/s, accelerating and braking. The optimum is full throttle
+// (2 s), turbo (2/3 s), cruise at the speed limit (8 s), and the mirror image: T = 40/3. One
+// interval with a constant input is enough for each phase except the cruise, where the input is
+// free and could try to gain time. It cannot: with constant inputs the speed is linear between the
+// nodes, so a limit at the nodes holds between them. Bounds at collocation points of higher order
+// do not hold there and give 13.2366.
+// Guess: at each phase change the speed of the switch and another fifth of the way, linear between
+// them, no input, three seconds per phase.
 // Source: nosnoc, examples/pss_tutorial_example; nosbench, CARTIM.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -76,11 +77,11 @@ ReferenceCase turbo_car() {
           .exercises = "modes switched by the state, speed limits that hold between the nodes",
           .source = "nosnoc, pss_tutorial_example; closed form",
           .problem = problem,
-          // Quadratic positions: one step of order four per interval is exact.
+          // Positions are quadratic: one step of order four per interval is exact.
           .options = {.intervals = {1, 1, 8, 1, 1}, .integrator = runge_kutta4()},
           .optimum = 40.0 / 3.0,
           .digits = 16,
-          .tolerance = 1e-9,  // the solver's; transcription and integration are exact here
+          .tolerance = 1e-9,  // tolerance of the solver; transcription and integration are exact
           .switching_times = {2.0, 8.0 / 3.0, 32.0 / 3.0, 34.0 / 3.0}};
 }
 

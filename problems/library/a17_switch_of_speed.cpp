@@ -1,10 +1,10 @@
-// A point that drives three times as fast below zero as above it, and only its start is free.
+// A point moves three times as fast below zero as above it. Only its start is free.
 //
 //   min int_0^2 x^2 dt + (x(2) - 5/3)^2   x' = 3 where x < 0, 1 where x > 0,   -6 <= x(0) <= 0
 //
-// For a start in (-6, 0) zero is crossed at -x(0) / 3 and dx(2)/dx(0) = 1/3: the field changes from
-// 3 to 1 at a time that moves with the start. Without the crossing the derivative comes out as 1,
-// for every step size, and false local minima with it. J is then a cubic in x(0), with one minimum.
+// For a start in (-6, 0) the state crosses zero at -x(0) / 3, and dx(2)/dx(0) = 1/3, because the
+// switching time depends on the start. If the crossing is ignored, the derivative is 1 for every
+// step size, and false local minima appear. With it, J is a cubic in x(0) with one minimum.
 // Guess: the simulation from x(0) = -3.
 // Source: Nurkanovic, Sperl, Albrecht and Diehl, Finite elements with switch detection for direct
 // optimal control of nonsmooth systems, 2024; nosnoc, examples/ivp_problem; closed form.
@@ -48,13 +48,13 @@ ReferenceCase switch_of_speed() {
           .exercises = "a state-triggered switch inside an interval, differentiated through",
           .source = "Nurkanovic and others 2024, nosnoc examples/ivp_problem; closed form",
           .problem = problem,
-          // Straight lines and their squares: the scheme is exact on both sides of the switch.
+          // States are linear, costs quadratic: the scheme is exact on both sides of the switch.
           .options = {.intervals_per_phase = 4, .integrator = runge_kutta4()},
           .optimum = 1.523772775374957,
           .digits = 16,
-          .tolerance = 1e-8,  // the solver's; transcription and integration are exact here
+          .tolerance = 1e-8,  // tolerance of the solver; transcription and integration are exact
           .more = [](const Solution& s) -> std::vector<CheckedValue> {
-            // The cost is flat: the square root of the solver's tolerance.
+            // Square root of the solver's tolerance, because the cost is flat.
             return {{"x(0)", s.trajectory.state(0.0)[0], -1.427572232082767, 1e-4, 16}};
           }};
 }

@@ -1,11 +1,11 @@
-// What a discontinuous field can do to a scalar state in 1.5 s: four cases.
+// Four cases of a discontinuous field that acts on a scalar state for 1.5 s.
 //
 //   crossing            x' = 2 | 0.2           x(0) = -1    crosses at 0.5, x(1.5) = 0.2, slope 0.1
 //   entering sliding    x' = 1 | -1            x(0) = -0.5  stays at 0 from 0.5 on, slope 0
 //   leaving sliding     x' = 1 + t | -1 + t    x(0) = 0     leaves upwards at 1, x(1.5) = 0.125
 //   spontaneous         x' = -1 | 1            x(0) = 0     not unique: has to be reported
 //
-// with the field of x < 0 | of x > 0 and the slope dx(1.5)/dx(0).
+// The columns give the field for x < 0 | for x > 0 and the derivative dx(1.5)/dx(0).
 // Source: nosbench, different_switching_cases; closed forms.
 #include "problems/library/hybrid_systems.hpp"
 #include "problems/library/motion.hpp"
@@ -19,7 +19,7 @@ HybridSimulation simulate_case(Ramp below, Ramp above, double start) {
 }
 
 std::vector<CheckedValue> run() {
-  constexpr double tolerance = 1e-12;  // the local error; fields are constant or linear in time
+  constexpr double tolerance = 1e-12;  // local error; fields are constant or linear in time
   constexpr int exact = 16;            // digits
   const HybridSimulation crossing = simulate_case({2.0, 0.0}, {0.2, 0.0}, -1.0);
   const HybridSimulation entering = simulate_case({1.0, 0.0}, {-1.0, 0.0}, -0.5);

@@ -1,14 +1,13 @@
-// A ball under gravity is juggled with the least effort: after one second, and one bounce, it is
-// back where it was let go.
+// A ball under gravity is juggled with minimum effort. After one second and one bounce it returns
+// to its start.
 //
 //   min 1/2 int_0^1 u^2   q'' = u - 9.81   (q, v)(0) = (q, v)(1) = (1, 0), q >= 0
 //   at the impact, q = 0:  v+ = -0.8 v-
 //
-// The time of the impact is free. On each flight the best u is linear in time; with its cost in
-// closed form, 2 a^2 / T - 6 a d / T^2 + 6 d^2 / T^3 where d = q1 + g T^2 / 2 - q0 - v0 T and
-// a = v1 + g T - v0, the time and the speed of the impact are the minimum of a function of two
-// variables.
-// Guess: the start throughout, no input, half a second for each flight.
+// The time of the impact is free. On each flight the optimal u is linear in time and costs 2 a^2 /
+// T - 6 a d / T^2 + 6 d^2 / T^3, where d = q1 + g T^2 / 2 - q0 - v0 T and a = v1 + g T - v0. The
+// time and the speed of the impact minimise a function of two variables.
+// Guess: the constant start, no input, half a second per flight.
 // Source: constructed; closed form as above.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -17,7 +16,7 @@ namespace saltus::library {
 namespace {
 
 constexpr double gravity = 9.81;     // m/s^2
-constexpr double restitution = 0.8;  // of the speed
+constexpr double restitution = 0.8;  // ratio of the speeds
 
 struct Ball {
   template <class S>
@@ -56,7 +55,7 @@ constexpr double impact_speed = -4.640109107887904;  // m/s
 
 std::vector<CheckedValue> more(const Solution& solution) {
   const VectorXd before = solution.trajectory.state_before(solution.durations[0]);
-  constexpr double of_impact = 1e-9;  // Newton's last step is far below the solver's 1e-10
+  constexpr double of_impact = 1e-9;  // the last Newton step is far below the solver's 1e-10
   return {{"t1", solution.durations[0], impact_time, of_impact, 15},
           {"v-", before[1], impact_speed, of_impact, 16}};
 }
@@ -72,11 +71,11 @@ ReferenceCase juggled_ball() {
           .exercises = "a phase that ends by a guard, a jump of the state, a free impact time",
           .source = "constructed; closed form",
           .problem = problem,
-          // Cubic states and quadratic costs: one step of order four per interval is exact.
+          // States are cubic, costs quadratic: one step of order four per interval is exact.
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},
           .optimum = 2.570651595764464,
           .digits = 16,
-          .tolerance = 1e-10,  // the solver's; transcription and integration are exact here
+          .tolerance = 1e-10,  // tolerance of the solver; transcription and integration are exact
           .switching_times = {impact_time},
           .switching_tolerance = 1e-9,
           .more = more};

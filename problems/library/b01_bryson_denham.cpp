@@ -1,12 +1,12 @@
-// Bryson and Denham's block that must not rise above a ceiling: the least effort that takes it
-// from the ground back to the ground in one second.
+// Bryson and Denham's block must not rise above a ceiling. The minimum effort brings it from the
+// ground back to the ground in one second.
 //
 //   min 1/2 int u^2   x' = v, v' = u   x(0) = x(1) = 0, v(0) = 1, v(1) = -1, x <= l = 1/9
 //
-// For l <= 1/6 the block climbs until it touches the ceiling at t = 3 l, slides along it with u = 0
-// and leaves it at 1 - 3 l; J = 4 / (9 l) = 4 exactly. On both outer arcs u is linear in t. Nothing
-// says that the middle phase runs at the ceiling: to level out as high as possible is cheapest.
-// Guess: the start throughout, no input, 0.3 s for each phase.
+// For l <= 1/6 the block rises until it touches the ceiling at t = 3 l, slides along it with u = 0,
+// and leaves it at 1 - 3 l; J = 4 / (9 l) = 4 exactly. On both outer arcs u is linear in t. No
+// constraint requires the middle phase to touch the ceiling: this is optimal.
+// Guess: the constant start, no input, 0.3 s per phase.
 // Source: Bryson and Ho, Applied Optimal Control, sec. 3.11.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -27,7 +27,7 @@ OptimalControlProblem problem() {
   const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
   const auto height = [](const auto&, const auto& x) { return x[0]; };
   const auto speed = [](const auto&, const auto& x) { return x[1]; };
-  const Bounds part = between(0.05, 0.9);  // of the second, s
+  const Bounds part = between(0.05, 0.9);  // s, of one second
 
   Phase<2, 1> climb{"climb", Block{}, part};
   climb.keep("ceiling", height, at_most(ceiling_height))
@@ -62,13 +62,13 @@ ReferenceCase bryson_denham() {
           .exercises = "three phases of free duration, their sum given, piecewise linear inputs",
           .source = "Bryson and Ho, Applied Optimal Control, sec. 3.11; closed form",
           .problem = problem,
-          // Cubic states and quadratic costs: one step of order four per interval is exact.
+          // States are cubic, costs quadratic: one step of order four per interval is exact.
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},
           .optimum = 4.0,
           .digits = 16,
-          .tolerance = 1e-8,  // the solver's; transcription and integration are exact here
+          .tolerance = 1e-8,  // tolerance of the solver; transcription and integration are exact
           .switching_times = {1.0 / 3.0, 2.0 / 3.0},
-          .between_nodes = 1e-10};  // plans that rise above the ceiling there are cheaper
+          .between_nodes = 1e-10};  // plans above the ceiling between the nodes are cheaper
 }
 
 }  // namespace saltus::library

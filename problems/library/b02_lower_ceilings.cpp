@@ -2,10 +2,10 @@
 //
 //   min 1/2 int u^2   x' = v, v' = u   x(0) = x(1) = 0, v(0) = 1, v(1) = -1, x <= l
 //
-// l = 1/12: along the ceiling from t = 1/4 to 3/4, J = 4 / (9 l) = 16/3. l = 1/5: touched once, at
-// t = 1/2, J = 2 + 6 (1 - 4 l)^2 = 2.24 (for 1/6 <= l <= 1/4). Both have their kinks at nodes.
-// As three arcs: climb, slide with u = 0, descend, of free durations.
-// Guess: the start throughout, no input, 0.3 s for each arc.
+// l = 1/12: the block slides along the ceiling from t = 1/4 to 3/4, J = 4 / (9 l) = 16/3. l = 1/5:
+// it touches the ceiling once, at t = 1/2, J = 2 + 6 (1 - 4 l)^2 = 2.24 (for 1/6 <= l <= 1/4). Both
+// have their kinks at nodes. As three arcs: climb, slide with u = 0, descend, with free durations.
+// Guess: the constant start, no input, 0.3 s per arc.
 // Source: Bryson and Ho, Applied Optimal Control, sec. 3.11; closed forms.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -24,7 +24,7 @@ constexpr auto effort = [](const auto&, const auto&, const auto& u) { return 0.5
 constexpr auto height = [](const auto&, const auto& x) { return x[0]; };
 constexpr auto speed = [](const auto&, const auto& x) { return x[1]; };
 
-// `allowed`: how far the plan may rise above the ceiling between the nodes; 0: the default.
+// `allowed`: permitted violation of the ceiling between the nodes; 0: the default.
 OptimalControlProblem one_phase(double ceiling, double allowed = 0.0) {
   Phase<2, 1> hop{"hop", Block{}, exactly(1.0)};
   hop.keep("ceiling", height, at_most(ceiling))
@@ -39,7 +39,7 @@ OptimalControlProblem one_phase(double ceiling, double allowed = 0.0) {
 }
 
 OptimalControlProblem three_arcs() {
-  const Bounds part = between(0.05, 0.9);  // of the second, s
+  const Bounds part = between(0.05, 0.9);  // s, of one second
   Phase<2, 1> climb{"climb", Block{}, part};
   climb.keep("ceiling", height, at_most(1.0 / 12.0))
       .minimise("effort", effort)
@@ -76,11 +76,11 @@ ReferenceCase low_ceiling() {
   c.name = "low_ceiling";
   c.summary = "Bryson and Denham's block under a lower ceiling.";
   c.exercises = "a state constraint of second order along an arc";
-  c.between_nodes = 1e-4;  // beside the arc, whose ends are no nodes
+  c.between_nodes = 1e-4;  // next to the arc, whose ends are not nodes
   c.problem = [] { return one_phase(1.0 / 12.0, 1e-4); };
   c.options = {.intervals_per_phase = 40, .integrator = runge_kutta4()};
   c.optimum = 16.0 / 3.0;
-  c.tolerance = 1e-6;  // between the nodes beside the arc the ceiling is exceeded by 2e-5
+  c.tolerance = 1e-6;  // next to the arc the plan exceeds the ceiling by 2e-5
   return c;
 }
 
@@ -93,7 +93,7 @@ ReferenceCase touched_ceiling() {
   c.problem = [] { return one_phase(0.2); };
   c.options = {.intervals_per_phase = 40, .integrator = runge_kutta4()};
   c.optimum = 2.24;
-  c.tolerance = 1e-8;  // the solver's; transcription and integration are exact here
+  c.tolerance = 1e-8;  // tolerance of the solver; transcription and integration are exact
   return c;
 }
 
@@ -104,13 +104,13 @@ ReferenceCase low_ceiling_arcs() {
   c.summary = "Bryson and Denham's block under a lower ceiling, in three arcs.";
   c.exercises = "three phases of free duration, an arc on which the rows depend on one another";
   c.problem = three_arcs;
-  // With 20 the sparse solver stopped at 1.8e-4 s from the optimal switch on one processor of
-  // several: where rows depend on one another, the last digits say how far a step leads.
+  // With 20 intervals the sparse solver stopped 1.8e-4 s from the optimal switch on one of several
+  // processors: with dependent rows the step lengths depend on the last digits.
   c.options = {.intervals_per_phase = 18, .integrator = runge_kutta4()};
   c.optimum = 16.0 / 3.0;
-  c.tolerance = 1e-8;  // the solver's; transcription and integration are exact here
+  c.tolerance = 1e-8;  // tolerance of the solver; transcription and integration are exact
   c.switching_times = {0.25, 0.75};
-  c.between_nodes = 1e-10;  // plans that rise above the ceiling there are cheaper
+  c.between_nodes = 1e-10;  // plans above the ceiling between the nodes are cheaper
   return c;
 }
 

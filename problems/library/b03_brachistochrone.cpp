@@ -1,13 +1,14 @@
-// The slide of quickest descent: a bead runs without friction from (0, 10) to (10, 5), from rest.
+// The brachistochrone: a bead slides without friction from rest at (0, 10) to (10, 5) in minimum
+// time.
 //
 //   min T   x' = v sin a, y' = -v cos a, v' = g cos a   x(0) = (0, 10, 0), (x, y)(T) = (10, 5)
 //
-// The angle a is measured from the vertical. On the cycloid x = R (phi - sin phi),
-// y = 10 - R (1 - cos phi) it grows in proportion to time, a = phi / 2, and T = phi_T sqrt(R / g):
-// (phi_T - sin phi_T) / (1 - cos phi_T) = 10 / 5 gives phi_T, and a continuous piecewise linear
-// input contains the optimum.
+// The angle a is measured from the vertical. On the cycloid x = R (phi - sin phi), y = 10 - R (1 -
+// cos phi) it is proportional to time, a = phi / 2, and T = phi_T sqrt(R / g). The equation (phi_T
+// - sin phi_T) / (1 - cos phi_T) = 10 / 5 gives phi_T. A continuous piecewise linear input contains
+// the optimum.
 // Guess: a straight line to the end, speed from 0 to 10 m/s, a from 0 to pi/2, two seconds.
-// Source: Bernoulli 1696; the figures of the example in OpenMDAO Dymos, which finds 1.8016 s.
+// Source: Bernoulli 1696; the numbers of the example in OpenMDAO Dymos, which finds 1.8016 s.
 #include <numbers>
 
 #include "problems/library/cases.hpp"
@@ -49,7 +50,7 @@ OptimalControlProblem problem() {
 std::vector<CheckedValue> more(const Solution& solution) {
   const Trajectory& trajectory = solution.trajectory;
   const double T = trajectory.end_time();
-  constexpr double of_input = 1e-5;  // square root of the solver's 1e-10: the cost is flat in it
+  constexpr double of_input = 1e-5;  // square root of the solver's 1e-10, because the cost is flat
   return {{"a(0)", trajectory.input(0.0)[0], 0.0, of_input, 16},
           {"a(T/2)", trajectory.input(T / 2.0)[0], final_angle / 4.0, of_input, 13},
           {"a(T)", trajectory.input(T)[0], final_angle / 2.0, of_input, 13}};
@@ -69,7 +70,7 @@ ReferenceCase brachistochrone() {
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta8()},
           .optimum = 1.801603122453081,
           .digits = 16,
-          .tolerance = 1e-9,  // the solver's; the input is exact and the integration to 1e-12
+          .tolerance = 1e-9,  // solver; the input is exact, the integration to 1e-12
           .more = more};
 }
 

@@ -1,11 +1,10 @@
-// A car that can brake twice as hard as it accelerates: 300 m from rest to rest in least time.
+// A car brakes twice as hard as it accelerates and drives 300 m from rest to rest in minimum time.
 //
 //   min T   x'' = u, -2 <= u <= 1   x(0) = 0, x(T) = 300 m, at rest at both ends
 //
-// Closed form for limits a forward, b backward, over the distance D: T = sqrt(2 D (a + b) / (a b)),
-// and the switch is at T b / (a + b). The input is constant in each of two phases, its value to be
-// found.
-// Guess: the start throughout, no input, ten seconds for each phase.
+// Closed form for the limits a forward and b backward over the distance D: T = sqrt(2 D (a + b) /
+// (a b)), with the switch at T b / (a + b). The input is an unknown constant in each of two phases.
+// Guess: the constant start, no input, ten seconds per phase.
 // Source: ICLOCS2 examples, two-phase bang-bang; closed form.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -58,13 +57,13 @@ ReferenceCase bang_bang() {
           .exercises = "least time, two free durations, constant inputs to be found",
           .source = "ICLOCS2 examples; closed form",
           .problem = problem,
-          // Parabolas: one interval per phase is exact.
+          // Positions are quadratic: one interval per phase is exact.
           .options = {.intervals_per_phase = 1, .integrator = runge_kutta4()},
           .optimum = 30.0,
           .digits = 16,
-          .tolerance = 1e-9,  // the solver's
+          .tolerance = 1e-9,  // tolerance of the solver
           .switching_times = {20.0},
-          .switching_tolerance = 1e-7,  // both durations are decided by the constraints
+          .switching_tolerance = 1e-7,  // the constraints determine both durations
           .more = more};
 }
 

@@ -1,16 +1,15 @@
-// Goddard's rocket as high as its fuel carries it: full thrust, a singular arc, coast.
+// Goddard's rocket flies as high as its fuel permits: full thrust, a singular arc, coast.
 //
 //   max h(tf)   h' = v, v' = (T - D) / m - 1 / h^2, m' = -2 T
 //   D = 310 v^2 exp(-500 (h - 1)), 0 <= T <= 3.5, h(0) = 1, v(0) = 0, m(0) = 1, m(tf) = 0.6
 //
-// On the singular arc D (1 + v / c) = m / h^2 with c = 1/2. Nothing tells the solver: the thrust of
-// the second phase is free in continuous linear pieces, few of them, since the cost hardly feels
-// what happens there. It stays 10 % away from its bounds, as inside a singular arc it must: at a
-// bound the phase could do the work of its neighbours, and solvers may end with those at their
-// shortest.
-// Guess: at rest on the ground with all fuel, half thrust on the arc, 0.05 for each phase.
-// Source: COPS 3.0, rocket: 1.01283; data of Bryson, Dynamic Optimization. Further digits by
-// simulation with the singular feedback.
+// On the singular arc D (1 + v / c) = m / h^2 with c = 1/2. The solver does not know this: the
+// thrust of the second phase is a free, continuous, piecewise linear function with few pieces,
+// because the cost is insensitive to it. The thrust stays 10 % away from its bounds. At a bound
+// this phase could replace its neighbours, and solvers could end with the shortest neighbours.
+// Guess: at rest on the ground with all fuel, half thrust on the arc, 0.05 per phase.
+// Source: COPS 3.0, rocket: 1.01283; data of Bryson, Dynamic Optimization. Further digits come from
+// a simulation with the singular feedback.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
@@ -49,7 +48,7 @@ OptimalControlProblem problem() {
   OptimalControlProblem ocp("Goddard rocket");
   ocp.start_at({1, 0, 1});
   for (auto* phase : {&boost, &sustain, &coast}) {
-    // Height above the ground and speed are of the order of 0.01 and 0.1.
+    // Typical height above the ground and speed: 0.01 and 0.1.
     phase->nominal(Vec<double, 3>{0.01, 0.1, 1.0}, Vec<double, 1>{1.0})
         .nominal_duration(0.1)
         .guess_duration(0.05);
@@ -62,7 +61,7 @@ std::vector<CheckedValue> more(const Solution& s) {
   const double t1 = s.durations[0];
   std::vector<CheckedValue> values{{"tf", s.trajectory.end_time(), 0.198856262105, 1e-4, 12},
                                    {"m(t1)", s.trajectory.state(t1)[2], 0.83543221, 1e-4, 8}};
-  for (const double part : {0.25, 0.5, 0.75}) {  // of the arc: is it where it should be?
+  for (const double part : {0.25, 0.5, 0.75}) {  // positions on the arc that are compared
     const Vec<double, 3> x = s.trajectory.state(t1 + part * s.durations[1]);
     const double weight = x[2] / (x[0] * x[0]);
     values.push_back({"singular surface", Rocket::drag(x) * (1.0 + x[1] / exhaust_speed) / weight,
@@ -86,7 +85,7 @@ ReferenceCase goddard_rocket() {
       .options = {.intervals = {5, 6, 10}, .integrator = runge_kutta8({.steps = 2})},
       .optimum = -1.01283691832,
       .digits = 12,
-      .tolerance = 1e-9,  // linear pieces of the thrust on the arc
+      .tolerance = 1e-9,  // piecewise linear thrust on the arc
       .switching_times = {0.0235096840415, 0.0726707434415},
       .more = more};
 }

@@ -1,20 +1,22 @@
-// Ascent of a Delta III into a transfer orbit with the most mass: nine solid boosters, six of them
-// lit at the start and three later, a first and a second stage.
+// Ascent of a Delta III into a transfer orbit with maximum final mass. It has nine solid boosters,
+// of which six burn from the start and three later, and two stages.
 //
 //   r' = v, v' = T/m u/|u| - mu r/|r|^3 + D/m, m' = -mdot   |u| = 1
 //   D = -1/2 rho S Cd |w| w, w = v - omega x r, rho = 1.225 exp(-(|r| - Re) / 7200)
 //   t = 0, 75.2, 150.4, 261 s, free; empty boosters and stages are dropped there
 //   at last a = 24361140 m, e = 0.7308, i = 28.5, Omega = 269.8, argument of perigee 130.5 degrees
 //
-// The five elements are the angular momentum and the two components of the eccentricity vector in
-// the plane of the orbit, all of them smooth. The thrust follows the direction of u, so that linear
-// pieces of u turn it and do not weaken it between the nodes; |u| = 1 there fixes the length.
-// Guess: straight up and straight east, 30, 80, 150 and 200 km high and 1, 2, 4.5 and 8 km/s fast
+// The five orbital elements are imposed through the angular momentum and the two components of the
+// eccentricity vector in the plane of the orbit, which are smooth. The thrust has the direction of
+// u, so a piecewise linear u does not reduce its magnitude between the nodes; |u| = 1 at the nodes
+// fixes the length.
+// Guess: a trajectory up and to the east, 30, 80, 150 and 200 km high and 1, 2, 4.5 and 8 km/s fast
 // at the ends of the phases, with the masses of the burn, thrust pitched over by 5, 25, 55 and 80
-// degrees, 650 s for the second stage. (From rest on the ground the intervals fall into the Earth,
-// and with thrust upwards Ipopt needed 40 iterations or 500 without an end, by the processor that
-// its linear algebra is made for.) Source: Benson 2005, Betts 2010; PSOPT examples, launch,
-// 7529.661 kg; the optimum was computed independently.
+// degrees, and 650 s for the second stage. From rest on the ground the intervals fall into the
+// Earth. With vertical thrust Ipopt needed 40 iterations, or did not finish in 500, depending on
+// the processor of its linear algebra.
+// Source: Benson 2005, Betts 2010; PSOPT examples, launch, 7529.661 kg; the optimum was computed
+// independently.
 #include <cmath>
 #include <numbers>
 
@@ -24,10 +26,10 @@
 namespace saltus::library {
 namespace {
 
-constexpr double radius = 6378145.0;          // of the Earth, m
+constexpr double radius = 6378145.0;          // radius of the Earth, m
 constexpr double mu = 3.986012e14;            // m^3/s^2
 constexpr double earth_rate = 7.29211585e-5;  // rad/s
-constexpr double scale_height = 7200.0;       // of the atmosphere, m
+constexpr double scale_height = 7200.0;       // scale height of the atmosphere, m
 constexpr double half_rho_S_Cd = 0.5 * 1.225 * 4.0 * std::numbers::pi * 0.5;  // kg/m
 constexpr double degree = std::numbers::pi / 180.0;
 
@@ -68,7 +70,8 @@ struct Rocket {      // x = (r, v, m)
   }
 };
 
-// Where the transfer orbit lies: its plane, its perigee and what is a quarter turn ahead of that.
+// Axes of the transfer orbit: normal of its plane, perigee, and a quarter turn ahead of the
+// perigee.
 struct Orbit {
   double a = 24361140.0, e = 0.7308;  // m, -
   double inclination = 28.5 * degree, node = 269.8 * degree, perigee = 130.5 * degree;
@@ -78,7 +81,7 @@ struct Orbit {
     return {std::sin(inclination) * std::sin(node), -std::sin(inclination) * std::cos(node),
             std::cos(inclination)};
   }
-  // The direction in the plane at an angle from the ascending node.
+  // Direction in the plane at an angle from the ascending node.
   Vec<double, 3> direction(double angle) const {
     const double c = std::cos(angle), s = std::sin(angle);
     return {std::cos(node) * c - std::sin(node) * std::cos(inclination) * s,
@@ -93,7 +96,7 @@ OptimalControlProblem problem() {
   const Vec<double, 3> to_perigee = orbit.direction(orbit.perigee);
   const Vec<double, 3> ahead = orbit.direction(orbit.perigee + std::numbers::pi / 2);
 
-  const auto angular_momentum = [](const auto&, const auto& x) {  // over that of a circle at Re
+  const auto angular_momentum = [](const auto&, const auto& x) {  // over a circular orbit at Re
     using S = Entry<decltype(x)>;
     const Vec<S, 3> r{x[0], x[1], x[2]}, v{x[3], x[4], x[5]};
     return Vec<S, 3>{r.cross(v) / std::sqrt(mu * radius)};
@@ -105,7 +108,7 @@ OptimalControlProblem problem() {
     return Vec<S, 2>{e[0] * to_perigee[0] + e[1] * to_perigee[1] + e[2] * to_perigee[2],
                      e[0] * ahead[0] + e[1] * ahead[1] + e[2] * ahead[2]};
   };
-  const auto altitude = [](const auto&, const auto& x) {  // in radii of the Earth
+  const auto altitude = [](const auto&, const auto& x) {  // radii of the Earth
     using S = Entry<decltype(x)>;
     return S(length(Vec<S, 3>{x[0], x[1], x[2]}) / radius - 1.0);
   };
@@ -150,7 +153,7 @@ OptimalControlProblem problem() {
   double mass = start[6];
   Vec<double, 6> reached = start.head<6>();
   const Vec<double, 3> east{0.0, 1.0, 0.0};
-  // Pitched over from the vertical by so much on average.
+  // Mean pitch from the vertical.
   const auto add = [&](Phase<7, 3>& phase, double burnt, double height, double speed, double pitch,
                        Jump jump) {
     Vec<double, 7> begins = start, ends = start;
@@ -162,7 +165,7 @@ OptimalControlProblem problem() {
     nominal[6] = begins[6];
     phase.inputs(InputParametrisation::piecewise_linear_continuous)
         .keep("unit steering", steering, exactly(1.0))
-        .allow("unit steering", 1e-2)  // a chord between directions: the dynamics normalise it
+        .allow("unit steering", 1e-2)  // chord between two directions; dynamics normalise
         .keep("above ground", altitude, at_least(0.0))
         .nominal(nominal, Vec<double, 3>::Ones())
         .guess_state(Guess::interpolate(begins, ends))
@@ -186,7 +189,7 @@ OptimalControlProblem problem() {
 }
 
 std::vector<CheckedValue> more(const Solution& solution) {
-  // The mass falls by 24 kg/s until the end: what is missing of it is missing of the time.
+  // The mass decreases by 24 kg/s until the end, so an error of the mass is an error of the time.
   return {{"T", solution.trajectory.end_time(), 924.139203, 3e-4, 9}};
 }
 
@@ -205,12 +208,12 @@ ReferenceCase delta_iii() {
       .options = {.intervals = {6, 6, 6, 24}, .integrator = runge_kutta8()},
       .optimum = -7529.712296,
       .digits = 10,
-      .tolerance = 1e-6,      // linear pieces leave an excess of order h^4
-      .between_nodes = 1e-2,  // of |u|^2, which has no effect there; altitude holds
+      .tolerance = 1e-6,      // piecewise linear inputs cost an excess of order h^4
+      .between_nodes = 1e-2,  // of |u|^2, which has no effect there; the altitude holds
       .more = more,
-      // A twentieth of the radius below ground the density is e^44 times as large, and in longer
-      // intervals the second stage falls deep from the guess. The density changes by 1 % over a
-      // hundred-thousandth of the radius; with smaller steps rounding is felt in the Hessian.
+      // A twentieth of the radius below ground the density is e^44 times larger, and in longer
+      // intervals the guess of the second stage falls that far. The density changes by 1 % over a
+      // hundred-thousandth of the radius; smaller steps lose digits of the Hessian.
       .derivatives = {.intervals = 24, .radius = 1e-3, .step = 1e-7, .tolerance = 1e-5}};
 }
 

@@ -1,12 +1,12 @@
-// Two catalysts in a tube: how to mix them along it so that the most of the third substance comes
-// out. First the one, then a constant mixture (a singular arc), then the other.
+// Two catalysts are mixed along a tube to maximise the yield of the third substance. The optimum
+// uses the first catalyst, then a constant mixture (a singular arc), then the second one.
 //
 //   min -1 + x1(1) + x2(1)   x1' = u (10 x2 - x1), x2' = u (x1 - 10 x2) - (1 - u) x2, 0 <= u <= 1
 //   x(0) = (1, 0), t along the tube
 //
-// On the arc the mixture stays 5 % away from its bounds: at a bound the phase could do the work of
-// its neighbours, and solvers may end with those at their shortest.
-// Guess: the start throughout, an even mixture on the arc, a third of the tube for each phase.
+// On the arc the mixture stays 5 % away from its bounds. At a bound this phase could replace its
+// neighbours, and solvers could end with the shortest neighbours.
+// Guess: the constant start, an even mixture on the arc, a third of the tube per phase.
 // Source: COPS 3.0, catmix: -0.0480556; further digits were computed independently.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -14,7 +14,7 @@
 namespace saltus::library {
 namespace {
 
-struct Reactions {  // x = fractions of the first two substances, u = of the first catalyst
+struct Reactions {  // x = fractions of the first two substances, u = fraction of the first catalyst
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
     const S exchange = u[0] * (10.0 * x[1] - x[0]);
@@ -24,7 +24,7 @@ struct Reactions {  // x = fractions of the first two substances, u = of the fir
 
 OptimalControlProblem problem() {
   const auto minus_product = [](const auto&, const auto& x) { return x[0] + x[1] - 1.0; };
-  const Bounds part = between(0.01, 0.98);  // of the tube
+  const Bounds part = between(0.01, 0.98);  // fraction of the tube
 
   Phase<2, 1> first{"first catalyst", Reactions{}, part}, mixed{"mixed", Reactions{}, part};
   Phase<2, 1> second{"second catalyst", Reactions{}, part};
@@ -60,7 +60,7 @@ ReferenceCase catalyst_mixing() {
           .options = {.intervals_per_phase = 2, .integrator = runge_kutta8({.steps = 4})},
           .optimum = -0.048055685861,
           .digits = 11,
-          .tolerance = 1e-9,  // the solver's; the mixture on the arc is constant
+          .tolerance = 1e-9,  // tolerance of the solver; the mixture on the arc is constant
           .switching_times = {0.1362995, 0.7252268},
           .more = more};
 }

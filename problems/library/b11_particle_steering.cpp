@@ -1,11 +1,11 @@
-// A particle is steered by the direction of a constant thrust to a height of 5 and a horizontal
-// velocity of 45, in the least time.
+// A particle with constant thrust reaches a height of 5 and a horizontal velocity of 45 in minimum
+// time. The input is the direction of the thrust.
 //
 //   min T   x'' = 100 cos u, y'' = 100 sin u, |u| <= pi/2
 //   at rest in the origin first; y = 5, x' = 45, y' = 0 at last
 //
-// x itself is free and occurs nowhere, so that (y, x', y') is the state. Linear tangent law: tan u
-// falls linearly in time from tan u0 to -tan u0, from which T and u0 follow in closed form.
+// x is free and appears nowhere, so the state is (y, x', y'). Linear tangent law: tan u decreases
+// linearly in time from tan u0 to -tan u0, which gives T and u0 in closed form.
 // Guess: y from 0 to 5, the velocity from rest to (45, 0), no input, one second.
 // Source: COPS 3.1, "particle steering", whose coarse grid gives 0.554577; Bryson and Ho, sec. 2.7.
 #include <numbers>
@@ -16,7 +16,7 @@
 namespace saltus::library {
 namespace {
 
-constexpr double thrust = 100.0;  // per mass
+constexpr double thrust = 100.0;  // acceleration
 
 struct Particle {  // x = (y, x', y')
   template <class S>
@@ -46,7 +46,7 @@ OptimalControlProblem problem() {
 std::vector<CheckedValue> more(const Solution& solution) {
   const Trajectory& trajectory = solution.trajectory;
   const double u0 = 0.953409756440;
-  // Linear pieces of length h = T/40 miss u by up to h^2 |u''| / 8 = 4e-4.
+  // Piecewise linear u with h = T/40 has an error of up to h^2 |u''| / 8 = 4e-4.
   constexpr double of_input = 4e-4;
   return {{"u(0)", trajectory.input(0.0)[0], u0, of_input, 12},
           {"u(T/2)", trajectory.input(trajectory.end_time() / 2.0)[0], 0.0, of_input, 16},
@@ -67,7 +67,7 @@ ReferenceCase particle_steering() {
           .options = {.intervals_per_phase = 40, .integrator = runge_kutta8()},
           .optimum = 0.554570878334603,
           .digits = 15,
-          .tolerance = 1e-7,  // linear pieces leave an excess of order h^4
+          .tolerance = 1e-7,  // piecewise linear inputs cost an excess of order h^4
           .more = more};
 }
 

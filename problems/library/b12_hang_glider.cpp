@@ -1,4 +1,4 @@
-// A hang glider crosses a thermal and flies as far as it can while it loses 100 m.
+// A hang glider crosses a thermal and maximises its range while it loses 100 m of height.
 //
 //   max x(T)   x' = vx, y' = vy, m vx' = -L w/V - D vx/V, m vy' = L vx/V - D w/V - m g
 //   updraft    U = 2.5 (1 - r) exp(-r), r = (x/100 - 2.5)^2
@@ -6,20 +6,20 @@
 //   forces     D = 1/2 (0.034 + 0.069662 cL^2) rho S V^2, L = 1/2 cL rho S V^2
 //   (x, y, vx, vy)(0) = (0, 1000, 13.23, -1.288), (y, vx, vy)(T) = (900, 13.23, -1.288)
 //
-// The lift coefficient, 0 <= cL <= 1.4, is the input; T is free; rho = 1.13, S = 14, m = 100.
-// In the middle of the thermal the lift is at its bound: a phase of free duration of its own.
-// Anywhere else such a phase finds a poorer optimum; its duration's interval keeps it there.
+// The input is the lift coefficient, 0 <= cL <= 1.4; T is free; rho = 1.13, S = 14, m = 100. In the
+// middle of the thermal the lift is at its bound: this is a separate phase of free duration. At
+// another place such a phase gives a worse optimum, so the bounds of the durations keep it there.
 // Guess: a straight glide to x = 1250, y = 900 at the given speeds, cL = 1, each duration in the
-// middle of its interval, 102.5 s in all.
-// Source: COPS 3.1, "hang glider", after Bulirsch, Nerz, Pesch and von Stryk 1993; COPS finds
-// 1248.03 on a coarse grid, the optimum was computed independently.
+// middle of its interval, 102.5 s in total.
+// Source: COPS 3.1, "hang glider", after Bulirsch, Nerz, Pesch and von Stryk 1993. COPS finds
+// 1248.03 on a coarse grid; the optimum was computed independently.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {
 
-constexpr double most_lift = 1.4;  // coefficient
+constexpr double most_lift = 1.4;  // lift coefficient
 
 struct Glider {                           // x = (x, y, vx, vy), u = cL
   double mass = 100.0;                    // kg
@@ -30,7 +30,7 @@ struct Glider {                           // x = (x, y, vx, vy), u = cL
     const S from_centre = x[0] / 100.0 - 2.5, r = from_centre * from_centre;
     const S w = x[3] - 2.5 * (1.0 - r) * exp(-r);
     const S V = sqrt(x[2] * x[2] + w * w);
-    const S D = (0.034 + 0.069662 * u[0] * u[0]) * half_rho_S * V;  // over V, N s/m
+    const S D = (0.034 + 0.069662 * u[0] * u[0]) * half_rho_S * V;  // drag over V, N s/m
     const S L = u[0] * half_rho_S * V;
     return {x[2], x[3], (-L * w - D * x[2]) / mass, (L * x[2] - D * w) / mass - gravity};
   }
@@ -54,7 +54,7 @@ OptimalControlProblem problem() {
 
   OptimalControlProblem ocp("hang glider");
   ocp.start_at(start);
-  double t = 0.0;  // s, of the guess
+  double t = 0.0;  // s, in the guess
   for (auto* phase : {&approach, &thermal, &glide}) {
     const double duration = phase->definition().duration_guess;
     const auto at = [&](double s) -> Vec<double, 4> { return start + s / 102.5 * (end - start); };
@@ -70,7 +70,7 @@ OptimalControlProblem problem() {
 }
 
 std::vector<CheckedValue> more(const Solution& solution) {
-  return {{"T", solution.trajectory.end_time(), 98.4166, 1e-3, 6}};  // flat in T
+  return {{"T", solution.trajectory.end_time(), 98.4166, 1e-3, 6}};  // the cost is flat in T
 }
 
 }  // namespace
@@ -88,9 +88,9 @@ ReferenceCase hang_glider() {
       .options = {.intervals = {30, 12, 50}, .integrator = runge_kutta8({.steps = 4})},
       .optimum = -1247.9876,
       .digits = 8,
-      .tolerance = 1e-6,  // linear pieces of length h leave an excess of order h^4: 3e-7
+      .tolerance = 1e-6,  // piecewise linear inputs cost an excess of order h^4: 3e-7
       .more = more,
-      // Over five seconds, no more: in longer steps the forces overshoot.
+      // Steps of at most five seconds: in longer ones the forces overshoot.
       .derivatives = {.intervals = 15}};
 }
 

@@ -1,8 +1,10 @@
-// A chain of given length hangs between two points: where is its centre of mass lowest?
+// A chain of given length hangs between two points. The shape minimises the height of its centre of
+// mass.
 //
 //   min int_0^1 x sqrt(1 + u^2)   x' = u   x(0) = 1, x(1) = 3, int_0^1 sqrt(1 + u^2) = 4
 //
-// A catenary x = c cosh((t - t0) / c) + shift with c = 0.163697529524834. The length is a state.
+// The optimum is a catenary x = c cosh((t - t0) / c) + shift with c = 0.163697529524834. The length
+// is a state.
 // Guess: x linear between its ends, u from -2 to 6.
 // Source: Dolan, More and Munson, COPS 3.0, hanging chain; closed form.
 #include "problems/library/cases.hpp"
@@ -51,7 +53,7 @@ ReferenceCase with_intervals(int intervals, double tolerance) {
 
 }  // namespace
 
-// Linear pieces of the slope leave an excess that falls with the fourth power of their length.
+// A piecewise linear slope costs an excess of order h^4.
 ReferenceCase hanging_chain() {
   ReferenceCase c = with_intervals(40, 1e-6);
   c.id = "B14a";

@@ -1,9 +1,10 @@
-// As far as possible in two seconds, by the direction of flight alone: going down buys speed.
+// Maximum range in two seconds. The input is the direction of flight, and a descent increases the
+// speed.
 //
 //   max x(2)   x' = V cos g, y' = V sin g, V' = 1/2 - sin g   from rest in the origin, y(2) = 0.1
 //
-// Acceleration is in units of gravity, g is the angle of the path above the horizontal. At rest the
-// direction does not move the mass yet and only matters for the speed: it begins with g = -pi/2.
+// Acceleration is in units of gravity; g is the angle of the path above the horizontal. At rest the
+// direction has no effect on the position but on the speed, so the flight begins with g = -pi/2.
 // Guess: a straight line to (1, 0.1) and speed 1, horizontal flight.
 // Source: Bryson, Dynamic Optimization, "maximum range"; Becerra, PSOPT examples, 1.712314.
 #include <numbers>
@@ -38,7 +39,7 @@ OptimalControlProblem problem() {
 }
 
 std::vector<CheckedValue> more(const Solution& solution) {
-  // Linear pieces of length h = 1/20 miss g by up to h^2 |g''| / 8, with |g''| < 1.
+  // Piecewise linear g with h = 1/20 has an error of up to h^2 |g''| / 8, with |g''| < 1.
   return {{"g(0)", solution.trajectory.input(0.0)[0], -std::numbers::pi / 2, 4e-4, 16}};
 }
 
@@ -56,7 +57,7 @@ ReferenceCase maximum_range() {
           .options = {.intervals_per_phase = 40, .integrator = runge_kutta8()},
           .optimum = -1.712314875075,
           .digits = 13,
-          .tolerance = 1e-7,  // linear pieces leave an excess of order h^4
+          .tolerance = 1e-7,  // piecewise linear inputs cost an excess of order h^4
           .more = more};
 }
 

@@ -1,14 +1,15 @@
-// A long quiet time between two short transients: what has to be done at the ends hardly depends
-// on what is done at the other, and nothing at all is done in between.
+// A hyper-sensitive problem: two short transients at the ends, nearly independent of each other,
+// and a long time at rest between them.
 //
 //   min 1/2 int_0^10000 x^2 + u^2   x' = -x^3 + u   x(0) = 1, x(10000) = 1.5
 //
-// The Hamiltonian is zero, u = x^3 -+ x sqrt(1 + x^4), and the two transients add up:
-// J = V_s(1) + V_u(1.5) with V(x) = [x^2 sqrt(1 + x^4) + asinh x^2] / 4 -+ x^4 / 4.
-// The grid follows the time scales, by phases of given duration: 4 s and 16 s to settle, a long
-// rest in a few pieces (|x| < 1e-8), and 18 s and 2 s to depart.
+// The Hamiltonian is zero, u = x^3 -+ x sqrt(1 + x^4), and the costs of the two transients add up:
+// J = V_s(1) + V_u(1.5) with V(x) = [x^2 sqrt(1 + x^4) + asinh x^2] / 4 -+ x^4 / 4. Phases of given
+// duration adapt the grid to the time scales: 4 s and 16 s to settle, a long rest in a few
+// intervals (|x| < 1e-8), and 18 s and 2 s to depart.
 // Guess: x = 0 throughout, no input.
-// Source: Rao and Mease 1999; Patterson and Rao, GPOPS-II, which finds 6.7241 without the half.
+// Source: Rao and Mease 1999; Patterson and Rao, GPOPS-II, which finds 6.7241 without the factor
+// 1/2.
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -37,7 +38,7 @@ OptimalControlProblem problem() {
   Phase<1, 1> arrive{"arrive", Decay{}, exactly(2.0)};
   arrive.reach("end", position, exactly(1.5));
 
-  // Here both are tiny, and a step of the solver in the input acts for an hour.
+  // State and input are tiny in this phase, and a change of the input acts for an hour.
   rest.nominal(Vec<double, 1>{1e-2}, Vec<double, 1>{1e-6});
 
   OptimalControlProblem ocp("hyper-sensitive");
@@ -56,7 +57,7 @@ std::vector<CheckedValue> more(const Solution& solution) {
     return x * x * x + sign * x * std::sqrt(1 + std::pow(x, 4));
   };
   const Trajectory& trajectory = solution.trajectory;
-  // Linear pieces of length h = 1/10 s and 1/50 s miss u by up to h^2 |u''| / 8,
+  // Piecewise linear u with h = 1/10 s and 1/50 s has an error of up to h^2 |u''| / 8,
   // with u'' = 1.6 and 500.
   return {{"u(0)", trajectory.input(0.0)[0], input(1.0, -1), 2e-3, 16},
           {"u(T)", trajectory.input(trajectory.end_time())[0], input(1.5, 1), 2.5e-2, 16},
@@ -77,7 +78,7 @@ ReferenceCase hyper_sensitive() {
           .options = {.intervals = {40, 40, 4, 45, 100}, .integrator = runge_kutta8()},
           .optimum = 3.362056904943002,
           .digits = 16,
-          .tolerance = 1e-6,  // linear pieces of length h leave an excess of order h^4: 4e-7
+          .tolerance = 1e-6,  // piecewise linear inputs cost an excess of order h^4: 4e-7
           .more = more};
 }
 

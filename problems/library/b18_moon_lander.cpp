@@ -1,11 +1,11 @@
-// Soft landing on the Moon with the least fuel: fall freely, then brake with full thrust.
+// Soft landing on the Moon with minimum fuel: free fall, then full thrust.
 //
 //   max m(tf)   h' = v, v' = -1 + T / m, m' = -T / 2.349   T = 0, then T = 1.227
 //   h(0) = 1, v(0) = -0.783, m(0) = 1, h(tf) = v(tf) = 0   in units of lunar gravity
 //
-// For 0 <= T <= 1.227 the minimum principle leaves no other order. Both durations follow from the
-// two conditions at the ground: nothing is left to be optimised, and the solver has to find that.
-// Guess: the start throughout, 0.5 for the coast and 0.5 for the burn.
+// For 0 <= T <= 1.227 the minimum principle permits no other order. The two conditions at the
+// ground determine both durations, so nothing is left to optimise, and the solver has to find that.
+// Guess: the constant start, 0.5 for the coast and 0.5 for the burn.
 // Source: J. Meditch, On the problem of optimal thrust programming for a lunar soft landing, IEEE
 // TAC 9 (1964); data of Becerra, PSOPT examples, and of dymos (0.3953). Closed form: Tsiolkovsky's
 // equation and its integral.
@@ -64,9 +64,9 @@ ReferenceCase moon_lander() {
           .options = {.intervals = {1, 10}, .integrator = runge_kutta8()},
           .optimum = -0.395354363964,
           .digits = 12,
-          .tolerance = 1e-9,  // the solver's
+          .tolerance = 1e-9,  // tolerance of the solver
           .switching_times = {0.239259108626},
-          .switching_tolerance = 1e-8,  // decided by the constraints
+          .switching_tolerance = 1e-8,  // the constraints determine it
           .more = more};
 }
 

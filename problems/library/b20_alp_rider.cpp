@@ -1,4 +1,4 @@
-// The Alp rider: a linear system is to stay above four steep mountains.
+// The Alp rider: a linear system must stay above four steep mountains.
 //
 //   min int_0^20 100 |x|^2 + 0.01 |u|^2
 //   x1' = -10 x1 + u1 + u2, x2' = -2 x2 + u1 + 2 u2,
@@ -6,11 +6,12 @@
 //   |x|^2 >= 3 p(t, 3, 12) + 3 p(t, 6, 10) + 3 p(t, 10, 6) + 8 p(t, 15, 4) + 0.01
 //   p(t, a, b) = exp(-b (t - a)^2),   x(0) = (2, 1, 2, 1), x(20) = (2, 3, 1, -2)
 //
-// The rows are not convex, and a mountain is less than a second wide: inputs that are constant over
-// long intervals tunnel through it between two nodes. The start is left and the end is reached
-// within a tenth of a second, where 100 equal intervals would have none: there the intervals grow
-// from 5 ms on. Guess: the start throughout, no input. Source: Betts, Practical Methods for Optimal
-// Control, 2nd ed., sec. 4.11.7 (2030.856).
+// The constraint is not convex, and a mountain is less than a second wide: with long intervals the
+// plan passes through it between two nodes. The state leaves the start and reaches the end within a
+// tenth of a second, where 100 equal intervals would have no node. There the intervals grow from 5
+// ms on.
+// Guess: the constant start, no input.
+// Source: Betts, Practical Methods for Optimal Control, 2nd ed., sec. 4.11.7 (2030.856).
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -40,7 +41,7 @@ OptimalControlProblem problem() {
   };
   Phase<4, 2> ride{"ride", Rider{}, exactly(horizon)};
   ride.keep("mountains", above, at_least(0.01))
-      .allow("mountains", 1e-2)  // beside the mountains of 3 and 8 linear inputs cannot follow them
+      .allow("mountains", 1e-2)  // at the mountains of 3 and 8, which linear inputs cannot follow
       .minimise("cost",
                 [](const auto&, const auto& x, const auto& u) {
                   return 100.0 * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) +
@@ -53,8 +54,7 @@ OptimalControlProblem problem() {
   return ocp;
 }
 
-// At both ends 12 intervals, of 5 ms and each longer than the one before it, until equal ones
-// begin.
+// At both ends 12 intervals that grow from 5 ms, then equal ones.
 Mesh mesh() {
   constexpr int graded = 12, equal = 240;
   constexpr double shortest = 0.005, growth = 1.35;  // s
@@ -82,9 +82,9 @@ ReferenceCase alp_rider() {
           .options = {.meshes = {mesh()}, .integrator = runge_kutta4({.steps = 2})},
           .optimum = 2030.856,
           .digits = 7,
-          .tolerance = 1e-4,           // linear inputs: 7e-5 above the optimum
-          .between_nodes = 1e-2,       // beside the mountains of 3 and 8
-          .replay = 1e-3,              // two steps of order four where rates are 10 per second
+          .tolerance = 1e-4,           // linear inputs cost 7e-5 more than the optimum
+          .between_nodes = 1e-2,       // at the mountains of 3 and 8
+          .replay = 1e-3,              // two steps of order four, for rates of 10 per second
           .replay_from_start = false,  // x3 and x4 grow by e^40
           .derivatives = {.intervals = 40, .integrator = implicit_midpoint({.steps = 4})}};
 }

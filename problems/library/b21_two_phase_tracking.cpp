@@ -1,12 +1,12 @@
-// A point robot follows a path with a corner: along x for one second, along y for another.
+// A point robot tracks a path with a corner: one second along x, then one second along y.
 //
 //   min int 100 |r - r_ref|^2 + 500 |v - v_ref|^2   r'' = u, |u_i| <= 10
 //   r_ref = (t/2, 0), v_ref = (1/2, 0) until t = 1, then (1/2, (t - 1)/2) and (0, 1/2)
 //   (r, v)(0) = (0, 0, 1/2, 0), (r, v)(2) = (1/2, 1/2, 0, 1/2)
 //
-// Nothing is paid for the input. It is singular, v'' follows from the costs, but for a bang of 0.05
-// s about the corner and a very short one at each end. The program is a convex quadratic one.
-// Guess: the start throughout, no input.
+// The input has no cost. It is singular, v'' follows from the costs, except for a bang of 0.05 s at
+// the corner and a very short one at each end. The program is a convex quadratic program.
+// Guess: the constant start, no input.
 // Source: Becerra, PSOPT examples, "two-phase path tracking robot", whose coarse grids give
 // 1.042568 and 1.042533; the optimum was computed independently.
 #include "problems/library/cases.hpp"
@@ -23,7 +23,7 @@ struct Robot {  // x = (r, v)
 };
 
 OptimalControlProblem problem() {
-  const Vec<double, 4> weights{200, 200, 1000, 1000};  // half of them counts
+  const Vec<double, 4> weights{200, 200, 1000, 1000};  // the cost has half of them
   const auto state = [](const auto&, const auto& x) { return x; };
 
   Phase<4, 2> along_x{"along x", Robot{}, exactly(1.0)};
@@ -61,11 +61,11 @@ ReferenceCase two_phase_tracking() {
           .exercises = "a corner of the reference between two phases, singular inputs",
           .source = "PSOPT examples, two-phase path tracking robot; optimum computed independently",
           .problem = problem,
-          // Quadratic states and quartic costs: one step of order four per interval is exact.
+          // States are quadratic, costs quartic: one step of order four per interval is exact.
           .options = {.intervals_per_phase = 80, .integrator = runge_kutta4()},
           .optimum = 1.0416861484,
           .digits = 11,
-          .tolerance = 1e-6};  // the bang does not end at a node: 2e-7
+          .tolerance = 1e-6};  // 2e-7, because the bang does not end at a node
 }
 
 }  // namespace saltus::library

@@ -2,9 +2,10 @@
 //
 //   min int x^2 + u^2   x' = u   x(0) = 1, x(0.75) = 0.9, x(1) = 0.75
 //
-// Closed form: between two points a, b that are T apart x is a combination of sinh and cosh, and
-// the cost is ((a^2 + b^2) cosh T - 2 a b) / sinh T. The input jumps at the point: it is an event.
-// Guess: the start throughout, no input.
+// Closed form: between two points a and b at a distance T in time, x is a combination of sinh and
+// cosh, and the cost is ((a^2 + b^2) cosh T - 2 a b) / sinh T. The input jumps at the point: it is
+// an event.
+// Guess: the constant start, no input.
 // Source: Becerra, PSOPT examples ("interior point constraint"), which finds 0.9205314.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -52,7 +53,7 @@ ReferenceCase interior_point() {
           .options = {.intervals = {60, 20}, .integrator = runge_kutta8()},
           .optimum = 0.920531441473003,
           .digits = 15,
-          // Linear pieces of the input of length h = 1/80 s leave an excess of order h^4.
+          // Piecewise linear inputs with h = 1/80 s cost an excess of order h^4.
           .tolerance = 1e-9};
 }
 

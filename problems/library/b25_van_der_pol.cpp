@@ -1,12 +1,12 @@
-// Van der Pol's oscillator is calmed down by an input with a lower bound that is reached.
+// Van der Pol's oscillator is damped by an input with an active lower bound.
 //
 //   min int_0^5 x1^2 + x2^2 + u^2   x1' = (1 - x2^2) x1 - x2 + u, x2' = x1
 //   x(0) = (0, 1), -0.3 <= u <= 1
 //
-// The input begins at its lower bound, rises, stays at its upper bound for a while and fades out:
-// four phases of free duration, so that no piece of the input has to bend where a bound lets go.
-// Guess: the start throughout, no input, phases of equal duration.
-// Source: TOMLAB PROPT, "Van der Pol oscillator", which finds 2.8672595; the reference is from
+// The input begins at its lower bound, rises, stays at its upper bound, and decays. These are four
+// phases of free duration, so no piece of the input bends where a bound becomes inactive.
+// Guess: the constant start, no input, phases of equal duration.
+// Source: TOMLAB PROPT, "Van der Pol oscillator", which finds 2.8672595; the reference comes from
 // indirect shooting.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -14,7 +14,7 @@
 namespace saltus::library {
 namespace {
 
-constexpr double lower = -0.3, upper = 1.0;  // of the input
+constexpr double lower = -0.3, upper = 1.0;  // bounds of the input
 
 struct Oscillator {
   template <class S>
@@ -62,7 +62,7 @@ ReferenceCase van_der_pol() {
           .options = {.intervals = {2, 15, 4, 40}, .integrator = runge_kutta8()},
           .optimum = 2.86726105,
           .digits = 9,
-          .tolerance = 2e-7};  // linear pieces leave an excess of order h^4
+          .tolerance = 2e-7};  // piecewise linear inputs cost an excess of order h^4
 }
 
 }  // namespace saltus::library

@@ -19,14 +19,14 @@
 namespace saltus::library {
 namespace {
 
-// Relative to 1 + |cost|: three orders below what is asked of costs with eight digits.
+// Relative to 1 + |cost|; three orders smaller than the tolerance of costs with eight digits.
 constexpr double cost_tolerance = 1e-9;
-// Curvature is small along some directions: the optimum is known less well than its cost.
+// The curvature is small along some directions, so the optimum is less accurate than its cost.
 constexpr double entry_tolerance = 1e-6;
 constexpr int max_iterations = 500;
 constexpr int digits = 13;
 
-// The patterns are those of the non-zero entries. What is absent is empty.
+// The patterns are those of the non-zero entries. Absent matrices are empty.
 SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& file) {
   const MatrixXd &P = data["P"], &G = data["G"], &A = data["A"];
   const int n = static_cast<int>(P.rows()), inequalities = static_cast<int>(G.rows());
@@ -88,7 +88,7 @@ MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
     throw InputError(fmt::format("'{}' has more values of x than '{}' has variables",
                                  (data / "expected.csv").string(), program.name));
   program.cost = number(field[5]);
-  // A vanishing cost and a singular P: the optimum of the quadruped has ties.
+  // With zero cost and singular P the optimum of the quadruped is not unique.
   const bool is_unique = std::abs(program.cost) > 1e-12;
   for (std::size_t i = 7; is_unique && i < field.size(); ++i) program.x.push_back(number(field[i]));
   return program;
@@ -106,7 +106,7 @@ void check(const MpcQp& program, const NlpResult& result, std::vector<CheckedVal
                        entry_tolerance * (1.0 + std::abs(program.x[i])), digits});
 }
 
-// The cost that is farthest off comes first: that is what the table shows.
+// The cost with the largest error comes first; the table shows it.
 void bring_worst_cost_to_front(std::vector<CheckedValue>& checked) {
   const auto costs_end =
       std::stable_partition(checked.begin(), checked.end(),
@@ -164,7 +164,7 @@ CaseOutcome run_mpc_qps(SolverChoice choice) {
     if (is_success(result.status)) continue;
     outcome.status = fmt::format("{}: {}", known.name, outcome.status);
     bring_worst_cost_to_front(outcome.checked);
-    return outcome;  // failed
+    return outcome;  // did not converge
   }
   bring_worst_cost_to_front(outcome.checked);
   outcome.verdict = judge(outcome.checked);

@@ -1,14 +1,15 @@
-// A fast slide that is braked, then steered by its velocity: the state loses a dimension between
+// A fast slide is braked and then steered by its velocity: the state loses a dimension between the
 // two phases. Ten intervals of 0.04 s, then fifteen of 0.04 s.
 //
 //   phase 1   p' = v, v' = a, |a| <= 50    cost 1/2 (p^2 + 0.1 v^2 + 0.001 a^2)
 //   passage   (p, v) -> p                  cost 1/2 (p^2 + 0.01 v^2), once
 //   phase 2   p' = u, |u| <= 5             cost 1/2 (p^2 + 0.1 u^2), at the end 1/2 10 p^2
 //
-// Costs are summed at the nodes: each counts with the length of the interval that it starts.
-// Guess: the start throughout, no input.
-// Source: acados, examples/acados_python/mocp_transition_example, with the passage at 0.4 s; no
-// value is printed there, the reference was computed independently.
+// Costs are summed at the nodes: each is multiplied by the length of the interval that starts
+// there.
+// Guess: the constant start, no input.
+// Source: acados, examples/acados_python/mocp_transition_example, with the transition at 0.4 s. The
+// example prints no value; the reference was computed independently.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
@@ -69,7 +70,7 @@ ReferenceCase phase_transition() {
           .options = {.intervals = {10, 15}, .integrator = runge_kutta4()},  // exact: quadratic
           .optimum = 1.025208314701,
           .digits = 13,
-          .tolerance = 1e-9};  // the solver's; 5e-13 are lost in the digits
+          .tolerance = 1e-9};  // tolerance of the solver; rounding costs 5e-13
 }
 
 }  // namespace saltus::library

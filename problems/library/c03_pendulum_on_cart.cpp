@@ -1,11 +1,11 @@
-// Swing-up of a pendulum on a cart in one second, twenty pieces of constant force.
+// Swing-up of a pendulum on a cart in one second, with twenty intervals of constant force.
 //
 //   x = (p, theta, v, w), theta = 0 upright      u = F, |F| <= 80 N
 //   min sum_k 0.05 * 1/2 (x_k' Q x_k + R F_k^2) + 1/2 x_N' Q x_N
 //
 // Costs are summed at the nodes. The problem has many local minima: from another guess solvers end
-// at 3928.8 and elsewhere. The guess here is part of the case: theta falls linearly from pi to 0,
-// everything else is zero.
+// at 3928.8 and elsewhere. The guess is part of the case: theta decreases linearly from pi to 0,
+// and everything else is zero. docs/coming_from.md compares this problem with acados.
 // Source: acados, examples/acados_python/pendulum_on_cart; the optimum was computed independently.
 #include <numbers>
 

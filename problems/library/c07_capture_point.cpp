@@ -1,14 +1,15 @@
-// When can a walker stop, and within how many steps? The linear inverted pendulum in closed form,
-// and the same answer from optimal control.
+// Can a walker stop, and within how many steps? The linear inverted pendulum answers this in closed
+// form, and optimal control gives the same answer.
 //
 //   x'' = omega^2 (x - p), xi = x + x' / omega: xi' = omega (xi - p)
 //   d_0 = r, d_N = (l - r + d_(N-1)) e^(-omega t_s) + r
 //
-// Steps no longer than l = 0.4 m, no faster than t_s = 0.3 s, the centre of pressure p at most
-// r = 5 cm from the ankle. From |xi - p0| <= d_N the walker can stop within N steps, and from
-// farther away it cannot. As an optimal control problem: N phases of t_s, a step from ankle to
-// ankle between two of them, then a phase at whose end the capture point is above the foot. Its
-// start is put a micrometre inside and outside of d_N: the first must be feasible, the second not.
+// Steps have a length of at most l = 0.4 m and a duration of at least t_s = 0.3 s. The centre of
+// pressure p is at most r = 5 cm from the ankle. If |xi - p0| <= d_N, the walker can stop within N
+// steps, otherwise it cannot. The optimal control problem has N phases of t_s with a step from
+// ankle to ankle between two of them, and a last phase at whose end the capture point is above the
+// foot. It starts one micrometre inside and outside of d_N: the first problem must be feasible, the
+// second infeasible.
 // Source: Pratt et al. 2006; Koolen et al. 2012; numbers evaluated in high precision.
 #include "saltus/robots/model/capture_point.hpp"
 
@@ -30,7 +31,7 @@ constexpr double height = 0.53;  // m
 constexpr StepLimits point_foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.0};
 constexpr StepLimits flat_foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.05};
 constexpr double rounding = 1e-13;  // 15 digits are given
-constexpr double margin = 1e-6;     // m, how far from the threshold feasibility is decided
+constexpr double margin = 1e-6;     // m, distance from the threshold at which feasibility is tested
 
 // x = (capture point, ankle, next ankle), u = (centre of pressure from the ankle, speed of the next
 // ankle): m and m/s.
@@ -70,7 +71,7 @@ OptimalControlProblem walk(int steps, double capture_point, const StepLimits& li
   return ocp;
 }
 
-// 1: feasible, 0: a certificate that it is not, NaN: the solver does not know.
+// 1: feasible, 0: certified infeasible, NaN: undecided.
 double is_feasible(int steps, double capture_point) {
   MultipleShooting shooting(walk(steps, capture_point, flat_foot),
                             {.intervals_per_phase = 2, .integrator = zero_order_hold()});

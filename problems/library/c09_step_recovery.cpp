@@ -1,12 +1,12 @@
-// One tick of the controller that catches a push by a step: iCub's mass on its left foot, pushed to
-// the right, the right foot landing 60 ms later or not within the horizon. The mathematics is that
-// of problems/push_recovery/problem.cpp, here with round numbers, hard capture point rows, costs
-// summed at the nodes and a friction pyramid of four circumscribed edges: a quadratic program.
-//
-// Guess: the start throughout, no wrenches.
+// One tick of the controller that catches a push by a step. The mass of iCub stands on the left
+// foot and is pushed to the right; the right foot lands after 60 ms or beyond the horizon. The
+// mathematics is that of problems/push_recovery/problem.cpp with round numbers, hard capture point
+// rows, costs summed at the nodes and a friction pyramid of four circumscribed edges. The result is
+// a quadratic program.
+// Guess: the constant start, no wrenches.
 // Source: S. Dafarra, F. Romano and F. Nori, A receding horizon push recovery strategy for
-// balancing the iCub humanoid robot, which prints 10 ms and 15 intervals but no instance; these two
-// were constructed and solved independently, to a gap of 1e-9.
+// balancing the iCub humanoid robot, which gives 10 ms and 15 intervals but no instance. These two
+// instances were constructed and solved independently, to a gap of 1e-9.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -59,7 +59,7 @@ OptimalControlProblem problem(double impact_time) {
   tick.right_foot << 0.0, -0.12, 0.0;
   tick.gamma_desired << com_desired, 0, 0, 0, 0, 0, 0;
   tick.capture_point_desired = com_desired.head<2>();
-  Eigen::Matrix<double, 4, 2> corners;  // of both soles together, m
+  Eigen::Matrix<double, 4, 2> corners;  // of both soles, m
   corners << -0.05, -0.15, 0.1, -0.15, 0.1, 0.1, -0.05, 0.1;
   tick.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
 

@@ -1,4 +1,4 @@
-// What came out of a case of the library, in figures that can be printed, kept and compared.
+// The outcome of a case of the library as numbers that can be printed, stored and compared.
 #pragma once
 
 #include <optional>
@@ -12,40 +12,41 @@ namespace saltus {
 enum class Verdict {
   met,             ///< every checked value is within its tolerance
   missed,          ///< the solver finished, but a checked value is not
-  failed,          ///< the solver gave up
-  skipped,         ///< something from outside is absent, and the reason says what
-  not_applicable,  ///< not a problem for this solver
+  failed,          ///< the solver did not converge
+  skipped,         ///< external data are absent; the reason names them
+  not_applicable,  ///< the solver does not support the problem
 };
-/// A word for tables: "ok", "MISSED", "FAILED", "skipped", "n/a".
+/// Word in tables: "ok", "MISSED", "FAILED", "skipped", "n/a".
 const char* word_for(Verdict verdict);
 
 struct CaseOutcome {
   std::string id, name, exercises, source;
-  bool is_simulation = false;  ///< no solver took part
+  bool is_simulation = false;  ///< no solver is used
   Verdict verdict = Verdict::failed;
-  std::string status;  ///< a sentence of the solver, or why the case did not run
-  /// Everything that was compared; first what the table shows: the cost, of simulations the value
-  /// that comes nearest to its tolerance.
+  std::string status;  ///< sentence of the solver, or the reason why the case did not run
+  /// All compared values. The table shows the first one: the cost, or for simulations the value
+  /// that is nearest to its tolerance.
   std::vector<CheckedValue> checked;
-  /// Largest violation of a path constraint between the nodes, in its own units; absent: unknown.
+  /// Largest violation of a path constraint between the nodes, in units of the constraint; absent:
+  /// unknown.
   std::optional<double> between_nodes;
-  /// Grids that were made finer, because the plan went beyond a path constraint between the nodes.
+  /// Number of grid refinements because of violated path constraints between the nodes.
   int refinements = 0;
-  int iterations = 0;    ///< on all grids, like the seconds
-  double seconds = 0.0;  ///< wall clock of the solver, of simulations of everything
+  int iterations = 0;    ///< total of all grids, like the seconds
+  double seconds = 0.0;  ///< wall-clock time of the solver, or of the whole simulation
 
   bool is_wrong() const { return verdict == Verdict::missed || verdict == Verdict::failed; }
-  /// A sentence for each checked value outside its tolerance; of failures the status.
+  /// One sentence per checked value outside its tolerance; the status if the solver failed.
   std::vector<std::string> reasons() const;
-  /// The first of them, and the names of what else is outside its tolerance.
+  /// The first of these sentences, and the names of the other values outside their tolerance.
   std::string reason_in_brief() const;
-  /// "refined once: ...", empty: not refined.
+  /// "refined once: ..."; empty if the grid was not refined.
   std::string refined_in_words() const;
 };
 
-/// met or missed, by the checked values.
+/// Returns met or missed, depending on the checked values.
 Verdict judge(const std::vector<CheckedValue>& checked);
-/// Puts the value first that comes nearest to its tolerance.
+/// Moves the value that is nearest to its tolerance to the front.
 void bring_worst_to_front(std::vector<CheckedValue>& checked);
 
 }  // namespace saltus

@@ -1,4 +1,5 @@
-// The optimisation problems of the library, a function and a file each, in the order of their ids.
+// The optimisation problems of the library, one function and one file each, in the order of their
+// ids.
 #pragma once
 
 #include "problems/library/reference_case.hpp"

@@ -1,4 +1,4 @@
-// The catalogue of problems with known answers. Tests and benchmarks run over it.
+// The catalogue of problems with known answers, for tests and benchmarks.
 #pragma once
 
 #include <string>

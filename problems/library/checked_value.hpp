@@ -1,4 +1,4 @@
-// A number beside what it should be.
+// A number with its reference value.
 #pragma once
 
 #include <cmath>
@@ -10,26 +10,26 @@ namespace saltus {
 
 struct CheckedValue {
   std::string name;        ///< "x(3)[0]", "dJ/dx0"
-  double value = 0.0;      ///< ours
+  double value = 0.0;      ///< computed value
   double reference = 0.0;  ///< published, computed independently, or in closed form
   double tolerance = 0.0;  ///< absolute
-  int digits = 0;          ///< of the reference that are known; 0: not said, or a residual
+  int digits = 0;          ///< known digits of the reference; 0: unknown, or a residual
 
   double error() const { return std::abs(value - reference); }
   bool is_met() const { return error() <= tolerance; }  // false for NaN
 
-  /// error / |reference|; where the reference is zero, the error itself.
+  /// error / |reference|, or the error if the reference is zero.
   double relative_error() const {
     return reference == 0.0 ? error() : error() / std::abs(reference);
   }
-  /// The error in units of what is allowed; infinite for NaN.
+  /// Error divided by the tolerance; infinite for NaN.
   double fraction_of_tolerance() const {
     if (is_met() && error() == 0.0) return 0.0;
     const double fraction = error() / tolerance;
     return std::isnan(fraction) ? std::numeric_limits<double>::infinity() : fraction;
   }
-  /// How many significant digits agree with the known ones: the error is at most half a unit of
-  /// the last that does, and half a unit of the last known one, which may itself be rounded.
+  /// Number of significant digits that agree with the reference. The error is at most half a unit
+  /// of the last of them, plus half a unit of the last known digit, which may be rounded.
   int digits_reached() const {
     const double relative_unit = std::pow(10.0, leading_power()) / scale();
     int reached = 0;
@@ -45,7 +45,7 @@ struct CheckedValue {
   double last_place() const { return std::pow(10.0, 1 - digits); }
 };
 
-/// A residual that should vanish, and how large it may be.
+/// A residual that should be zero, with its tolerance.
 inline CheckedValue residual_of(std::string name, double value, double at_most) {
   return {.name = std::move(name), .value = value, .tolerance = at_most};
 }

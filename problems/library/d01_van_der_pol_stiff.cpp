@@ -1,10 +1,10 @@
-// The oscillator of van der Pol where it is stiff: it creeps for hundreds of seconds, then jumps
-// within a thousandth.
+// The stiff oscillator of van der Pol: slow motion for hundreds of seconds, then a jump within a
+// millisecond.
 //
 //   y1' = y2, y2' = 1e3 (1 - y1^2) y2 - y1             y(0) = (2, 0), at t = 2000
 //   y1' = y2, y2' = ((1 - y1^2) y2 - y1) / 1e-6        y(0) = (2, 0), at t = 2
 //
-// The second is the first in the time t / 1000.
+// The second form is the first one in the time t / 1000.
 // Source: Hairer and Wanner, Solving Ordinary Differential Equations II, sec. IV.10; test set for
 // initial value problem solvers (1.706167732170483, -8.928097010247975e-4).
 #include "problems/library/initial_value_problems.hpp"
@@ -15,7 +15,7 @@
 namespace saltus::library {
 namespace {
 
-// Global error of CVODES at a local one of 1e-12: measured 4e-10 after three jumps.
+// Global error of CVODES with a local tolerance of 1e-12: measured 4e-10 after three jumps.
 constexpr double relative = 1e-9;
 
 std::vector<CheckedValue> run() {
@@ -36,7 +36,7 @@ std::vector<CheckedValue> run() {
 
 std::vector<Motion> motions(const IntegratorChoice& scheme) {
   const IntegratorChoice own = cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14});
-  // A jump lasts a thousandth of the time: every tenth of a second where it is.
+  // A jump lasts a thousandth of the time, so it is sampled every tenth of a second.
   VectorXd times(4002);
   times << even_times(0.0, 800.0, 1000), even_times(801.0, 820.0, 2000),
       even_times(821.0, 2000.0, 999);

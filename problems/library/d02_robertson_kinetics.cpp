@@ -1,5 +1,5 @@
-// Robertson's chemical kinetics: rates that differ by nine orders, over five decades of time, and
-// the sensitivities to the three rate constants.
+// Robertson's chemical kinetics: rates that differ by nine orders of magnitude, over five decades
+// of time, with the sensitivities to the three rate constants.
 //
 //   y1' = p2 y2 y3 - p1 y1, y2' = p1 y1 - p2 y2 y3 - p3 y2^2, y3' = p3 y2^2
 //   y(0) = (1, 0, 0), p = (0.04, 1e4, 3e7)
@@ -15,7 +15,7 @@
 namespace saltus::library {
 namespace {
 
-// Global errors of CVODES at a local one of 1e-12, with a margin of ten.
+// Global errors of CVODES with a local tolerance of 1e-12, with a margin of ten.
 constexpr double of_state = 1e-9, of_sensitivity = 1e-8;
 
 void check_states(Integrator& integrator, std::vector<CheckedValue>& values) {

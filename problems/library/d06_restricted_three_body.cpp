@@ -1,4 +1,4 @@
-// A satellite between earth and moon on Arenstorf's orbit, which closes after one period; it passes
+// A satellite between earth and moon on Arenstorf's orbit, which closes after one period. It passes
 // both bodies so closely that errors grow by a factor of 1e4 to 1e5.
 //
 //   y1'' = y1 + 2 y2' - (1 - mu) (y1 + mu) / r1^3 - mu (y1 - 1 + mu) / r2^3
@@ -13,14 +13,14 @@
 namespace saltus::library {
 namespace {
 
-constexpr double closing_error = 1e-8;  // a local error of 1e-13 grown along the orbit
+constexpr double closing_error = 1e-8;  // a local error of 1e-13, amplified along the orbit
 
 std::vector<CheckedValue> run() {
   const auto integrator =
       arkode({.order = 8, .tolerance = 1e-13, .absolute_tolerance = 1e-15})->make(arenstorf());
   const VectorXd w = arenstorf_point();
   const VectorXd end = integrate(*integrator, w);
-  const int digits[] = {15, 1, 1, 16};  // of a zero: decimals
+  const int digits[] = {15, 1, 1, 16};  // for references that are zero: decimals
   const char* names[] = {"y1(T)", "y2(T)", "y1'(T)", "y2'(T)"};
   std::vector<CheckedValue> values;
   for (int i = 0; i < 4; ++i)

@@ -1,10 +1,10 @@
-// A ball that is dropped from 1 m and loses a fifth of its speed at every impact.
+// A ball is dropped from 1 m and loses a fifth of its speed at every impact.
 //
 //   h' = v, v' = -g; where h falls to 0: v+ = -e v-   h(0) = 1, v(0) = 0, e = 0.8, g = 9.81
 //
-// The impacts are at t1 = sqrt(2 h0 / g), then after flights of 2 e^k t1; they accumulate at
-// t1 (1 + e) / (1 - e) = 4.0637 s, behind which the model says nothing: a simulation to 5 s has to
-// stop there and say so. Sensitivities are those of the closed form.
+// The impacts occur at t1 = sqrt(2 h0 / g) and then after flights of 2 e^k t1. They accumulate at
+// t1 (1 + e) / (1 - e) = 4.0637 s, and the model has no solution beyond. A simulation to 5 s must
+// stop there and report it. The sensitivities are those of the closed form.
 #include <fmt/format.h>
 
 #include "problems/library/hybrid_systems.hpp"

@@ -1,9 +1,10 @@
-// What an event does to first-order variations: the saltation matrix, on the ball's first impact.
+// The saltation matrix, the effect of an event on first-order variations, at the first impact of
+// the ball.
 //
 //   Xi = R_x + (f+ - R_x f- - R_t) g_x / (g_t + g_x f-),   here [-e 0; -(1 + e) g / v-  -e]
 //
-// Free fall on both sides of the impact is a known linear map of the start, so that Xi is the
-// derivative over a short interval with the impact inside, without these maps.
+// Free fall on both sides of the impact is a known linear map of the start. Xi is the derivative
+// over a short interval that contains the impact, without these maps.
 // Source: Aizerman and Gantmacher 1958; closed form with the numbers of D07.
 #include <Eigen/LU>
 
@@ -28,7 +29,7 @@ std::vector<CheckedValue> run() {
                        numbers({from, impact + half}), numbers({g, e}));
   const Mat<double, 2, 2> xi =
       free_fall(half).inverse() * sim.derivative.leftCols(2) * free_fall(half).inverse();
-  constexpr double tolerance = 1e-10;  // a hundred times the local error
+  constexpr double tolerance = 1e-10;  // 100 times the local error
   return {{"Xi11", xi(0, 0), -e, tolerance, 16},
           {"Xi12", xi(0, 1), 0.0, tolerance, 16},
           {"Xi21", xi(1, 0), 3.98650222626302, tolerance, 15},

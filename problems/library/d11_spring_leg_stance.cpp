@@ -1,4 +1,4 @@
-// A runner's leg as a spring: vertical stance between touchdown and lift-off.
+// A spring as the leg of a runner: vertical stance between touchdown and lift-off.
 //
 //   y'' = -g + w^2 (l0 - y) while y < l0, -g above   w^2 = k / m, m = 80 kg, k = 20 kN/m
 //
@@ -15,7 +15,7 @@ namespace {
 std::vector<CheckedValue> run() {
   constexpr double tolerance = 1e-12, v = 1.0;  // m/s at touchdown, downwards
   const SpringLeg leg;
-  // From a flight that began 50 ms before touchdown.
+  // The flight begins 50 ms before touchdown.
   const double fall = 0.05, g = leg.gravity, w = leg.frequency();
   const VectorXd start = numbers({fall * (v - 0.5 * g * fall), -v + g * fall});
   const double lowest = fall + (std::numbers::pi - std::atan(w * v / g)) / w;

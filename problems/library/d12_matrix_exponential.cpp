@@ -1,11 +1,11 @@
-// A linear system that switches once, and its quadratic cost, by matrix exponentials alone.
+// A linear system that switches once, and its quadratic cost, from matrix exponentials alone.
 //
 //   x' = A1 x until tau, then x' = A2 x    A1 = [-1 0; 1 2], A2 = [1 1; 1 -2]
 //   J = int_0^1 x'x dt                     x(0) = (1, 1)
 //
-// exp([-A', Q; 0, A] t) = [., G12; 0, F] gives the flow F and the Gram matrix F'G12, with which
-// int x'Qx dt = x0' F'G12 x0. The derivative of J with respect to tau vanishes at the best tau.
-// Source: Van Loan, IEEE TAC 23 (1978) 395-404; system and best tau from Egerstedt, Wardi and
+// exp([-A', Q; 0, A] t) = [., G12; 0, F] gives the flow F and the Gram matrix F'G12, so that int
+// x'Qx dt = x0' F'G12 x0. The derivative of J with respect to tau vanishes at the optimal tau.
+// Source: Van Loan, IEEE TAC 23 (1978) 395-404; system and optimal tau from Egerstedt, Wardi and
 // Axelsson, IEEE TAC 51 (2006) 110-115, and SwitchTimeOpt.jl, test/linsys.jl, with more digits.
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/motion.hpp"

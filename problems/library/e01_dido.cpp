@@ -1,13 +1,15 @@
 // Dido's problem: the curve of given length between two points that encloses the largest area with
-// the straight line between them.
+// the line between them.
 //
 //   max int x   x' = u   x(0) = x(1) = 0,  int sqrt(1 + u^2) <= pi / 3
 //
-// The length is bounded from above, which makes the program convex. An arc of a circle whose chord
-// is 1 and whose length is pi / 3: radius 1, angle pi / 3, area (pi / 3 - sin(pi / 3)) / 2. It is
-// cut into two phases at t = 0.4, through which the length goes on. Guess: the line, and a
-// parabola's slope, for the length of the line has no derivative. Source: the isoperimetric problem
-// of antiquity; closed form.
+// The length has an upper bound, which makes the program convex. The optimum is an arc of a circle
+// with chord 1 and length pi / 3: radius 1, angle pi / 3, area (pi / 3 - sin(pi / 3)) / 2. The
+// problem is split into two phases at t = 0.4, and the integral of the length continues through
+// both.
+// Guess: the line for the state and the slope of a parabola, because the length of the line has a
+// zero derivative.
+// Source: the isoperimetric problem of antiquity; closed form.
 #include <cmath>
 #include <numbers>
 
@@ -63,7 +65,7 @@ ReferenceCase dido() {
           .options = {.intervals = {40, 60}, .integrator = runge_kutta4()},
           .optimum = -0.5 * (length - std::sqrt(0.75)),
           .digits = 15,
-          // Linear pieces of the slope of length h = 1/100 leave an error of order h^4.
+          // A piecewise linear slope with h = 1/100 has an error of order h^4.
           .tolerance = 1e-8};
 }
 

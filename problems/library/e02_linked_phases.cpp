@@ -1,16 +1,17 @@
-// Links between phases that are no neighbours: the place that the first phase reaches is where the
-// third has to be one ahead of, and both last equally long.
+// Links between phases that are not neighbours: the third phase must end one unit beyond the end of
+// the first, and both have the same duration.
 //
 //   min int c u^2   x' = u   c = 1, 1, 2 in the three phases, 3 s in all
 //   x(0) = 0, x(t1) = 1/2,  x(t3) = x(t1) + 1,  T3 = T1
 //
-// Within a phase u is constant. The distance 1 is shared between the second and the third phase as
-// T2 : T3 / 2, and costs 1 / (T2 + T3 / 2); with T2 = 3 - 2 T1
+// Within a phase u is constant. The second and the third phase share the distance 1 in the ratio T2
+// : T3 / 2, which costs 1 / (T2 + T3 / 2). With T2 = 3 - 2 T1:
 //
 //   J = 1 / (4 T1) + 1 / (3 - 3 T1 / 2),   T1 = 3 / (3/2 + sqrt 6),
 //   J = (3/2 + sqrt 6) (1/12 + 1 / (3 sqrt 6)).
 //
-// Guess: a second each, no input. Source: closed form.
+// Guess: one second per phase, no input.
+// Source: closed form.
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -66,7 +67,7 @@ ReferenceCase linked_phases() {
           .options = {.intervals_per_phase = 5, .integrator = runge_kutta4()},
           .optimum = (1.5 + root) * (1.0 / 12.0 + 1.0 / (3.0 * root)),
           .digits = 15,
-          .tolerance = 1e-9,  // nothing is discretised: what the solver leaves
+          .tolerance = 1e-9,  // tolerance of the solver; nothing is discretised
           .switching_times = {first, 3.0 - first}};
 }
 

@@ -1,10 +1,11 @@
-// When to set out: a crossing of one hour in a current that changes with the time of day.
+// A free start time: a crossing of one hour in a current that changes with the time of day.
 //
 //   min int u^2   x' = u + cos t   x(t0) = 0, x(t0 + 1) = 2, t0 free
 //
-// u is constant and has to add what the current does not: 2 - (sin(t0 + 1) - sin t0), least where
-// the current helps most, t0 = -1/2: J = (2 - 2 sin(1/2))^2.
-// Guess: t0 = 1/2, the start throughout, no input. Source: closed form.
+// u is constant and has to supply the rest of the distance, 2 - (sin(t0 + 1) - sin t0). It is
+// smallest at t0 = -1/2, where the current helps most: J = (2 - 2 sin(1/2))^2.
+// Guess: t0 = 1/2, the constant start, no input.
+// Source: closed form.
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -46,7 +47,7 @@ ReferenceCase tide() {
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta8()},
           .optimum = (2.0 - help) * (2.0 - help),
           .digits = 15,
-          .tolerance = 1e-9,  // constant inputs are optimal: what the solver leaves
+          .tolerance = 1e-9,  // tolerance of the solver; constant inputs are optimal
           .more = [](const Solution& s) -> std::vector<CheckedValue> {
             return {{"start time", s.trajectory.start_time(), -0.5, 1e-5}};
           }};

@@ -1,10 +1,10 @@
-// Delays in state and input: what happens now depends on the state of a second and the input of two
+// Delays in state and input: the derivative depends on the state one second ago and the input two
 // seconds ago.
 //
 //   min int_0^3 x^2 + u^2   x'(t) = x(t - 1) u(t - 2)   x = 1, u = 0 for t <= 0
 //
-// The method of steps: the three seconds are one phase of a second with three states and inputs,
-// x_i(s) = x(s + i), and links join the end of each history to the start of the next:
+// The method of steps: one phase of one second has three states and three inputs, x_i(s) = x(s +
+// i), one per second of the problem. Links join the end of each history to the start of the next:
 //
 //   x_0' = 0, x_1' = 0, x_2' = x_1 u_0,   x_1(0) = x_0(1), x_2(0) = x_1(1).
 //
@@ -60,7 +60,7 @@ ReferenceCase delayed_product() {
           .options = {.intervals_per_phase = 50, .integrator = runge_kutta8()},
           .optimum = 2.0 + std::tanh(1.0),
           .digits = 15,
-          // Linear pieces of the input of length h = 1/50 s leave an excess of order h^4.
+          // Piecewise linear inputs with h = 1/50 s cost an excess of order h^4.
           .tolerance = 1e-8};
 }
 

@@ -1,12 +1,13 @@
-// A thermostat whose heater remembers whether it is on: between its two temperatures the state does
-// not tell the mode. How strong a heater brings the room to 1.5 at the end?
+// A thermostat with hysteresis: between its two temperatures the state does not determine the mode.
+// The unknown is the power of the heater that brings the room to 1.5 at the end.
 //
 //   min p^2   heating: x' = p - x until x = 2,   idle: x' = -x until x = 1
 //   x(0) = 1, heating; x(T) = 3/2 with T = ln(16 / 3)
 //
-// It heats for ln((p - 1) / (p - 2)), idles for ln 2, and heats again: 2 e^-T (p - 1)^2 =
-// (p - 3/2) (p - 2), of which p = 3 is the root above 2. So p^2 = 9, and the events are at ln 2 and
-// ln 4. Guess: p = 2.8, simulated. Source: closed form.
+// It heats for ln((p - 1) / (p - 2)), idles for ln 2, and heats again: 2 e^-T (p - 1)^2 = (p - 3/2)
+// (p - 2), whose root above 2 is p = 3. So p^2 = 9, and the events are at ln 2 and ln 4.
+// Guess: p = 2.8, simulated.
+// Source: closed form.
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -68,7 +69,7 @@ ReferenceCase thermostat_size() {
           .options = {.intervals_per_phase = 12, .integrator = runge_kutta8({.steps = 2})},
           .optimum = 9.0,
           .digits = 15,
-          .tolerance = 1e-8};  // one equation decides: what the solver leaves
+          .tolerance = 1e-8};  // tolerance of the solver; one equation determines the optimum
 }
 
 }  // namespace saltus::library

@@ -1,5 +1,5 @@
-// Three carts are pulled towards 1, and not reaching it is paid for in three ways, through three
-// kinds of terms.
+// Three carts are pulled towards 1. A soft term penalises the rest of the distance, each with
+// another penalty and another kind of term.
 //
 //   min int |u|^2 / 2 + P(v)   x' = u, x(0) = 0, one second, v = max(0, 1 - what is reached)
 //
@@ -9,7 +9,8 @@
 //   L2, weight 2, of x(1) - x(0), a link:                u = 2/3              v = 1/3  cost 1/3
 //   Huber, weight 2 up to 1/4, of int x, an integral:    u = (1 - t) / 2      v = 5/6  cost 19/48
 //
-// Guess: at rest. Source: closed form.
+// Guess: at rest.
+// Source: closed form.
 #include "problems/library/cases.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
@@ -55,7 +56,7 @@ ReferenceCase soft_targets() {
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},
           .optimum = 8.0 / 25.0 + 1.0 / 3.0 + 19.0 / 48.0,
           .digits = 15,
-          .tolerance = 1e-8,  // what the solver leaves
+          .tolerance = 1e-8,  // tolerance of the solver
           .more = [](const Solution& s) -> std::vector<CheckedValue> {
             std::vector<CheckedValue> values;
             for (const SoftViolation& v : s.soft_violations)

@@ -1,12 +1,13 @@
-// A state that is 1 at both ends and pays for being anywhere but at zero: two thin layers with
+// A state that is 1 at both ends and has a cost everywhere else: two thin boundary layers with
 // nothing between them.
 //
 //   min int x^2 + e^2 u^2   x' = u   x(0) = x(1) = 1,  e = 1/100
 //
-// x = cosh((t - 1/2) / e) / cosh(1 / (2 e)), J = 2 e tanh(1 / (2 e)). The layers are e thick: a
-// graded mesh of 60 intervals, 40 times shorter at the ends than in the middle, has ten in each.
-// Guess: the start throughout, no input. Source: the standard example of singular perturbation;
-// closed form.
+// x = cosh((t - 1/2) / e) / cosh(1 / (2 e)), J = 2 e tanh(1 / (2 e)). The layers have the thickness
+// e. A graded mesh of 60 intervals, 40 times shorter at the ends than in the middle, has ten in
+// each layer.
+// Guess: the constant start, no input.
+// Source: the standard example of singular perturbation; closed form.
 #include <cmath>
 
 #include "problems/library/cases.hpp"
@@ -53,7 +54,8 @@ ReferenceCase boundary_layers() {
           .options = {.meshes = {mesh_graded_to_both_ends(60, 40.0)}, .integrator = runge_kutta8()},
           .optimum = 2.0 * thickness * std::tanh(0.5 / thickness),
           .digits = 15,
-          // Linear pieces of a tenth of the layer leave 1e-5 of its cost; 60 equal intervals 1e-3.
+          // Linear pieces of a tenth of the layer have a relative cost error of 1e-5, 60 equal
+          // intervals 1e-3.
           .tolerance = 1e-6};
 }
 

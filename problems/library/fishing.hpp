@@ -1,5 +1,5 @@
-// Predators, prey and a boat that is out or in: what the fishing problems with a sequence
-// (a06_fishing.cpp) and without one (s04_fishing_modes.cpp) share.
+// Common parts of the fishing problems with a given sequence (a06_fishing.cpp) and without one
+// (s04_fishing_modes.cpp).
 #pragma once
 
 #include "saltus/ocp/phase.hpp"
@@ -16,7 +16,7 @@ struct Populations {  // x = (prey, predators)
   }
 };
 
-/// (x1 - 1)^2 + (x2 - 1)^2: both are wanted near 1.
+/// (x1 - 1)^2 + (x2 - 1)^2: distance of both populations from 1.
 struct Deviation {
   template <class S>
   S operator()(const S&, const Vec<S, 2>& x) const {

@@ -1,5 +1,5 @@
-// Hybrid systems with known answers, as the simulations of the library and the tests of the
-// integrators state them.
+// Hybrid systems with known answers, for the simulations of the library and the tests of the
+// integrators.
 #pragma once
 
 #include <cmath>
@@ -11,11 +11,11 @@
 #include "saltus/model/automaton.hpp"
 #include "saltus/model/integrator.hpp"
 
-// A namespace of its own: a case of the catalogue may carry the name of a system.
+// A separate namespace, because a case of the catalogue may have the name of a system.
 namespace saltus::library {
 inline namespace hybrid_systems {
 
-/// An automaton as the problem of an interval; everything is differentiated.
+/// An automaton as the problem of one interval, differentiated with respect to everything.
 template <int nx, int nu, int np>
 IntervalProblem hybrid_problem(const Automaton<nx, nu, np>& automaton,
                                InputShape shape = InputShape::constant) {
@@ -43,7 +43,7 @@ struct Bounce {
   }
 };
 
-/// A ball that falls onto the ground again and again: x = (height m, speed m/s),
+/// A bouncing ball: x = (height m, speed m/s),
 /// p = (gravity m/s^2, restitution).
 inline IntervalProblem bouncing_ball() {
   const auto height = [](const auto&, const auto& x) { return x[0]; };
@@ -89,7 +89,7 @@ struct Spiral {
   }
 };
 
-/// Its sense of rotation changes at |x| = 1.
+/// Oscillator that changes its sense of rotation at |x| = 1.
 inline IntervalProblem oscillator() {
   const auto radius = [](const auto&, const auto& x) { return x[0] * x[0] + x[1] * x[1] - 1.0; };
   Automaton<2> system;
@@ -99,7 +99,7 @@ inline IntervalProblem oscillator() {
   return hybrid_problem(system);
 }
 
-/// A speed that depends on time only, in m/s and m/s^2.
+/// Speed that depends only on time, m/s and m/s^2.
 struct Ramp {
   double intercept, slope;
   template <class S>
@@ -117,7 +117,7 @@ inline IntervalProblem scalar_filippov(Ramp below, Ramp above) {
   return hybrid_problem(system);
 }
 
-/// Local error 1e-12: what the library's answers to twelve digits ask for.
+/// Local error 1e-12, as required by answers with twelve digits.
 inline IntegratorChoice tight_scheme() {
   return cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14});
 }
@@ -126,7 +126,7 @@ inline HybridSimulation simulate_tightly(const IntervalProblem& problem, const V
   return simulate_hybrid(tight_scheme(), problem, x0, times, MatrixXd(0, times.size() - 1), p);
 }
 
-/// Time of an event; NaN if there are fewer.
+/// Time of an event; NaN if it does not exist.
 inline double event_time(const HybridSimulation& simulation, std::size_t index) {
   return index < simulation.events.size() ? simulation.events[index].time : std::nan("");
 }

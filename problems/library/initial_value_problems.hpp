@@ -1,5 +1,5 @@
-// Initial value problems with published or independently computed answers, as the simulations of
-// the library and the tests of the integrators state them.
+// Initial value problems with published or independently computed answers, for the simulations of
+// the library and the tests of the integrators.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace saltus::library {
 
-/// End state and running costs; NaN where the integration failed.
+/// End state and running costs; NaN if the integration fails.
 inline VectorXd integrate(Integrator& integrator, const VectorXd& w) {
   VectorXd end(integrator.outputs());
   if (integrator.value(w.data(), end.data()) != IntegrationStatus::success)
@@ -17,7 +17,7 @@ inline VectorXd integrate(Integrator& integrator, const VectorXd& w) {
   return end;
 }
 
-/// Their derivatives with respect to w; NaN where the integration failed.
+/// Derivatives of the above with respect to w; NaN if the integration fails.
 inline MatrixXd sensitivities(Integrator& integrator, const VectorXd& w) {
   VectorXd end(integrator.outputs());
   MatrixXd derivative(integrator.outputs(), w.size());
@@ -26,7 +26,7 @@ inline MatrixXd sensitivities(Integrator& integrator, const VectorXd& w) {
   return derivative;
 }
 
-/// y1' = y2, y2' = a (1 - y1^2) y2 - b y1; stiff for large a. No derivatives wanted.
+/// y1' = y2, y2' = a (1 - y1^2) y2 - b y1; stiff for large a. Not differentiated.
 inline IntervalProblem van_der_pol(double b, double a) {
   IntervalProblem problem;
   problem.arguments = {2, 0, 0};

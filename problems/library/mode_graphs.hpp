@@ -1,4 +1,4 @@
-// Problems whose sequence of modes is to be found.
+// Problems whose sequence of modes is searched.
 #pragma once
 
 #include "saltus/sequences/mode_graph.hpp"
@@ -8,11 +8,11 @@ namespace saltus::library {
 /// A pole on a cart between two soft walls that it may lean on, sampled every 0.1 s; the state is
 /// (cart, pole angle, velocities) in m and rad.
 ModeGraph cart_between_walls(const VectorXd& start);
-/// Three rooms, each heated or not, at most two at a time, sampled every 10 min; deg C.
+/// Three rooms with a heater each, at most two on, sampled every 10 min; deg C.
 ModeGraph thermostats(const VectorXd& start);
-/// Two tanks, a pump into the first and one from it to the second, each on or off, every 30 s; m.
+/// Two tanks, a pump into the first and a pump to the second, on or off, sampled every 30 s; m.
 ModeGraph two_tanks(const VectorXd& start);
-/// When to fish, all or nothing, over twelve units of time with any number of trips.
+/// Fishing on or off over twelve time units with any number of trips.
 ModeGraph fishing_modes();
 
 }  // namespace saltus::library

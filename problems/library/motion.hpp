@@ -1,4 +1,4 @@
-// The motions of the simulations, sampled: what is written and drawn when one is run by name.
+// Sampled motions of the simulations. A run by name writes and draws them.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace saltus::library {
 
-/// From x0 through all `times`, with the parameters p. Ends early, and says why, where the
-/// integration fails. Throws DefinitionError when the scheme does not fit the problem.
+/// Integrates from x0 through all `times` with the parameters p. Ends early with a reason if the
+/// integration fails. Throws DefinitionError if the scheme does not fit the problem.
 Motion simulate_motion(const IntervalProblem& problem, const IntegratorChoice& scheme,
                        const VectorXd& x0, const VectorXd& times, const VectorXd& p = VectorXd());
 

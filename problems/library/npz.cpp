@@ -39,7 +39,8 @@ class Bytes {
   const std::string& path_;
 };
 
-// One member: magic, version, length of a header that reads like Python, numbers by rows.
+// One member: magic number, version, length of the header, a header in Python syntax, numbers by
+// rows.
 std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
   if (file.at(offset, 6) != std::string_view("\x93NUMPY", 6)) file.fail("a member is no array");
   const bool first_version = file.number<std::uint8_t>(offset + 6) == 1;
@@ -73,7 +74,7 @@ std::map<std::string, MatrixXd> read_npz(const std::string& path) {
   const std::string data = file_content(path);
   const Bytes file(data, path);
 
-  // The archive's directory is found from its end.
+  // The directory of the archive is located from the end of the file.
   const std::size_t end = data.rfind("PK\x05\x06");
   if (end == std::string::npos) file.fail("it is no zip archive");
   const int members = file.number<std::uint16_t>(end + 10);

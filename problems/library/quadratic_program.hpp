@@ -1,4 +1,4 @@
-// A quadratic program with sparse data as a program that every solver takes.
+// A quadratic program with sparse data as a NonlinearProgram, for every solver.
 #pragma once
 
 #include <string>

@@ -16,9 +16,9 @@
 namespace saltus {
 namespace {
 
-// A solve that does not come to an end must not hold up those that follow it.
+// A solve that does not end must not block the next ones.
 constexpr double time_limit = 120.0;  // s
-// A flow that magnifies more makes of rounding what the replay from the start would measure.
+// If the flow amplifies errors by more, a replay from the start would measure rounding.
 constexpr double steady_growth = 1e4;
 
 CaseOutcome outcome_for(const auto& c) {
@@ -42,7 +42,7 @@ void check_switching_times(const ReferenceCase& c, const Solution& solution,
   }
 }
 
-// What the program does not see: path constraints inside the intervals.
+// The program does not contain path constraints inside the intervals.
 void check_between_nodes(const ReferenceCase& c, const Solution& solution, CaseOutcome& outcome) {
   if (!solution.verification) return;
   const VerifiedMiss& worst = solution.verification->between_nodes;
@@ -55,7 +55,7 @@ void check_between_nodes(const ReferenceCase& c, const Solution& solution, CaseO
       residual_of("violation between the nodes" + where, worst.amount, c.between_nodes));
 }
 
-// The plan integrated again must be the plan.
+// A replay must reproduce the plan.
 void check_replay(const ReferenceCase& c, const Solution& solution,
                   std::vector<CheckedValue>& checked) {
   const ReplayReport report = replay(c.problem(), solution.trajectory,
@@ -93,7 +93,7 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
                      .reference = c.optimum,
                      .tolerance = c.tolerance * (1.0 + std::abs(c.optimum)),
                      .digits = c.digits});
-  if (!solution.ok()) return outcome;  // failed
+  if (!solution.ok()) return outcome;  // did not converge
   check_switching_times(c, solution, checked);
   if (c.more)
     for (CheckedValue& v : c.more(solution)) checked.push_back(std::move(v));

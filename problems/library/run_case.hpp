@@ -1,4 +1,4 @@
-// Solves a case of the library with a solver of choice and compares everything that is known of it.
+// Solves a case of the library with a given solver and compares the result with the known values.
 #pragma once
 
 #include <memory>
@@ -12,33 +12,33 @@
 
 namespace saltus {
 
-/// Scaled KKT error asked of the solvers: two orders below the accuracy asked of the costs, so that
-/// what is measured is the transcription.
+/// Scaled KKT error of the solvers: two orders smaller than the tolerance of the costs, so that the
+/// test measures the transcription.
 inline constexpr double library_solver_tolerance = 1e-10;
-/// Of our own residual, which is not scaled by rows.
+/// Tolerance of the independent residual, which is not scaled by rows.
 inline constexpr double library_kkt_limit = 100.0 * library_solver_tolerance;
 
-/// A solver as the suite asks for it.
+/// Creates a solver with the options of the suite.
 std::unique_ptr<Solver> make_case_solver(SolverChoice choice, int max_iterations);
 
-/// Cold, from the case's own guess.
+/// Solves the case cold, from its guess.
 Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt,
                     const SolveObserver& observer = {});
 
 /// Compares cost, switching times, KKT residual, violations between the nodes, the replay with a
-/// tighter integrator, and whatever else the case knows.
+/// tighter integrator, and the other known values of the case.
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution);
 
-/// Cold too, on a grid that solve_refined() makes finer while the plan goes further beyond a path
-/// constraint between the nodes than the case allows; `rounds` solves at most.
+/// Solves the case cold and refines the grid by solve_refined() while the plan violates a path
+/// constraint between the nodes by more than the case permits; at most `rounds` solves.
 RefinedSolution solve_case_refined(const ReferenceCase& c,
                                    SolverChoice choice = SolverChoice::ipopt,
                                    int rounds = RefinementOptions{}.rounds,
                                    const SolveObserver& observer = {});
 CaseOutcome check_case(const ReferenceCase& c, const RefinedSolution& refined);
 
-/// Both of them. A definition that does not fit the solver is not_applicable; never throws
-/// DefinitionError.
+/// Solves and compares. The outcome is not_applicable if the definition does not fit the solver;
+/// never throws DefinitionError.
 CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt,
                      const SolveObserver& observer = {});
 CaseOutcome run_case(const SimulationCase& c);

@@ -1,16 +1,17 @@
-// A pole on a cart is balanced between two walls so soft that the pole may lean on them: whether
-// and when it touches which wall decides the dynamics.
+// A pole on a cart balances between two soft walls on which it may lean. The contacts with the
+// walls determine the dynamics.
 //
 //   p'' = (m g theta + u) / M,  theta'' = ((M + m) g theta + u) / (M l) - F / (m l)
 //   tip y = p - l theta,   |u| <= 1 N, |p| <= 0.5 m, |theta| <= pi/10, |p'|, |theta'| <= 2
 //   free |y| <= d: F = 0;   right y >= d: F = -k (y - d) - c y';   left: the mirror image
 //   min sum_k h/2 (|x_k|^2 + u_k^2) + 1/2 x_N' P x_N
 //
-// M = m = 1 kg, l = 1 m, g = 10 m/s^2, d = 0.5 m, k = 100 N/m, c = 5 N s/m, h = 0.1 s; the input
-// is held, each mode's flow exact. P solves the Riccati equation of the free mode, rounded.
-// After T. Marcucci and R. Tedrake, Mixed-integer formulations for optimal control of
+// M = m = 1 kg, l = 1 m, g = 10 m/s^2, d = 0.5 m, k = 100 N/m, c = 5 N s/m, h = 0.1 s. The input is
+// held, and the flow of each mode is exact. P solves the Riccati equation of the free mode,
+// rounded.
+// Source: after T. Marcucci and R. Tedrake, Mixed-integer formulations for optimal control of
 // piecewise-affine systems (2019), and Warm start of mixed-integer programs for model predictive
-// control of hybrid systems (2021); the numbers are our own.
+// control of hybrid systems (2021). The numbers are our own.
 #include <numbers>
 
 #include "problems/library/mode_graphs.hpp"
@@ -77,7 +78,7 @@ ModeGraph cart_between_walls(const VectorXd& start) {
       .mode(mode("left", Touches::left, at_most(-wall)))
       .all_transitions()
       .minimise_at_end<4>("cost to go", cost_to_go)
-      .costs(CostRule::nodes)  // in discrete time, as in the papers
+      .costs(CostRule::nodes)  // discrete time, as in the papers
       .start_at(start);
   return graph;
 }

@@ -1,13 +1,13 @@
-// Three rooms in a row lose heat to one another and to the winter outside. A heater each is on or
-// off, two at most at a time, and whatever combination is chosen lasts half an hour.
+// Three rooms in a row exchange heat and lose it to the outside. Each has a heater that is on or
+// off, at most two are on, and each combination lasts at least half an hour.
 //
 //   T_i' = (q s_i - a (T_i - T_out) - b sum_neighbours (T_i - T_j)),  s_i in {0, 1}
 //   min sum_k h (sum_i w/2 (T_i - 21)^2 + e s_i),   17 <= T_i <= 25
 //
 // a = 0.25 / h, b = 0.4 / h, q = 9 K/h, T_out = 2 deg C, w = 1 / K^2 h, e = 0.6 / h, sample 10 min.
-// After the temperature control of A. Bemporad and M. Morari, Control of systems integrating logic,
-// dynamics, and constraints (Automatica, 1999), as hysteresis thermostats of several rooms are
-// treated since; the numbers are our own.
+// Source: after the temperature control of A. Bemporad and M. Morari, Control of systems
+// integrating logic, dynamics, and constraints (Automatica, 1999), and later problems with
+// hysteresis thermostats in several rooms. The numbers are our own.
 #include <fmt/format.h>
 
 #include <array>
@@ -63,7 +63,7 @@ ModeGraph thermostats(const VectorXd& start) {
                               cost += 0.5 * (T[i] - wanted) * (T[i] - wanted);
                             return cost;
                           })
-      .costs(CostRule::nodes)  // in discrete time, as in the paper
+      .costs(CostRule::nodes)  // discrete time, as in the paper
       .start_at(start);
   return graph;
 }

@@ -1,13 +1,14 @@
-// Two tanks: a pump fills the first, another lifts from the first into the second, which leaks into
-// the works it feeds. Each pump runs or stands still; a valve in the outlet is set freely.
+// Two tanks: one pump fills the first tank, another pumps from the first into the second one, which
+// leaks and supplies a plant. Each pump is on or off; the valve in the outlet is continuous.
 //
 //   h1' = (q1 s1 - q2 s2) / A - c h1,   h2' = (q2 s2 - v) / A - c h2,   s1, s2 in {0, 1}
 //   min sum_k h (10 (h1 - 0.3)^2 / 2 + 40 (h2 - 0.4)^2 / 2 + 4 (v - 0.6)^2 / 2 + e (s1 + s2))
 //   0.05 <= h1 <= 0.6, 0.05 <= h2 <= 0.6 (m),   0 <= v <= 1 (10^-4 m^3/s)
 //
-// A = 0.0154 m^2, q1 = q2 = 10^-4 m^3/s, c = 0.0008 / s, e = 0.05, sample 30 s; of weights per s
-// 1/30. A pump that was started runs for a minute at least. Levels, section and flow of the
-// two-tank benchmark of the literature on mixed logical dynamical systems; the rest is our own.
+// A = 0.0154 m^2, q1 = q2 = 10^-4 m^3/s, c = 0.0008 / s, e = 0.05, sample 30 s; weights are per s,
+// times 1/30. A pump runs for at least one minute.
+// Source: levels, section and flow of the two-tank benchmark in the literature on mixed logical
+// dynamical systems; the other numbers are our own.
 #include <fmt/format.h>
 
 #include "problems/library/mode_graphs.hpp"
@@ -60,7 +61,7 @@ ModeGraph two_tanks(const VectorXd& start) {
                             const auto a = h[0] - 0.3, b = h[1] - 0.4;
                             return 50.0 * a * a + 200.0 * b * b;
                           })
-      .costs(CostRule::nodes)  // in discrete time, as in the literature
+      .costs(CostRule::nodes)  // discrete time, as in the literature
       .start_at(start);
   return graph;
 }

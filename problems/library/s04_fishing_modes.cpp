@@ -1,11 +1,11 @@
-// The fishing problem (a06_fishing.cpp) without its sequence: the boat is out or in, and how often
-// it goes out is to be found.
+// The fishing problem (a06_fishing.cpp) with a free sequence: the boat is out or in, and the number
+// of trips is unknown.
 //
 //   min int_0^12 (x1 - 1)^2 + (x2 - 1)^2      x(0) = (0.5, 0.7)
 //   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     w in {0, 1}
 //
-// With any effort in between the optimum is 1.34408 (a08_fishing_relaxed.cpp), which no sequence
-// can beat: S. Sager, mintOC.de.
+// With a continuous effort the optimum is 1.34408 (a08_fishing_relaxed.cpp), a lower bound for
+// every sequence: S. Sager, mintOC.de.
 #include "problems/library/fishing.hpp"
 #include "problems/library/mode_graphs.hpp"
 

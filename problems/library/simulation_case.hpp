@@ -1,4 +1,4 @@
-// A simulation or closed form with known answers: what runs and what has to come out.
+// A simulation or closed form with known answers.
 #pragma once
 
 #include <functional>
@@ -10,27 +10,26 @@
 
 namespace saltus {
 
-/// A motion to be looked at.
+/// A sampled motion.
 struct Motion {
-  std::string name;  ///< of files: "crossing"; empty where the case has one only
+  std::string name;  ///< name of its files, for example "crossing"; empty if the case has only one
   Recording recording;
-  std::string failure = {};  ///< a sentence; empty: it reached its end
+  std::string failure = {};  ///< one sentence; empty if the motion reached its end
   std::string integrator = {};
-  /// Columns to draw against one another, "y1" and "y2"; empty: against time only.
+  /// Columns to draw against each other, for example "y1" and "y2"; empty: only against time.
   std::vector<std::string> plane = {};
   bool logarithmic_time = false;
 };
 
 struct SimulationCase {
-  std::string id;            ///< short and stable, as in the literature list: "D01"
+  std::string id;            ///< short and stable, for example "D01"
   std::string name;          ///< of the file in problems/library: "van_der_pol_stiff"
-  std::string summary = {};  ///< one sentence on what moves
-  std::string exercises;     ///< what of the framework it puts to the test
-  std::string source;        ///< where the statement and the answers come from
-  /// Everything that is known, each with its own tolerance. What could not be computed is NaN.
+  std::string summary = {};  ///< one sentence that states the problem
+  std::string exercises;     ///< features of the framework that the case tests
+  std::string source;        ///< source of the statement and the answers
+  /// All known values, each with its tolerance. A value that could not be computed is NaN.
   std::function<std::vector<CheckedValue>()> run;
-  /// The motions of the case, for tables and pictures: by the scheme given, or by its own if none
-  /// is.
+  /// The motions of the case, for tables and pictures, by the given scheme or by that of the case.
   std::function<std::vector<Motion>(const IntegratorChoice& scheme)> motions = {};
 };
 

@@ -1,4 +1,4 @@
-// The simulations of the library, a function and a file each, in the order of their ids.
+// The simulations of the library, one function and one file each, in the order of their ids.
 #pragma once
 
 #include "problems/library/simulation_case.hpp"
