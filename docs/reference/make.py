@@ -24,21 +24,24 @@ THEME = "/usr/share/doxygen-awesome-css"
 STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
           "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
 SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
-# In the order of the sidebar; pages that are not named here follow.
-PAGES = [
-    "README.md", "docs/install.md", "docs/tutorial.md", "docs/formulation.md", "docs/concepts.md", "docs/howto.md",
-    "docs/running.md", "docs/comparison.md", "docs/glossary.md", "docs/promise.md", "docs/faults.md", "docs/mutants.md",
-    "docs/sanitizers.md", "docs/repeatability.md",
-    "docs/migration.md", "docs/third_parties.md",
-    "problems/README.md", "problems/push_recovery/README.md", "problems/push_recovery/experiments.md",
-    "problems/push_recovery/step_planning.md",
-    "problems/quadruped/quadruped.md", "robots/README.md",
-    "benchmarks/README.md", "benchmarks/measured.md", "examples/README.md",
-    "framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
-    "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
-    "framework/design/sequences.md", "framework/design/switch_times.md", "framework/design/decisions.md",
-    "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md",
-]
+# The sidebar: groups in the order in which a newcomer asks, and their pages. Other pages join the last group.
+GROUPS = {
+    "Getting started": ["docs/install.md", "docs/tutorial.md", "docs/running.md"],
+    "Problem formulation": ["docs/formulation.md", "docs/concepts.md", "docs/glossary.md"],
+    "How-to": ["docs/howto.md", "docs/troubleshooting.md", "docs/coming_from.md"],
+    "Examples gallery": ["docs/gallery.md", "examples/README.md", "problems/README.md"],
+    "Solvers": ["docs/choosing.md", "docs/comparison.md", "benchmarks/README.md", "benchmarks/measured.md"],
+    "Robots": ["robots/README.md", "problems/push_recovery/README.md", "problems/push_recovery/experiments.md",
+               "problems/push_recovery/step_planning.md", "problems/quadruped/quadruped.md"],
+    "Reference": ["docs/promise.md", "docs/repeatability.md", "docs/bad_inputs.md", "docs/migration.md",
+                  "CHANGELOG.md", "docs/third_parties.md"],
+    "Theory": ["framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
+               "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
+               "framework/design/sequences.md", "framework/design/switch_times.md"],
+    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", "docs/faults.md", "docs/mutants.md",
+                     "docs/sanitizers.md", "SECURITY.md"],
+}
+PAGES = ["README.md", *(page for pages in GROUPS.values() for page in pages)]
 
 
 def label(page):
@@ -146,9 +149,18 @@ class Page:
         return "\n".join(out) + "\n"
 
 
+def group_page(title, pages):
+    """A page that lists the pages of a group, which makes them its children in the sidebar."""
+    lines = [f"# {title} {{#group_{re.sub(r'[^a-z]', '_', title.lower())}}}", ""]
+    if title == "Reference":
+        lines += ["*Classes*, *Namespaces* and *Files* in the sidebar list every public name. *Files* has one page per "
+                  "header.", ""]
+    return "\n".join([*lines, *(f"- \\subpage {label(name)}" for name in pages)]) + "\n"
+
+
 def write_pages(folder):
-    """PAGES, then what else there is; returns their files in order, the pictures, and sentences
-    on links and pictures that lead nowhere."""
+    """Writes the pages for Doxygen: the README, then each group with its pages. Returns the files in order, the
+    pictures, and one sentence per broken link and missing picture."""
     names = [name for name in PAGES if os.path.exists(os.path.join(ROOT, name))]
     lacking = [f"make.py: there is no page {name}" for name in PAGES if name not in names]
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
@@ -159,11 +171,20 @@ def write_pages(folder):
                for name, path in public_headers.public_headers()}
     files, pictures = [], {}
     os.makedirs(folder)
-    for i, name in enumerate(names):
-        path = os.path.join(folder, f"{i:02}_{name.replace('/', '_')}")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(Page(name, names, headers, pictures, lacking).text())
-        files.append(path)
+
+    def write(name, text):
+        files.append(os.path.join(folder, f"{len(files):02}_{name.replace('/', '_')}"))
+        with open(files[-1], "w", encoding="utf-8") as file:
+            file.write(text)
+
+    write("README.md", Page("README.md", names, headers, pictures, lacking).text())
+    grouped = {title: [name for name in pages if name in names] for title, pages in GROUPS.items()}
+    others = [name for name in names if name not in PAGES]
+    grouped[list(grouped)[-1]] += others
+    for title, pages in grouped.items():
+        write(title + ".md", group_page(title, pages))
+        for name in pages:
+            write(name, Page(name, names, headers, pictures, lacking).text())
     return files, pictures, lacking
 
 

@@ -4,10 +4,11 @@ import concurrent.futures
 import dataclasses
 import math
 import os
+import re
 from typing import Tuple
 
 from comparisons import COMPASS
-from programs import humanoid, rows_of
+from programs import ROOT, humanoid, rows_of
 from tables import FORMULA, README, markdown, toward
 
 
@@ -68,6 +69,35 @@ class Solvers:
             found = programs.suite(solver)
             met = found["within_tolerance"]
             rows.append([solver, str(met + found["missed"] + found["failed"]), str(met)])
+        return markdown(list(self.titles), rows)
+
+
+@dataclasses.dataclass
+class Library:
+    """Computing times of the optimisation problems of the library."""
+    title: str
+    readme: str = "docs/gallery.md"
+    quick: bool = False
+    exact: Tuple[str, ...] = ()
+    solvers = ("ipopt", "sparse", "riccati")
+    titles = ("problem", "ipopt, ms", "sparse, ms", "riccati, ms")
+    timed: Tuple[str, ...] = ("ipopt, ms", "sparse, ms", "riccati, ms")
+
+    def runs(self):
+        return len(self.solvers)
+
+    def shape(self):
+        with open(os.path.join(ROOT, "problems/library/cases.hpp"), encoding="utf-8") as file:
+            return list(self.titles), len(re.findall(r"^ReferenceCase \w+\(\);", file.read(), re.MULTILINE))
+
+    def make(self, programs):
+        found = {solver: {case["id"]: case for case in programs.suite(solver)["cases"]} for solver in self.solvers}
+        rows = []
+        for name, case in found["ipopt"].items():
+            if case["kind"] != "optimisation" or name == "C01":  # C01 is a set of quadratic programs from files
+                continue
+            rows.append([f"{name} {case['name']}",
+                         *(f"{1e3 * found[solver][name]['seconds']:.1f}" for solver in self.solvers)])
         return markdown(list(self.titles), rows)
 
 
@@ -396,6 +426,7 @@ OTHER_TABLES = {
     "suite": Suite("Problems of the library against their known answers, solved by Ipopt",
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
     "solvers": Solvers("Cases of the library that each solver meets"),
+    "library": Library("Computing times of the problems of the library, each as one cold solve"),
     "map_centroidal": Map("What is survived on the centroidal model", ("--set", "step.planner=formula"), (0.6, 0.45, 0.3), 16,
                           "problems/push_recovery/map_centroidal.png"),
     "map_dart": Map("What the whole body survives in DART, preset paper",
