@@ -38,8 +38,7 @@ GROUPS = {
     "Theory": ["framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
                "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
                "framework/design/sequences.md", "framework/design/switch_times.md"],
-    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", "docs/faults.md", "docs/mutants.md",
-                     "docs/sanitizers.md", "SECURITY.md"],
+    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", "docs/faults.md", "docs/sanitizers.md", "SECURITY.md"],
 }
 PAGES = ["README.md", *(page for pages in GROUPS.values() for page in pages)]
 

@@ -1,4 +1,4 @@
-"""Runs of the program saltus that tables, pictures and sentences are made of."""
+"""Runs of the program saltus that tables and pictures are made of."""
 
 import csv
 import glob

@@ -1,14 +1,12 @@
 #!/usr/bin/env python3
-"""Makes tables, pictures and numbers of the READMEs again from runs, and says what differs from what is printed.
+"""Makes tables and pictures of the READMEs again from runs, and says what differs from what is printed.
 
 Usage: reproduce.py PROGRAM [NAME...] [--quick] [--write] [--jobs N] [--keep FOLDER] [--list]
 
 PROGRAM is saltus. Without names all are made, with --quick those that take seconds. A table stands in its README
 between the marks <!-- table: NAME --> and <!-- end of table -->. Two cells agree if their words do and their numbers do
 to one unit of the last printed digit (times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the
-READMEs' pictures again and says how many of their points differ; `sentences` compares numbers in the prose (each has a
-name, too). What of the READMEs is made by what, and
-which numbers are none of measurements, says inventory.py. Status 3 if something differs, 2 for a mistake on the command
+READMEs' pictures again and says how many of their points differ. Status 3 if something differs, 2 for a mistake on the command
 line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
 and into docs/results/NAME.md with machine, versions and date; --keep leaves the runs in a folder, where they are not made again.
 """
@@ -24,15 +22,15 @@ import sys
 import tempfile
 
 from comparisons import COMPARISONS
+from figures import FIGURES
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
 from programs import ROOT, NotHere, Programs
-from sentences import SENTENCES
 from tables import TABLES
 
 from saltus.whole_file import whole_file, write_text  # programs.py has said where it is
 
-ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
+ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES, **FIGURES}
 DIFFERENT = 3
 INTERRUPTED = 130  # as shells have it
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -120,17 +118,6 @@ def save_result(programs, name, title, made):
     write_text(result_file(name), f"# {title}\n\n{made}\n{stamp(programs)}\n")
 
 
-def save_sentence(programs, name, said):
-    """A paragraph for each; those made before stay."""
-    made = {}
-    if os.path.exists(result_file("sentences")):
-        with open(result_file("sentences"), encoding="utf-8") as file:
-            made = dict(re.findall(r"^\*\*(\w+)\*\* (.*)$", file.read(), re.MULTILINE))
-    made[name] = f"{said} ({stamp(programs)})"
-    write_text(result_file("sentences"), "# Numbers in the READMEs' prose\n\n"
-          + "\n".join(f"**{known}** {made[known]}\n" for known in SENTENCES if known in made))
-
-
 def processor():
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:
@@ -205,54 +192,22 @@ def compare_pictures(made, is_written):
     return found
 
 
-def make_sentence(name, programs, is_written):
-    """What differs."""
-    sentence = SENTENCES[name]
-    pieces = sentence.pieces(programs)
-    said = sentence.text(pieces)
-    with open(readme_of(sentence), encoding="utf-8") as file:
-        text = file.read()
-    there = sentence.look_up(text)
-    if there is None:
-        return [f"{sentence.readme} does not say ({name}): {said}"]
-    printed_words = " ".join(there.group().split())
-    found = []
-    is_so = agree(printed_words, " ".join(said.split()), sentence.timed)
-    if not is_so or sentence.counts(there.groups()) != sentence.counts(pieces):
-        found.append(f"{sentence.readme} says ({name}): {printed_words}; made: {said}")
-    if is_written:
-        save_sentence(programs, name, said)
-        for group in range(len(pieces), 0, -1):
-            text = text[:there.start(group)] + pieces[group - 1] + text[there.end(group):]
-        write_text(readme_of(sentence), text)
-    return found
-
-
-def make_sentences(programs, is_written):
-    return make_each(SENTENCES, lambda name: make_sentence(name, programs, is_written))
-
-
 def make(name, programs, is_written):
     """What differs, a line each, and what was skipped, in words. Throws NotHere if all was."""
     if name == "pictures":
         return make_pictures(programs, is_written)
-    if name == "sentences":
-        return make_sentences(programs, is_written)
-    if name in SENTENCES:
-        return make_sentence(name, programs, is_written), ""
     found = make_table(name, programs, is_written)
     drawn, programs.pictures = programs.pictures, {}
     return found + compare_pictures(drawn, is_written), ""
 
 
 def chosen(arguments):
-    known = [*ALL, "pictures", "sentences"]
-    unknown = [name for name in arguments.names if name not in known and name not in SENTENCES]
+    known = [*ALL, "pictures"]
+    unknown = [name for name in arguments.names if name not in known]
     if unknown:
-        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}, "
-              f"and sentences: {', '.join(SENTENCES)}", file=sys.stderr)
+        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}", file=sys.stderr)
         sys.exit(2)
-    quick = [name for name in (*ALL, *SENTENCES) if (ALL.get(name) or SENTENCES[name]).quick]
+    quick = [name for name, table in ALL.items() if table.quick]
     return arguments.names or (quick if arguments.quick else known)
 
 
@@ -267,7 +222,6 @@ def show_list():
     for name, table in ALL.items():
         print(f"{name:<16} {table.runs():>3} runs  {table.title} ({table.readme})")
     print(f"{'pictures':<16} {len(PICTURES):>3} pictures of the READMEs")
-    print(f"{'sentences':<16} {len(SENTENCES):>3} sentences of the READMEs with numbers in them")
 
 
 def tell(found):

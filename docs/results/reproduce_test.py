@@ -12,8 +12,8 @@ from unittest import mock
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import reproduce  # noqa: E402
+from figures import Figure, unless  # noqa: E402
 from programs import Programs, is_whole  # noqa: E402
-from sentence import Sentence  # noqa: E402
 
 
 class Agreement(unittest.TestCase):
@@ -74,11 +74,6 @@ class Tables(unittest.TestCase):
     def test_every_picture_is_there(self):
         for path in reproduce.PICTURES:
             self.assertTrue(os.path.exists(os.path.join(reproduce.ROOT, path)), path)
-
-    def test_the_words_around_numbers_stand_in_their_readme(self):
-        for name, sentence in reproduce.SENTENCES.items():
-            with open(reproduce.readme_of(sentence), encoding="utf-8") as file:
-                self.assertIsNotNone(sentence.look_up(file.read()), name)
 
 
 class Skipped(unittest.TestCase):
@@ -148,33 +143,14 @@ else:
             self.assertEqual(look("newer", 2, lambda p: p.survival_map()), "new, old")
 
 
-class OfASentence(unittest.TestCase):
-    sentence = Sentence("It settles in {:.2f} s{} after the landing", [{}], lambda s: [0.123, ""])
-
-    def test_its_lines_may_be_broken_anywhere(self):
-        there = self.sentence.look_up("As said, it does. It settles\n  in 0.14 s after\nthe landing.")
-        self.assertEqual(there.groups(), ("0.14", ""))
-
-    def test_its_counts_are_told(self):
-        counted = Sentence("With {:.1f} N s {:d} of 8 stand{}", [{}], lambda s: [14.0, 6, ""])
-        self.assertEqual(counted.counts(counted.look_up("With 14.0 N s 7 of 8 stand").groups()), ["7"])
-        self.assertEqual(counted.counts(["14.0", "6", ""]), ["6"])
-
-    def test_a_count_that_is_one_less_differs(self):
+class OneFigure(unittest.TestCase):
+    def test_words_and_numbers_stand_in_their_fields(self):
         class Made:
             def run(self, settings):
                 return {}
-        name, there = "lines_of_the_car", reproduce.SENTENCES["lines_of_the_car"]
-        counted = Sentence(there.words, [{}], lambda s: [there.numbers(None)[0] - 1], readme=there.readme)
-        with mock.patch.dict(reproduce.SENTENCES, {name: counted}), mock.patch.object(reproduce, "save_sentence"):
-            self.assertEqual(len(reproduce.make_sentence(name, Made(), False)), 1)
-
-    def test_other_words_are_another_sentence(self):
-        self.assertIsNone(self.sentence.look_up("It settles in 0.14 s before the landing"))
-        self.assertIsNone(self.sentence.look_up("It settles in a few s after the landing"))
-
-    def test_what_was_made_stands_in_it(self):
-        self.assertEqual(self.sentence.text(["0.12", " NOT SO"]), "It settles in 0.12 s NOT SO after the landing")
+        figure = Figure("settles", "in {:.2f} s{}", [{}], lambda s: [0.123, unless(False)])
+        self.assertEqual(figure.make(Made()), "in 0.12 s NOT SO")
+        self.assertFalse(reproduce.agree("in 0.12 s", figure.make(Made()), False))
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ def files_of_tables():
 
 
 def table_tasks(arguments):
-    """A table (or all sentences, all pictures) of the READMEs each."""
+    """A table (or all pictures) of the READMEs each."""
     names = [line.split()[0] for line in listed_tables()]
     for name in arguments.names:
         if name not in names:
