@@ -75,6 +75,7 @@ class FailingSolver : public RealTimeSolver {
   }
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
                       WallClock::time_point deadline) noexcept override {
+    if (now_->deadline_missed) deadline = WallClock::now();
     TickResult result = solver_->feedback(program, point, warm, deadline);
     if (now_->solver_gives_up) result.status = SolveStatus::numerical_failure;
     if (now_->solver_gives_up) result.violation = infinity;
@@ -116,7 +117,6 @@ RecedingHorizonController make_controller(const Switches* now) {
   options.send = [now](const ControlTick&) {
     if (now->sender_throws) throw std::runtime_error("nobody listens");
   };
-  options.miss_deadline = [now](long) { return now->deadline_missed.load(); };
   auto solver = std::make_unique<FailingSolver<Switches>>(
       make_real_time_iteration(shooting.nlp(), {.curvature = Curvature::exact}), now);
   return {std::move(shooting), std::move(solver), std::move(options)};

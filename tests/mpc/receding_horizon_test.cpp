@@ -16,6 +16,7 @@
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/late_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -155,9 +156,10 @@ TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
 }
 
 TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
-  RecedingHorizonController controller =
-      controller_for(gate(0.137), GetParam(),
-                     {.period = step, .miss_deadline = [](long k) { return k % 3 == 2; }});
+  MultipleShooting shooting = gate(0.137);
+  auto solver = std::make_unique<LateSolver>(back_end(GetParam(), shooting),
+                                             [](long k) { return k % 3 == 2; });
+  RecedingHorizonController controller(std::move(shooting), std::move(solver), {.period = step});
   double x = 10.0;
   for (int k = 0; k < 30; ++k) {
     const ControlTick& tick = controller.tick(step * k, VectorXd::Constant(1, x));

@@ -179,14 +179,6 @@ TEST(ThrowingFunctions, FromTheUsersFunctions) {
     EXPECT_EQ(sent, 1);
 
     options = {};
-    options.miss_deadline = [&](long) -> bool {
-      throws();
-      return false;
-    };
-    RecedingHorizonController misses = controller_for(Back::stages, options);
-    EXPECT_EQ(misses.tick(0.0, tilted).provenance, Provenance::fallback);
-
-    options = {};
     options.fallback = [&](double, const VectorRef&, VectorOut) { throws(); };
     RecedingHorizonController falls = controller_for(Back::stages, options);
     const ControlTick& fallen = falls.tick(0.0, VectorXd::Constant(2, std::nan("")));

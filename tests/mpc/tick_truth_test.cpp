@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "saltus/core/error.hpp"
@@ -14,6 +16,7 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/late_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -52,11 +55,13 @@ MultipleShooting pendulum(double steep = 0.0) {
 enum class Back { stages, riccati, sparse };
 template <bool nonlinear = true>
 RecedingHorizonController controller_for(Back which, ControllerOptions options = {},
-                                         double steep = 0.0) {
+                                         double steep = 0.0,
+                                         std::function<bool(long)> is_late = {}) {
   MultipleShooting shooting = pendulum<nonlinear>(steep);
   RealTimeIterationOptions iteration;
   if (which != Back::stages) iteration.qp = which == Back::riccati ? riccati_qp() : sparse_qp();
   auto solver = make_real_time_iteration(shooting.nlp(), iteration);
+  if (is_late) solver = std::make_unique<LateSolver>(std::move(solver), std::move(is_late));
   options.period = step;
   return {std::move(shooting), std::move(solver), std::move(options)};
 }
@@ -126,9 +131,9 @@ TEST_P(TickTruth, StepsThatLeadNowhereAreNeverCalledMore) {
 
 // A plan that time cut off is judged by the program as well, and keeps the reason.
 TEST_P(TickTruth, OfPlansThatWereCutOff) {
-  ControllerOptions options;
-  options.miss_deadline = [](long k) { return k > 0; };
-  RecedingHorizonController controller = controller_for(GetParam(), options);
+  const ControllerOptions options;
+  RecedingHorizonController controller =
+      controller_for(GetParam(), options, 0.0, [](long k) { return k > 0; });
   controller.tick(0.0, hanging);
   for (int k = 1; k < 20; ++k) {
     const ControlTick& tick = controller.tick(0.0, hanging);

@@ -160,7 +160,7 @@ void RecedingHorizonController::set_entries(std::string_view name, const VectorR
     checked().set_entries(name, values, entries);
   else
     has_bad_data_ = true;
-  is_prepared_ = is_prepared_ && values.allFinite();
+  if (!values.allFinite()) outdate();
 }
 
 void RecedingHorizonController::retime(std::string_view event, double time) {
@@ -169,13 +169,13 @@ void RecedingHorizonController::retime(std::string_view event, double time) {
     has_bad_data_ = true;
   else
     shooting_->retime(event, time);
-  is_prepared_ = false;  // the guess stands on the grid before
+  outdate();  // the guess is on the old grid
 }
 
 void RecedingHorizonController::set_schedule(const Schedule& schedule) {
   if (schedule == checked().data().schedule) return;
   shooting_->set_schedule(schedule);
-  is_prepared_ = false;
+  outdate();
 }
 
 void RecedingHorizonController::set_previous_input(const VectorRef& input) {
@@ -187,7 +187,7 @@ void RecedingHorizonController::set_previous_input(const VectorRef& input) {
 
 void RecedingHorizonController::set_remaining(Bounds first_phase, Bounds total_time) {
   checked().set_remaining(first_phase, total_time);
-  is_prepared_ = false;
+  outdate();
 }
 
 void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
@@ -199,20 +199,37 @@ void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   shift_.remember(shooting_->program(), plan_.w);
   guess_ = plan_;
   tick_.provenance = Provenance::shifted;
-  has_plan_ = true;
+  last_plan_ = Plan::adopted;
   made_at_ = t;
   failures_ = 0;  // of the plan before
-  has_multipliers_ = is_prepared_ = false;
+  outdate();
 }
 
-bool RecedingHorizonController::is_measured(const VectorRef& state) const {
-  return state.size() == shooting_->problem().phases().front().sizes.nx && state.allFinite();
+bool RecedingHorizonController::is_prepared() const {
+  return preparation_ == Preparation::ready || preparation_ == Preparation::impossible;
+}
+
+void RecedingHorizonController::outdate() {
+  if (is_prepared()) preparation_ = Preparation::outdated;
+}
+
+// There may be no way back from a plan that a wrong measurement has spoilt. So every other solve
+// after two failures in a row starts at the guess of the problem.
+bool RecedingHorizonController::restarts() const {
+  return last_plan_ != Plan::none && failures_ >= 2 && failures_ % 2 == 0;
+}
+
+RecedingHorizonController::Measurement RecedingHorizonController::examine(
+    const VectorRef& state) const {
+  if (!state.allFinite()) return Measurement::not_finite;
+  const bool fits = state.size() == shooting_->problem().phases().front().sizes.nx;
+  return fits ? Measurement::usable : Measurement::wrong_size;
 }
 
 // Where the input comes from if the tick makes no plan.
 Provenance RecedingHorizonController::without_solve() const {
   const bool is_too_old = now_ - made_at_ > options_.longest_shift + same_instant;
-  return has_plan_ && !is_too_old ? Provenance::shifted : Provenance::fallback;
+  return last_plan_ != Plan::none && !is_too_old ? Provenance::shifted : Provenance::fallback;
 }
 
 void RecedingHorizonController::prepare(double t) noexcept {
@@ -220,38 +237,35 @@ void RecedingHorizonController::prepare(double t) noexcept {
   const WallClock::time_point begin = WallClock::now();
   if (std::isfinite(t))
     now_ = t;
-  else if (!has_time_)
+  else if (preparation_ == Preparation::none)
     now_ += options_.period;
   try {
     shooting_->start_time(now_);
-    has_bad_grid_ = false;
-  } catch (...) {  // terms now exclude one another: the old grid stays
-    has_bad_grid_ = true;
+    preparation_ = Preparation::ready;
+  } catch (...) {
+    preparation_ = Preparation::impossible;
   }
-  if (has_plan_) {
+  if (last_plan_ != Plan::none) {
     shift_.apply(shooting_->program(), plan_, guess_);
   } else {  // the problem's guess counts from where the horizon begins, whenever that is
     guess_ = initial_;
     const NonlinearProgram& nlp = shooting_->nlp();
     guess_.w = guess_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
   }
-  // From a plan that a wrong measurement has spoilt there may be no way back.
-  begins_anew_ = has_plan_ && failures_ >= 2 && failures_ % 2 == 0;
-  solver_->prepare(shooting_->nlp(), begins_anew_ ? initial_ : guess_);
-  is_prepared_ = has_time_ = true;
-  preparation_ = seconds_since(begin);
+  solver_->prepare(shooting_->nlp(), restarts() ? initial_ : guess_);
+  preparation_seconds_ = seconds_since(begin);
 }
 
 const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  const bool is_due = !is_prepared_;
-  if (is_due) prepare(has_time_ ? now_ : now_ + options_.period);
+  const bool is_due = !is_prepared();
+  if (is_due) prepare(preparation_ == Preparation::none ? now_ + options_.period : now_);
   return answer(state, begin, is_due);
 }
 
 const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  const bool is_due = !is_prepared_ || (std::isfinite(t) && t != now_);
+  const bool is_due = !is_prepared() || (std::isfinite(t) && t != now_);
   if (is_due) prepare(t);
   return answer(state, begin, is_due);
 }
@@ -266,12 +280,13 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.check = 0.0;
   tick_.objective = tick_.kkt = tick_.violation = infinity;
   tick_.provenance = without_solve();
-  is_of_model_ = false;
-  const bool is_known = is_measured(state);
-  bad_measurement_ = is_known ? -1 : state.allFinite() ? state.size() : -2;
-  const bool can_be_solved = is_known && !has_bad_data_ && !has_bad_grid_;
+  measurement_ = examine(state);
+  measured_size_ = state.size();
+  const bool can_be_solved =
+      measurement_ == Measurement::usable && !has_bad_data_ && preparation_ == Preparation::ready;
+  Judge judge = Judge::solver;
   try {
-    if (can_be_solved) solve(state, begin);
+    if (can_be_solved) judge = solve(state, begin);
   } catch (...) {  // of a program that cannot even be posed
     tick_.provenance = without_solve();
   }
@@ -280,7 +295,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (accepted) {
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);
-    has_plan_ = has_multipliers_ = true;
+    last_plan_ = Plan::solved;
     made_at_ = now_;
     failures_ = 0;
   } else if (can_be_solved && tick_.status != SolveStatus::time_limit) {
@@ -289,18 +304,18 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (tick_.provenance != Provenance::fallback)
     hold(*shooting_, accepted ? plan_.w : guess_.w, now_, options_.period, tick_.input);
   if (tick_.provenance == Provenance::fallback || !tick_.input.all_finite()) fall_back(state);
-  is_prepared_ = has_time_ = has_bad_data_ = false;
-  ++ticks_;
+  preparation_ = Preparation::none;
+  has_bad_data_ = false;
   tick_.seconds = seconds_since(begin);
-  tick_.preparation = preparation_;
-  tick_.feedback = tick_.seconds - (prepared_late ? preparation_ : 0.0);
+  tick_.preparation = preparation_seconds_;
+  tick_.feedback = tick_.seconds - (prepared_late ? preparation_seconds_ : 0.0);
   if (options_.send) {
     try {
       options_.send(tick_);
     } catch (...) {  // the input stands, whatever became of it
     }
   }
-  if (is_of_this_tick(tick_.provenance) && is_of_model_) check_plan();
+  if (is_of_this_tick(tick_.provenance) && judge == Judge::check) check_plan();
   statistics_.preparation.add(tick_.preparation);
   statistics_.feedback.add(tick_.feedback);
   if (tick_.check > 0.0) statistics_.check.add(tick_.check);
@@ -335,32 +350,32 @@ void RecedingHorizonController::check_plan() noexcept {
   tick_.check = seconds_since(begin);
 }
 
-void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_point begin) {
+RecedingHorizonController::Judge RecedingHorizonController::solve(const VectorRef& state,
+                                                                  WallClock::time_point begin) {
   NonlinearProgram& nlp = shooting_->nlp();
   shooting_->start_at(now_, state);
-  WallClock::time_point deadline = seconds_after(begin, options_.deadline);
-  if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
+  const WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   // Of a linear-quadratic program the guess is a start and nothing else.
-  const bool as_it_was = has_plan_ && failures_ == 0 && nlp.is_linear_quadratic() &&
+  const bool as_it_was = last_plan_ != Plan::none && failures_ == 0 && nlp.is_linear_quadratic() &&
                          shift_.is_same_horizon(shooting_->program(), plan_.w);
-  point_ = begins_anew_ ? initial_ : as_it_was ? plan_ : guess_;
-  const bool warm = has_plan_ && has_multipliers_ && !begins_anew_;
+  point_ = restarts() ? initial_ : as_it_was ? plan_ : guess_;
+  const bool warm = last_plan_ == Plan::solved && !restarts();
   const TickResult r = solver_->feedback(nlp, point_, warm, deadline);
   const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&
                         point_.lambda.allFinite() && point_.z.allFinite();
   tick_.iterations = r.iterations;
   tick_.status = is_whole || !has_arrived(r.status) ? r.status : SolveStatus::numerical_failure;
-  is_of_model_ = r.of_model;
-  if (!is_of_model_) {
+  if (!r.of_model) {
     tick_.objective = r.objective;
     tick_.kkt = r.kkt;
     tick_.violation = r.violation;
   }
   const bool is_within = r.violation <= options_.feasibility;
-  if (!is_whole || !(has_arrived(r.status) || (was_cut_off(r.status) && is_within))) return;
+  const Judge judge = r.of_model ? Judge::check : Judge::solver;
+  if (!is_whole || !(has_arrived(r.status) || (was_cut_off(r.status) && is_within))) return judge;
   const bool is_optimal = r.status == SolveStatus::optimal ||
                           (is_success(r.status) && is_within && r.kkt <= options_.optimality);
-  if (is_of_model_)
+  if (r.of_model)
     tick_.provenance = Provenance::step;  // until it is checked
   else if (is_optimal)
     tick_.provenance = Provenance::optimal;
@@ -368,6 +383,7 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
     tick_.provenance = is_within ? Provenance::feasible : Provenance::step;
   // A solver's tolerance is no reason to hand over more than the bounds allow.
   point_.w = point_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
+  return judge;
 }
 
 void RecedingHorizonController::fall_back(const VectorRef& state) {
@@ -424,10 +440,10 @@ Solution RecedingHorizonController::report() {
     result.contradiction = presolve(shooting_->nlp(), result.point.w).contradiction;
   const KktResidual kkt = result.kkt;
   Solution solution = shooting_->interpret(std::move(result));
-  if (bad_measurement_ == -2) {
+  if (measurement_ == Measurement::not_finite) {
     solution.message = "the measurement is not a number";
-  } else if (bad_measurement_ >= 0) {
-    solution.message = fmt::format("the measurement has {} entries, expected {}", bad_measurement_,
+  } else if (measurement_ == Measurement::wrong_size) {
+    solution.message = fmt::format("the measurement has {} entries, expected {}", measured_size_,
                                    shooting_->problem().phases().front().sizes.nx);
   }
   if (accepted && solution.status != SolveStatus::optimal)

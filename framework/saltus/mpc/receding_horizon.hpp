@@ -86,9 +86,6 @@ struct ControllerOptions {
   /// be NaN. It must not allocate if the tick must not. If it throws or writes NaN, the constant is
   /// used.
   std::function<void(double t, const VectorRef& state, VectorOut input)> fallback = {};
-  /// For tests of the loop: in ticks for which this returns true or throws, the solver gets no
-  /// time.
-  std::function<bool(long tick)> miss_deadline = {};
 };
 
 /// Counts and latencies of the ticks.
@@ -177,14 +174,36 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   Solution report();
 
  private:
+  // What is prepared for the next tick. prepare() leads to `ready` or `impossible`, changes of the
+  // schedule, the horizon or the plan from there to `outdated`, and each tick to `none`.
+  enum class Preparation {
+    none,       // not even the time of the next tick is known
+    outdated,   // the time is known, the rest has to be prepared again
+    ready,      // grid, guess and model are those of the next tick
+    impossible  // the terms exclude one another on the grid of the next tick: the old grid stays
+  };
+  // Where the last accepted plan comes from.
+  enum class Plan {
+    none,     // there is none
+    adopted,  // adopt_plan(): a trajectory without multipliers
+    solved    // a tick
+  };
+  // The last measured state.
+  enum class Measurement { usable, wrong_size, not_finite };
+  // Who says how good the plan of a tick is: its solver, or the check that follows the input.
+  enum class Judge { solver, check };
+
   MultipleShooting& checked() const;
+  bool is_prepared() const;
+  void outdate();
+  bool restarts() const;
+  Measurement examine(const VectorRef& state) const;
+  Provenance without_solve() const;
   const ControlTick& answer(const VectorRef& state, WallClock::time_point begin,
                             bool prepared_late) noexcept;
-  void solve(const VectorRef& state, WallClock::time_point begin);
+  Judge solve(const VectorRef& state, WallClock::time_point begin);
   void check_plan() noexcept;
   void fall_back(const VectorRef& state);
-  bool is_measured(const VectorRef& state) const;
-  Provenance without_solve() const;
 
   std::unique_ptr<MultipleShooting> shooting_;
   std::unique_ptr<RealTimeSolver> solver_;
@@ -195,18 +214,15 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   NlpPoint initial_;                   // start of the first solve
   NlpPoint plan_;                      // last accepted plan, on the grid of shift_
   NlpPoint guess_, point_;             // on the current grid
-  bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
-  bool has_bad_grid_ = false;  // of the last prepare()
-  bool has_time_ = false;      // now_ is the time of the next tick, from prepare()
-  bool is_of_model_ = false;   // the current tick knows only model values of its plan
-  double made_at_ = 0.0;       // time in seconds of the tick that made the plan
-  // Error of the last measurement: its size; -1: none; -2: an entry is not finite.
-  Eigen::Index bad_measurement_ = -1;
-  int failures_ = 0;          // consecutive failed solves, missed deadlines not counted
-  bool begins_anew_ = false;  // start from the problem's guess instead of the last plan
-  double preparation_ = 0.0;  // duration in seconds of the last prepare()
-  double now_ = 0.0;
-  long ticks_ = 0;
+  Preparation preparation_ = Preparation::none;
+  Plan last_plan_ = Plan::none;
+  Measurement measurement_ = Measurement::usable;
+  Eigen::Index measured_size_ = 0;    // number of entries of the last measured state
+  bool has_bad_data_ = false;         // data set since the last tick are not finite
+  double made_at_ = 0.0;              // time in seconds of the tick that made the plan
+  int failures_ = 0;                  // consecutive failed solves, missed deadlines not counted
+  double preparation_seconds_ = 0.0;  // duration of the last prepare()
+  double now_ = 0.0;                  // time in seconds of the last tick, or of the next if known
   VectorXd fallback_;
   ControlTick tick_;
   LoopStatistics statistics_;
