@@ -102,16 +102,21 @@ def in_order(graph):
     return order
 
 
+def public_headers(root):
+    """The component of every public header (framework/cmake/public_headers.txt), by its path."""
+    listing, public = root / "framework/cmake/public_headers.txt", {}
+    if listing.exists():
+        for line in listing.read_text(encoding="utf-8").splitlines():
+            if line and not line.startswith("#"):
+                component, name = line.split()[:2]
+                pattern = resolve(root, pathlib.PurePosixPath("."), "saltus/" + name)
+                public.update({path.relative_to(root).as_posix(): component for path in sorted(root.glob(pattern.as_posix()))})
+    return public
+
+
 def private_includes(root):
     """A line for every include of a public header (framework/cmake/public_headers.txt) that is not public itself."""
-    listing = root / "framework/cmake/public_headers.txt"
-    if not listing.exists():
-        return []
-    public = set()
-    for line in listing.read_text(encoding="utf-8").splitlines():
-        if line and not line.startswith("#"):
-            pattern = resolve(root, pathlib.PurePosixPath("."), "saltus/" + line.split()[1])
-            public |= {path.relative_to(root).as_posix() for path in root.glob(pattern.as_posix())}
+    public = public_headers(root)
     lines = []
     for header in sorted(public):
         for included in INCLUDE.findall((root / header).read_text(encoding="utf-8")):
@@ -132,8 +137,11 @@ def links_of_the_application(root):
     return lines
 
 
-def main(arguments):
-    root = pathlib.Path(arguments[0])
+Looked = collections.namedtuple("Looked", "problems graph circle files")
+
+
+def look(root):
+    """The includes that break a rule, and the folders that each folder includes."""
     problems, graph, example = [], collections.defaultdict(set), {}
     files = 0
     for top in TOPS:
@@ -166,6 +174,11 @@ def main(arguments):
     if round_trip:
         problems.append("a circle between folders: " + " -> ".join(round_trip))
         problems += ["  " + example[step] for step in zip(round_trip, round_trip[1:])]
+    return Looked(problems, graph, round_trip, files)
+
+
+def main(arguments):
+    problems, graph, _, files = look(pathlib.Path(arguments[0]))
     if "--list" in arguments:
         for folder in in_order(graph):
             print(f"{folder}: {' '.join(sorted(graph[folder]))}")
