@@ -4,6 +4,7 @@
 
 #include "benchmarks/push_recovery_cases.hpp"
 #include "saltus/integrators/cvodes.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/optimum_derivatives.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/resolved_derivatives.hpp"
