@@ -197,12 +197,11 @@ TEST(Hysteresis, BadDefinitionsAreRefused) {
   Automaton<2> far, moving, sliding;
   far.mode("a", drift).mode("b", drift).remember_in(2);
   far.event("e", "a", "b", guard, Crossing::rising);
-  EXPECT_NE(message(far).find("to be remembered in state 2, but there are 2 states"),
-            std::string::npos)
+  EXPECT_NE(message(far).find("stored in state 2, but there are 2 states"), std::string::npos)
       << message(far);
   moving.mode("a", drift).mode("b", drift).remember_in(1);
   moving.event("e", "a", "b", guard, Crossing::rising);
-  EXPECT_NE(message(moving).find("mode 'a': state 1 remembers the mode"), std::string::npos)
+  EXPECT_NE(message(moving).find("mode 'a': state 1 stores the mode"), std::string::npos)
       << message(moving);
   const auto push = [](const auto& t, const auto& x) {
     auto v = x.eval();
@@ -211,7 +210,7 @@ TEST(Hysteresis, BadDefinitionsAreRefused) {
     return v;
   };
   sliding.mode("a", push).mode("b", push).remember_in(1).surface("s", "a", "b", guard);
-  EXPECT_NE(message(sliding).find("give its two directions guards of their own"), std::string::npos)
+  EXPECT_NE(message(sliding).find("use a separate guard for each direction"), std::string::npos)
       << message(sliding);
 }
 

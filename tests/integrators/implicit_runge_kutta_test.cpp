@@ -194,8 +194,7 @@ TEST_P(ImplicitSchemes, WhatCannotBeIntegratedIsAStatus) {
   const auto parabola = scheme(2)->make(autonomous(
       make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0] + 25.0; })));
   EXPECT_EQ(parabola->value(w.data(), end.data()), IntegrationStatus::step_too_small);
-  EXPECT_NE(parabola->failure().find("Newton's method found no stages of step 1 of 2"),
-            std::string::npos)
+  EXPECT_NE(parabola->failure().find("Newton's method failed in step 1 of 2"), std::string::npos)
       << parabola->failure();
   EXPECT_EQ(logarithm->failure(), "");
 }

@@ -83,7 +83,7 @@ void expect_true(RecedingHorizonController& controller, const ControlTick& tick)
     EXPECT_EQ(tick.provenance, Provenance::step);
     EXPECT_EQ(tick.status, SolveStatus::step_taken);
     EXPECT_FALSE(plan.ok());
-    for (const char* part : {"misses its bounds by", "residual", "violation"})
+    for (const char* part : {"violates its bounds by", "residual", "violation"})
       EXPECT_NE(plan.message.find(part), std::string::npos) << plan.message;
   } else if (truth.scaled() > limits.optimality) {
     EXPECT_EQ(tick.provenance, Provenance::feasible);

@@ -140,7 +140,7 @@ const std::vector<Mistake>& mistakes() {
          m.keep(
              "lane", [](auto, auto x) { return x[0] + x.data()[1]; }, at_most(1.0));
        }),
-       {"phase 'motion', term 'lane'", "entry 0 of what it returns was never written"}},
+       {"phase 'motion', term 'lane'", "entry 0 of its result is never written"}},
       {"DataWrittenBeyondTheEnd",
        [] {
          const auto dynamics = [](auto t, auto x) {
@@ -150,7 +150,7 @@ const std::vector<Mistake>& mistakes() {
          };
          const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
        },
-       {"phase 'motion', the dynamics", "writes beyond a vector, through data()"}},
+       {"phase 'motion', the dynamics", "writes beyond the end of a vector through data()"}},
       {"TooManyAfterTheComma",
        [] {
          const auto dynamics = [](auto t, auto x) {
@@ -170,7 +170,7 @@ const std::vector<Mistake>& mistakes() {
          };
          const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
        },
-       {"phase 'motion', the dynamics", "entry 1 of what it returns was never written"}},
+       {"phase 'motion', the dynamics", "entry 1 of its result is never written"}},
       {"EntryThatIsNeverWritten",
        [] {
          const auto dynamics = [](auto t, auto x) {
@@ -180,7 +180,7 @@ const std::vector<Mistake>& mistakes() {
          };
          const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
        },
-       {"phase 'motion', the dynamics", "entry 1 of what it returns was never written"}},
+       {"phase 'motion', the dynamics", "entry 1 of its result is never written"}},
       {"MatrixBeyondTheEnd",
        [] {
          const auto dynamics = [](auto t, auto x) {
@@ -271,7 +271,7 @@ const std::vector<Mistake>& mistakes() {
          ocp.schedule(Schedule({"a", "b", "c"}, {{"land", 0.2}, {"lift", 0.4}}));
          const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
        },
-       {"phase 'motion'", "term 'lane'", "'lift' to event 'land'", "another order"}},
+       {"phase 'motion'", "term 'lane'", "'lift' to event 'land'", "the opposite order"}},
       {"WindowFromAnEventToItself",
        phase([](Motion& m) {
          m.bound_input(0, at_most(1.0), {.from = event("impact"), .to = event("impact")});
@@ -279,7 +279,7 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'motion'", "input 0", "'impact'", "always empty"}},
       {"WindowBeyondThePhase",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 1.5}); }),
-       {"phase 'motion'", "term 'lane'", "begins at 1.5 s", "lasts 1 s"}},
+       {"phase 'motion'", "term 'lane'", "begins at 1.5 s", "lasts at most 1 s"}},
       {"WindowBeforeThePhase",
        phase([](Motion& m) { m.bound_state(0, at_most(1.0), {.to = -0.5}); }),
        {"phase 'motion'", "state 0", "ends at -0.5 s"}},
@@ -288,7 +288,7 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'motion'", "term 'lane'", "ends at 0 s"}},
       {"WindowBetweenTheEndAndLater",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 1.0, .to = 2.0}); }),
-       {"phase 'motion'", "term 'lane'", "begins at 1 s", "lasts 1 s"}},
+       {"phase 'motion'", "term 'lane'", "begins at 1 s", "lasts at most 1 s"}},
       {"EventsThatPassOneAnother",
        [] {
          const Schedule s({"a", "b", "c"}, {{"land", 0.4}, {"lift", 0.2}});
@@ -314,7 +314,7 @@ const std::vector<Mistake>& mistakes() {
       // --- bounds of components
       {"InputIndex",
        phase([](Motion& m) { m.bound_input(1, at_most(1.0)); }),
-       {"phase 'motion'", "no input 1", "1 of them"}},
+       {"phase 'motion'", "no input 1", "the phase has 1,"}},
       {"StateIndex",
        phase([](Motion& m) { m.bound_state(-1, at_most(1.0)); }),
        {"phase 'motion'", "no state -1"}},
@@ -328,12 +328,12 @@ const std::vector<Mistake>& mistakes() {
        phase([](Motion& m) {
          m.bound_input(0, at_least(1.0)).bound_input(0, exactly(0.0), {.from = 0.5});
        }),
-       {"phase 'motion'", "input 0", "exclude one another", "[1, inf] and [0, 0]"}},
+       {"phase 'motion'", "input 0", "contradict each other", "[1, inf] and [0, 0]"}},
       {"StateBoundsExcludeOneAnother",
        phase([](Motion& m) {
          m.bound_state(0, at_least(1.0)).bound_state(0, at_most(0.0), {.from = 0.5});
        }),
-       {"phase 'motion'", "state 0", "exclude one another"}},
+       {"phase 'motion'", "state 0", "contradict each other"}},
       // --- scaling, guesses, changes
       {"NominalSize",
        phase([](Motion& m) {
@@ -355,7 +355,7 @@ const std::vector<Mistake>& mistakes() {
        phase([](Motion& m) {
          m.guess_state(Guess::interpolate(Vec<double, 1>{1.0}, Vec<double, 2>{1.0, 2.0}));
        }),
-       {"guess", "from 1 entries to 2"}},
+       {"guess", "1 entries at the start and 2 at the end"}},
       {"InputGuessNan",
        phase([](Motion& m) { m.guess_input(Guess::constant(Vec<double, 1>{nan})); }),
        {"phase 'motion'", "guess of the input", "not finite"}},
@@ -377,7 +377,7 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'motion'", "piecewise constant"}},
       {"ResultantOfMissingInputs",
        phase([](Motion& m) { m.common_resultant({0}, 2); }),
-       {"phase 'motion'", "common resultant of 2 inputs from 0 on", "1 inputs"}},
+       {"phase 'motion'", "common resultant needs 2 inputs from 0 on", "1 inputs"}},
       {"ResultantsOverlap",
        phase([](Motion& m) {
          m.common_resultant({0, 0}, 1);
@@ -477,7 +477,7 @@ const std::vector<Mistake>& mistakes() {
          m.ends_when(
              "landing", [](auto, auto x) { return 0.0 * x[0] + 1.0; }, Crossing::falling);
        }),
-       {"phase 'motion'", "event 'landing'", "do not move the guard"}},
+       {"phase 'motion'", "event 'landing'", "the guard never crosses zero"}},
       {"GuardOfAConservedQuantity",
        [] {
          Phase<2, 0> swing{"swing",
@@ -491,7 +491,7 @@ const std::vector<Mistake>& mistakes() {
          OptimalControlProblem ocp("errors");
          const MultipleShooting shooting(ocp.start_at({0.5, 0}).then(swing), ten);
        },
-       {"phase 'swing'", "event 'energy'", "do not move the guard"}},
+       {"phase 'swing'", "event 'energy'", "the guard never crosses zero"}},
       {"GuardThatOnlyRises",
        free_phase([](Motion& m) {
          m.ends_when(
@@ -529,14 +529,13 @@ const std::vector<Mistake>& mistakes() {
          const Phase<2, 1> wide{"wide", [](const auto&, const auto& x) { return x; }, exactly(1.0)};
          ocp.start_at({1}).then(m).then(wide);
        }),
-       {"phase 'motion' to phase 'wide'", "1 states become 2"}},
+       {"phase 'motion' to phase 'wide'", "states changes from 1 to 2"}},
       {"JumpArguments",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_at({1}).then(m).then(
              m, jump<2>("kick", [](const auto&, const auto& x) { return x[0]; }));
        }),
-       {"jump 'kick'", "from phase 'motion'", "made for 2 states and 0 parameters",
-        "has 1 states"}},
+       {"jump 'kick'", "from phase 'motion'", "takes 2 states and 0 parameters", "has 1 states"}},
       {"JumpWithAsManyArguments",  // 1 + 2 + 1 = 1 + 3 + 0
        [] {
          Phase<3, 1> wide{"wide", [](auto, auto x, auto) { return x; }, exactly(1.0)};
@@ -555,7 +554,7 @@ const std::vector<Mistake>& mistakes() {
          const Phase<2, 1> wide{"wide", [](const auto&, const auto& x) { return x; }, exactly(1.0)};
          ocp.start_at({1}).then(m).then(wide, jump<1>("split", two)).close();
        }),
-       {"phase 'wide' to phase 'motion'", "2 states become 1", "jump map"}},
+       {"phase 'wide' to phase 'motion'", "states changes from 2 to 1", "jump map"}},
       {"ClosingResult",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_at({1}).then(m).close(jump<1>("kick", two));
@@ -573,7 +572,7 @@ const std::vector<Mistake>& mistakes() {
        {"guess of the start has 2 entries", "phase 'motion' has 1 states"}},
       {"StartThatIsNoNumber",
        problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({nan}).then(m); }),
-       {"start state 0 is no number"}},
+       {"start state 0 is NaN"}},
       {"StartGuessOutsideItsBounds",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_within({between(0.0, 1.0)}, VectorXd{{3.0}}).then(m);
@@ -598,7 +597,7 @@ const std::vector<Mistake>& mistakes() {
          const Phase<2, 0> phase{"room", remembering(1.0), exactly(1.0)};
          ocp.start_at({1, 0}).then(phase);
        }),
-       {"phase 'room'", "state 1 remembers the mode", "its rate must be the number 0"}},
+       {"phase 'room'", "state 1 stores the mode", "its rate must be the constant 0"}},
       {"TotalTime",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_at({1}).then(m).total_time(exactly(3.0));

@@ -154,7 +154,7 @@ TEST(LiveSchedule, MistakesChangeNothing) {
   refused([&] { s.retime_from("lift", std::nan("")); }, "NaN");
   refused([&] { s.confirm("lift", std::nan("")); }, "NaN");
   refused([&] { s.hold("lift", 0.9, -0.1); }, "'lift' cannot be held -0.1 s ahead");
-  refused([&] { s.reserve(2); }, "room for 2 events, but it has 3");
+  refused([&] { s.reserve(2); }, "room for 2 events, because it already has 3");
   refused([&] { s.adopt(Schedule({"left", "fly"}, {{"land", 0.1}})); }, "no mode 'fly'");
   Schedule full = s;
   full.insert("both", "rest", 2.0);
@@ -163,7 +163,7 @@ TEST(LiveSchedule, MistakesChangeNothing) {
   refused([&] { s.reserve(3).adopt(full); }, "it has 4 events, but the declared capacity is 3");
   std::vector<std::string> many;
   for (int i = 0; i < 65; ++i) many.push_back(fmt::format("mode {}", i));
-  refused([&] { s.declare(many); }, "69 different modes, but there may be at most 64");
+  refused([&] { s.declare(many); }, "69 different modes, but at most 64 are allowed");
   refused([] { Schedule().insert("a", "b", 0.0); }, "no mode 'a'");
 }
 
@@ -205,8 +205,8 @@ TEST(Schedule, RefusesWhatIsNoSchedule) {
 }
 
 TEST(Schedule, WithoutModesSaysSo) {
-  expect_in("no mode yet", message_of([] { Schedule().mode(0); }));
-  expect_in("no mode yet", message_of([] { Schedule().mode_at(1.0); }));
+  expect_in("it has no mode;", message_of([] { Schedule().mode(0); }));
+  expect_in("it has no mode;", message_of([] { Schedule().mode_at(1.0); }));
   expect_in("no event 'land'", message_of([] { Schedule().index_of("land"); }));
 }
 

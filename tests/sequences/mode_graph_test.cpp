@@ -90,7 +90,7 @@ TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
 TEST(ModeGraph, AModeThatNothingLeadsTo) {
   ModeGraph graph = up_and_down();
   graph.begin_in({"up"}).transition("up", "up").transition("down", "up");
-  expect_words(message_of(graph), {"'down'", "nothing leads to it", "'up'"});
+  expect_words(message_of(graph), {"'down'", "cannot be reached", "'up'"});
 }
 
 TEST(ModeGraph, AModeWithoutAWayToTheEnd) {
@@ -140,7 +140,7 @@ TEST(ModeGraph, RulesThatContradictOneAnother) {
 
   ModeGraph stays = up_and_down();
   stays.transition("up", "down").transition("down", "up").dwell("up", 3);
-  expect_words(message_of(stays), {"'up'", "3 phases", "may not follow itself"});
+  expect_words(message_of(stays), {"'up'", "3 phases", "no transition to itself"});
 
   ModeGraph useless = up_and_down();
   useless.transition("up", "down").transition("down", "up").no_transition("up", "up");
@@ -165,7 +165,7 @@ TEST(ModeGraph, NamesAndSizesThatDoNotFit) {
   expect_words(message_of(same), {"two modes", "'up'"});
 
   const ModeGraph none;
-  expect_words(message_of(none), {"there is none"});
+  expect_words(message_of(none), {"there is no mode"});
   ModeGraph fine = up_and_down();
   fine.all_transitions();
   EXPECT_THROW(search(fine, {}), DefinitionError);                           // never ends

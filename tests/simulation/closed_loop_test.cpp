@@ -342,7 +342,7 @@ TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
       u[0] = 1.0;
     };
     expect(simulate_closed_loop(throws, plant, {.duration = 1.0, .period = step}),
-           {"feedback law threw", "t = 0.5 s", "no std::exception"});
+           {"feedback law threw", "t = 0.5 s", "not a std::exception"});
   }
 }
 

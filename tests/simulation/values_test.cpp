@@ -124,7 +124,7 @@ TEST(Trajectory, RefusesTimesThatAreNanAndPhasesThatAreNone) {
   EXPECT_EQ(plan.state_before(infinity), plan.final_state());
   EXPECT_EQ(plan.input(-infinity), plan.pieces().front().coefficients);
   for (const int phases : {-1, 1, 100000})
-    expect_refused("none is left", [&] { plan.after(phases); });
+    expect_refused("none remains", [&] { plan.after(phases); });
   TrajectoryPiece foreign = plan.pieces().front();
   for (const int phase : {-1, 1, 100000}) {
     foreign.phase = phase;
@@ -346,7 +346,7 @@ TEST(ProblemAccess, RefusesNumbersOfWhatItDoesNotHave) {
   expect_refused("no phase", [&] { problem.check(); });
   expect_refused("no phase", [&] { problem.editable_phase(0); });
   expect_refused("phase", [&] { (void)problem.phase_index("drive"); });
-  expect_refused("none is left", [&] { problem.after(0); });
+  expect_refused("none remains", [&] { problem.after(0); });
   expect_refused("no phase", [&] { shooting_of(problem); });
   expect_refused("no phase", [&] { solve(problem); });
   EXPECT_FALSE(problem.set_penalty_weight("w", 1.0));

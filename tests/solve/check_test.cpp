@@ -267,7 +267,7 @@ const Spoilt all_spoilt[] = {
     {"unreachable_end",
      ride([](Ride& r) { r.reach("far", position, at_least(100.0)); }),
      "reach",
-     {"the constraints cannot all be met", "phase 'ride', term 'far'"}},
+     {"the constraints cannot all be satisfied", "phase 'ride', term 'far'"}},
     {"end_beyond_the_inputs",
      [] {
        Ride short_ride{"ride", Cart{}, exactly(0.5)};

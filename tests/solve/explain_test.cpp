@@ -57,7 +57,8 @@ TEST(Explain, SaysWhereItHasLooked) {
     const std::string text =
         explain(problem.start_at({0.0, 0.0}).then(phase), {.remedies = 0}).text();
     EXPECT_NE(text.find("term 'there' was not met near the guess: "), std::string::npos) << text;
-    EXPECT_EQ(text.find("its events make the problem jump") != std::string::npos, has_events)
+    EXPECT_EQ(text.find("its events make the problem discontinuous") != std::string::npos,
+              has_events)
         << text;
   }
 }

@@ -93,7 +93,7 @@ const std::vector<Mistake>& mistakes() {
          rates[0] = x[1];
          return rates;
        }),
-       {"phase 'ride', the dynamics: entry 1 of what it returns was never written"}},
+       {"phase 'ride', the dynamics: entry 1 of its result is never written"}},
       {"IntegerQuotient",
        ride([](Ride& r) {
          r.minimise("energy", [](auto, auto, auto u) { return 1 / 2 * u[0] * u[0]; });
@@ -120,7 +120,7 @@ const std::vector<Mistake>& mistakes() {
          r.keep(
              "day", [](auto t, auto) { return t; }, at_most(2.0));
        }),
-       {"phase 'ride', term 'day': it reads nothing that can be changed"}},
+       {"phase 'ride', term 'day': it depends on no state, input or unknown"}},
       {"InputThatActsOnNothing",
        [] {
          Phase<2, 2> r{"ride",
@@ -147,7 +147,7 @@ const std::vector<Mistake>& mistakes() {
        with_dynamics([](auto t, auto) {
          return Vec<decltype(t), 2>{1.0, 0.0};
        }),
-       {"phase 'ride': the dynamics read none of x, u and p"}},
+       {"phase 'ride': the dynamics do not depend on x, u or p"}},
       {"ParameterThatNobodyReads",
        [] {
          Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};
@@ -177,7 +177,7 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'ride': two terms are called 'effort'"}},
       {"InputAtTheEnd",
        ride([](Ride& r) { r.reach("no force", effort, exactly(0.0)); }),
-       {"phase 'ride', term 'no force': it acts at one end of the phase and uses an input",
+       {"phase 'ride', term 'no force': it applies at one end of the phase and reads an input",
         "use keep(), minimise() or track()"}},
       {"OneWeightForTwoRows",
        ride([](Ride& r) { r.track("home", both, Vec<double, 1>{1.0}); }),
@@ -192,13 +192,13 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'ride', term 'lane': the penalty weight 'lane' is 0, expected a positive number"}},
       {"WindowAfterTheEnd",
        ride([](Ride& r) { r.keep("lane", position, at_most(2.0), {.from = 2.0}); }),
-       {"phase 'ride', term 'lane': the window begins at 2 s, but the phase lasts 1 s at most"}},
+       {"phase 'ride', term 'lane': the window begins at 2 s, but the phase lasts at most 1 s"}},
       {"WindowOfAnUnknownEvent",
        ride([](Ride& r) { r.keep("lane", position, at_most(2.0), {.from = event("imapct")}); }),
        {"phase 'ride', term 'lane'", "'imapct'"}},
       {"BoundOnAMissingInput",
        ride([](Ride& r) { r.bound_input(1, between(-1.0, 1.0)); }),
-       {"phase 'ride': there is no input 1; it has 1 of them, counted from 0"}},
+       {"phase 'ride': there is no input 1; the phase has 1, counted from 0"}},
       // --- start, phases, times
       {"NoStart",
        [] { return message_of(OptimalControlProblem("cart").then(sound())); },
@@ -223,7 +223,8 @@ const std::vector<Mistake>& mistakes() {
          return message_of(
              OptimalControlProblem("cart").start_at({0, 0}).then(sound()).total_time(exactly(5.0)));
        },
-       {"problem 'cart': the total time [5, 5] s cannot be met by phases that last 1 to 1 s"}},
+       {"problem 'cart': the total time [5, 5] s is impossible for phases that last 1 to 1 s in "
+        "total"}},
       {"OpenDurationWithoutGuess",
        [] {
          Ride r{"ride", Cart{}, at_least(0.1)};
@@ -259,11 +260,12 @@ const std::vector<Mistake>& mistakes() {
              r.keep("held", position, exactly(0.0)).keep("held still", speed, exactly(0.0));
            },
            by_ipopt()),
-       {"the constraints cannot all be met", "phase 'ride'", "misses its bounds by"}},
+       {"the constraints cannot all be satisfied", "phase 'ride'", "violates its bounds by"}},
       {"OutOfReach",
        ride(
            [](Ride& r) { r.bound_input(0, between(-1.0, 1.0)).keep("slow", speed, at_most(0.5)); }),
-       {"the constraints cannot all be met", "phase 'ride', term '", "misses its bounds by"}},
+       {"the constraints cannot all be satisfied", "phase 'ride', term '",
+        "violates its bounds by"}},
       {"OutOfReachOfWhatIsNotConvex",
        [] {
          Ride r{"ride",
@@ -288,34 +290,34 @@ const std::vector<Mistake>& mistakes() {
              .reach("there", position, exactly(5.0));
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
        },
-       {"phase 'ride': its events make the problem jump", "fewer intervals"}},
+       {"phase 'ride': its events make the problem discontinuous", "fewer intervals"}},
       {"DurationThatNothingPaysFor",
        [] {
          Ride r{"ride", Cart{}, between(1.0, 3.0)};
          r.bound_input(0, between(-9.0, 9.0)).reach("there", position, exactly(1.0));
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
        },
-       {"no cost: the duration of phase 'ride' is arbitrary"}},
+       {"there is no cost, so the duration of phase 'ride' is arbitrary"}},
       {"CostWithoutLowerLimit",
        [] {
          Ride r{"ride", Cart{}, exactly(1.0)};
          r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
        },
-       {"the cost fell from 0 to", "bound the inputs and states that it gains from"}},
+       {"the cost decreased from 0 to", "add bounds on the inputs and states that reduce it"}},
       {"CostWithoutLowerLimitByIpopt",
        [] {
          Ride r{"ride", Cart{}, exactly(1.0)};
          r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r), by_ipopt());
        },
-       {"the cost fell from 0 to", "bound the inputs and states that it gains from"}},
+       {"the cost decreased from 0 to", "add bounds on the inputs and states that reduce it"}},
       {"NearlyTheSameEquation",
        ride([](Ride& r) { r.reach("there too", position, exactly(1.0 + 1e-5)); }),
-       {"phase 'ride', term 'there", "misses its bounds by"}},
+       {"phase 'ride', term 'there", "violates its bounds by"}},
       {"NearlyTheSameEquationByIpopt",
        ride([](Ride& r) { r.reach("there too", position, exactly(1.0 + 1e-5)); }, by_ipopt()),
-       {"phase 'ride', term 'there", "misses its bounds by"}},
+       {"phase 'ride', term 'there", "violates its bounds by"}},
   };
   return list;
 }

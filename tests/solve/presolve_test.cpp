@@ -145,7 +145,7 @@ std::vector<Constant> constants() {
 void expect_named(const std::string& message, const std::string& amount) {
   EXPECT_NE(message.find("phase 'drive', term 'limit', row 0 at t = "), std::string::npos)
       << message;
-  EXPECT_NE(message.find("misses its bounds by " + amount), std::string::npos) << message;
+  EXPECT_NE(message.find("violates its bounds by " + amount), std::string::npos) << message;
 }
 
 TEST(Presolve, ARowThatNothingChangesIsLeftOutOrIsInfeasibleWithItsName) {

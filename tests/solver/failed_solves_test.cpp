@@ -40,7 +40,7 @@ TEST(Infeasible, NamesPhaseTermTimeAndAmount) {
     const Solution s = attempt(too_far(nominal));
     EXPECT_EQ(s.status, SolveStatus::infeasible);
     EXPECT_FALSE(s.ok());
-    expect_in("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3", s.message);
+    expect_in("phase 'run', term 'goal', row 0 at t = 2 s violates its bounds by 3", s.message);
   }
 }
 
@@ -53,7 +53,7 @@ TEST(Infeasible, NamesTheTimeAtTheDurationReached) {
   OptimalControlProblem ocp("too far");
   const Solution s = attempt(ocp.start_at({0, 0}).then(run));
   EXPECT_EQ(s.status, SolveStatus::infeasible);
-  expect_in("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3", s.message);
+  expect_in("phase 'run', term 'goal', row 0 at t = 2 s violates its bounds by 3", s.message);
 }
 
 TEST(Infeasible, NamesBoundsOfStatesInTheirUnits) {
@@ -67,7 +67,7 @@ TEST(Infeasible, NamesBoundsOfStatesInTheirUnits) {
   const Solution s = attempt(ocp.start_at({0, 0}).then(run));
   EXPECT_EQ(s.status, SolveStatus::infeasible);
   expect_in("phase 'run', ", s.message);
-  expect_in("misses its bounds by ", s.message);
+  expect_in("violates its bounds by ", s.message);
 }
 
 // min int x^2 - 2 u^2 with x' = u, x(0) = 0: as a linear-quadratic program not convex.

@@ -166,7 +166,7 @@ TEST(SqpStatus, InfeasibleNamesPhaseTermTimeAndAmount) {
     EXPECT_EQ(shooting.nlp().is_linear_quadratic(), duration.is_equality());
     const Solution s = solve(shooting, *sqp());
     EXPECT_EQ(s.status, SolveStatus::infeasible) << duration.lower;
-    EXPECT_NE(s.message.find("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3"),
+    EXPECT_NE(s.message.find("phase 'run', term 'goal', row 0 at t = 2 s violates its bounds by 3"),
               std::string::npos)
         << s.message;
   }

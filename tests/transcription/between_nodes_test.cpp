@@ -227,7 +227,8 @@ TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
   const RefinedSolution limited =
       solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 1e-6, .most_intervals = 6});
   EXPECT_FALSE(limited.reached);
-  EXPECT_NE(limited.message.find("ended with 6 per phase, of at most 6"), std::string::npos)
+  EXPECT_NE(limited.message.find("stopped with 6 intervals per phase, the limit is 6"),
+            std::string::npos)
       << limited.message;
 }
 

@@ -218,7 +218,7 @@ TEST(Links, BadOnesAreRefusedWithTheirName) {
   EXPECT_SAYS(complaint(problem()
                             .link("gap", gap, exactly(0.0), start_of(a), end_of(b))
                             .link("gap", gap, exactly(0.0), start_of(a), end_of(b))),
-              "there are two of this name");
+              "there are two links with this name");
   EXPECT_SAYS(complaint(problem().start_time(between(0.0, 1.0), 2.0)),
               "the guess of the start time, 2 s, lies outside its bounds [0, 1] s");
 }
@@ -242,19 +242,19 @@ TEST(Integral, BadOnesAreRefusedWithTheirName) {
   const Phase<1, 1> one = phase().bound_integral("effort", effort, at_most(1.0), 1.0),
                     other = phase().bound_integral("effort", effort, at_most(1.0), 2.0);
   EXPECT_SAYS(complaint(problem(one).then(other)),
-              "integral 'effort' goes on from phase 'push', where its magnitude is 1, not 2");
+              "integral 'effort' continues from phase 'push', where its magnitude is 1, not 2");
   try {
     problem(one).then(one).after(1);
     FAIL() << "an integral was cut in two";
   } catch (const DefinitionError& e) {
-    EXPECT_SAYS(std::string(e.what()), "integral 'effort' goes on from phases that are over");
+    EXPECT_SAYS(std::string(e.what()), "integral 'effort' continues from removed phases");
   }
   try {
     Phase<1, 1> push = phase();
     push.bound_state(3, at_most(1.0), {}, soft("w", 1.0));
     FAIL() << "there is no state 3";
   } catch (const DefinitionError& e) {
-    EXPECT_SAYS(std::string(e.what()), "phase 'push': there is no state 3; it has 1 of them");
+    EXPECT_SAYS(std::string(e.what()), "phase 'push': there is no state 3; the phase has 1");
   }
 }
 

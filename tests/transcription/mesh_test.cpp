@@ -179,9 +179,9 @@ TEST(Mesh, ThatIsNoneIsRefused) {
   EXPECT_NE(refusal({2, {0.0, 1.0}, {}}).find("2 nodes for 2 intervals, expected 3"),
             std::string::npos);
   EXPECT_NE(refusal({2, {0.0, 0.5, 0.9}, {}}).find("expected from 0 to 1"), std::string::npos);
-  EXPECT_NE(refusal({3, {0.0, 0.5, 0.5, 1.0}, {}}).find("expected rising fractions"),
+  EXPECT_NE(refusal({3, {0.0, 0.5, 0.5, 1.0}, {}}).find("expected increasing fractions"),
             std::string::npos);
-  EXPECT_NE(refusal({2, {}, {0, 1}}).find("of 2 nodes"), std::string::npos);
+  EXPECT_NE(refusal({2, {}, {0, 1}}).find("2 hold flags"), std::string::npos);
   EXPECT_THROW(MultipleShooting(cart(exactly(1.0)), on({Mesh{}, Mesh{}})), DefinitionError);
 }
 

@@ -117,7 +117,7 @@ TEST(OneSided, ThroughSimultaneousEventsGoesAlongADirection) {
   const OneSidedDerivative past = along(shooting, {{"first", 1.0}});
   EXPECT_FALSE(past.reliable);
   EXPECT_TRUE(std::isnan(past.cost));
-  EXPECT_NE(past.message.find("cannot move that way"), std::string::npos) << past.message;
+  EXPECT_NE(past.message.find("cannot move in this direction"), std::string::npos) << past.message;
   EXPECT_FALSE(along(shooting, {{"first", 0.0}}).reliable);
   EXPECT_THROW(along(shooting, {{"third", 1.0}}), DefinitionError);
 }

@@ -53,18 +53,19 @@ void index_of_a_scalar() {
 }
 template <bool used>
 long double argument_of_standard_function() {
-  static_assert(!used,
-                "use sin(x), not std::sin(x): functions of <cmath> lose derivatives, so call those "
-                "of saltus without std:: (sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
-                "tanh, exp, log, sqrt, pow, hypot, abs, min, max)");
+  static_assert(
+      !used,
+      "use sin(x), not std::sin(x): functions of <cmath> lose derivatives, so call the functions "
+      "of saltus without std:: (sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
+      "tanh, exp, log, sqrt, pow, hypot, abs, min, max)");
   return 0.0L;
 }
 template <bool used>
 double number_without_derivatives() {
-  static_assert(!used,
-                "a number that carries derivatives does not become a double: declare variables "
-                "and results of a formula by its scalar type, S and Vec<S, n> in place of double "
-                "and Vec<double, n>");
+  static_assert(
+      !used,
+      "a number with derivatives does not convert to double: declare variables and results of a "
+      "formula with its scalar type, S and Vec<S, n> instead of double and Vec<double, n>");
   return 0.0;
 }
 }  // namespace detail

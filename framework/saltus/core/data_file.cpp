@@ -34,10 +34,9 @@ fs::path data_file(const std::string& name) {
   }
   std::string text = folders.front().string();
   for (std::size_t i = 1; i < folders.size(); ++i) text += " or " + folders[i].string();
-  throw InputError(
-      fmt::format("there is no {} in {}; SALTUS_DATA_DIR names the folder share/saltus of an "
-                  "installation",
-                  name, text));
+  throw InputError(fmt::format(
+      "{} is not in {}; set SALTUS_DATA_DIR to the folder share/saltus of an installation", name,
+      text));
 }
 
 fs::path program_folder() {
@@ -48,7 +47,7 @@ fs::path program_folder() {
 fs::path cache_folder() {
   if (const char* cache = variable("XDG_CACHE_HOME")) return fs::path(cache) / "saltus";
   if (const char* home = variable("HOME")) return fs::path(home) / ".cache/saltus";
-  throw InputError("there is no folder for fetched files: neither XDG_CACHE_HOME nor HOME is set");
+  throw InputError("there is no cache folder: set XDG_CACHE_HOME or HOME");
 }
 
 }  // namespace saltus

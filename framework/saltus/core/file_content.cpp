@@ -30,7 +30,8 @@ std::string file_content(const fs::path& file, std::size_t longest) {
     text.resize(begin + static_cast<std::size_t>(stream.gcount()));
   }
   if (text.size() > longest)
-    refuse(fmt::format("the file has more than {} MB, which none of ours has", longest >> 20U));
+    refuse(fmt::format("the file has more than {} MB, the limit for files that Saltus reads",
+                       longest >> 20U));
   if (!stream.eof()) refuse("the file cannot be read; check its permissions");
   return text;
 }

@@ -38,7 +38,7 @@ class ShortName {
   void assign(std::string_view text) {
     if (text.size() > max_size)
       throw DefinitionError("the name '" + std::string(text) + "' has " +
-                            std::to_string(text.size()) + " letters, but a name has at most " +
+                            std::to_string(text.size()) + " characters, but a name has at most " +
                             std::to_string(max_size));
     std::copy(text.begin(), text.end(), text_.begin());
     size_ = static_cast<unsigned char>(text.size());

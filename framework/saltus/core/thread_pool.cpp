@@ -67,7 +67,7 @@ struct ThreadPool::State {
 
 ThreadPool::ThreadPool(int threads) : threads_(threads) {
   if (threads < 1)
-    throw DefinitionError(fmt::format("a number of threads must be 1 or more, not {}", threads));
+    throw DefinitionError(fmt::format("the number of threads must be 1 or more, not {}", threads));
   state_ = std::make_unique<State>(threads);
 }
 

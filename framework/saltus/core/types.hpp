@@ -36,13 +36,14 @@
 /// \endcond
 
 // Eigen's default alignment, and so the layout of its types, depends on -march.
-static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
-              "Saltus is built with EIGEN_MAX_ALIGN_BYTES=16, and so must be what uses it: link to "
-              "saltus::core in CMake, or pass -DEIGEN_MAX_ALIGN_BYTES=16");
+static_assert(
+    EIGEN_MAX_ALIGN_BYTES == 16,
+    "Saltus and all code that uses it must be built with EIGEN_MAX_ALIGN_BYTES=16: link to "
+    "saltus::core in CMake, or pass -DEIGEN_MAX_ALIGN_BYTES=16");
 #ifdef SALTUS_EIGEN_ALIGN_BYTES  // set by an installed library
 static_assert(EIGEN_DEFAULT_ALIGN_BYTES == SALTUS_EIGEN_ALIGN_BYTES,
-              "this installation of Saltus was built for vectors of another width, where Eigen "
-              "allocates in another way: leave -march to saltus::core, or build Saltus with "
+              "this installation of Saltus was built for another vector width, which changes the "
+              "alignment of Eigen: let saltus::core set -march, or build Saltus with "
               "-D SALTUS_MARCH=... for your processor");
 #endif
 

@@ -57,8 +57,8 @@ AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equation
   const int nz = count();
   if (equations_.inputs() != extended().size() || equations_.outputs() != nz)
     throw DefinitionError(
-        fmt::format("{} algebraic equations are given for {} algebraic states, of {} arguments in "
-                    "place of {}.",
+        fmt::format("{} algebraic equations are given for {} algebraic states; they take {} "
+                    "arguments, expected {}.",
                     equations_.outputs(), nz, equations_.inputs(), extended().size()));
   if (!start_.allFinite())
     throw DefinitionError("the guess of the algebraic states is not finite.");
@@ -93,10 +93,10 @@ void AlgebraicEquations::find_dependencies() {
     if (match(match, equation)) continue;
     const bool reads_z = std::any_of(visited.begin(), visited.end(), [](char v) { return v != 0; });
     throw DefinitionError(fmt::format(
-        "algebraic equation {} of {}, counted from 0, {}, so that g_z is singular and the index is "
-        "above 1; put its derivative with respect to time in its place.",
+        "algebraic equation {} of {}, counted from 0, {}: g_z is singular and the index exceeds 1; "
+        "replace the equation by its time derivative.",
         equation, nz,
-        reads_z ? "contains no algebraic state that the equations before it leave to be determined"
+        reads_z ? "contains no algebraic state that earlier equations leave undetermined"
                 : "contains no algebraic state"));
   }
   depends_.assign(nz, std::vector<char>(sizes_.size(), 0));
@@ -486,7 +486,7 @@ Function algebraic_state(std::shared_ptr<const AlgebraicEquations> equations, in
 ConsistentStart consistent_start(const AlgebraicEquations& equations, const VectorRef& argument) {
   if (argument.size() != equations.sizes().size())
     throw DefinitionError(
-        fmt::format("a consistent start takes (t, x, u, p) of {} entries, not {}.",
+        fmt::format("consistent_start() takes (t, x, u, p) with {} entries, but {} are given.",
                     equations.sizes().size(), argument.size()));
   AlgebraicSolution s = equations.new_solution();
   const VectorXd given = argument;
@@ -505,8 +505,8 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
       int moved = 0;
       (result.z - equations.start()).cwiseAbs().maxCoeff(&moved);
       result.message = fmt::format(
-          "the algebraic equations are met at t = {:.6g} s; farthest from its guess is algebraic "
-          "state {}: {:.6g} in place of {:.6g}",
+          "the algebraic equations are satisfied at t = {:.6g} s; algebraic state {} differs most "
+          "from its guess: {:.6g} instead of {:.6g}",
           t, moved, result.z[moved], equations.start()[moved]);
       break;
     }
@@ -515,14 +515,14 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
       break;
     case AlgebraicStatus::singular:
       result.message = fmt::format(
-          "{} does not determine an algebraic state beside the others at t = {:.6g} s: g_z is "
-          "singular there, and the index above 1",
+          "{} does not determine an algebraic state at t = {:.6g} s: g_z is singular there, so the "
+          "index exceeds 1",
           which, t);
       break;
     case AlgebraicStatus::no_solution:
       result.message = fmt::format(
-          "no algebraic states are found from their guess at t = {:.6g} s: {} misses zero by "
-          "{:.3g}",
+          "the algebraic equations have no solution near the guess at t = {:.6g} s: {} has the "
+          "residual {:.3g}",
           t, which, std::abs(result.residual[std::max(0, result.equation)]));
       break;
   }

@@ -49,12 +49,13 @@ DirectionalDerivative directional_derivative(Integrator& integrator, const Vecto
   // The slope of a square root doubles with every second halving of the step.
   if (last > 2.0 * (1.0 + first))
     return fail(fmt::format(
-        "the derivative grows without bound, from {:.3g} to {:.3g} while the step falls "
-        "from {:.3g} to {:.3g}: a guard is grazed at the end of this direction",
+        "the derivative grows without bound, from {:.3g} to {:.3g} as the step decreases from "
+        "{:.3g} to {:.3g}: the trajectory grazes a guard in this direction",
         first, last, first_step, 2.0 * step));
   if (!(result.error <= inaccurate))
-    return fail(fmt::format(
-        "the derivatives beside it agree to {:.1g} only: take a shorter first step", result.error));
+    return fail(
+        fmt::format("the extrapolated derivatives agree only to {:.1g}: use a shorter first step",
+                    result.error));
   result.value = limit.value();
   result.exists = true;
   return result;

@@ -29,7 +29,7 @@ struct FormulaWithAlgebraic {
     } else {
       static_assert(
           requires { formula(t, x); },
-          "a formula beside algebraic states must be callable through a const operator() "
+          "a formula with algebraic states must be callable through a const operator() "
           "as f(t, x), f(t, x, z), f(t, x, z, u) or f(t, x, z, u, p), with t a scalar S "
           "and x, z, u, p vectors Vec<S, n> of the declared sizes, for every scalar S");
       return t;

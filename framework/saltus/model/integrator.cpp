@@ -61,22 +61,23 @@ const char* describe(IntegrationStatus status) {
     case IntegrationStatus::too_many_steps:
       return "the step limit was reached before the end of the interval";
     case IntegrationStatus::step_too_small:
-      return "the error control could not go on with any step size";
+      return "error control failed at the smallest step size";
     case IntegrationStatus::library_failure:
       return "the integration library reported a failure";
     case IntegrationStatus::grazing:
-      return "a guard is touched without being crossed, where no derivative exists";
+      return "the trajectory touches a guard without crossing it, where no derivative exists";
     case IntegrationStatus::ambiguous_start:
-      return "the state is on a guard along which it moves, so that the mode is undecided";
+      return "the state is on a guard whose rate is zero, so the mode is undetermined";
     case IntegrationStatus::non_unique:
-      return "both fields push away from the surface on which the state is: the motion is not "
+      return "both fields point away from the surface at the state: the trajectory is not "
              "unique";
     case IntegrationStatus::beyond_guard:
-      return "the state is behind a guard, where no mode is in force";
+      return "the state is beyond a guard, where no mode is active";
     case IntegrationStatus::accumulation:
-      return "events accumulate (Zeno), or there are more than the limit";
+      return "events accumulate (Zeno) or exceed the limit";
     case IntegrationStatus::sliding_input:
-      return "the motion slides on a guard that reads an input which changes in the interval";
+      return "the trajectory slides on a guard that depends on an input that varies in the "
+             "interval";
     case IntegrationStatus::backward:
       return "an interval with events cannot be integrated backward in time";
   }

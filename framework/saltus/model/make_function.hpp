@@ -226,8 +226,8 @@ Function make_function(F formula, const FormulaName& name = {}) {
     static_assert(Formula<F, Dual<double, 0>, nx, nu, np>,
                   "a formula must be callable through a const operator() as f(t, x), f(t, x, u) or "
                   "f(t, x, u, p), with t a scalar S and x, u, p of type Vec<S, nx>, Vec<S, nu>, "
-                  "Vec<S, np> of the declared sizes, for every scalar S; where it calls functions "
-                  "of <cmath>, it does so without std::, as sin(x[0])");
+                  "Vec<S, np> of the declared sizes, for every scalar S; call functions of <cmath> "
+                  "without std::, as in sin(x[0])");
     return {};
   }
 }

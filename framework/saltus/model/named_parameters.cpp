@@ -8,7 +8,7 @@ namespace saltus::detail {
 
 void refuse_view(int size, int offset, int given) {
   throw DefinitionError(
-      fmt::format("entries {} to {} of p are asked for by name, but p has {} entries", offset,
+      fmt::format("a named block needs entries {} to {} of p, but p has {} entries", offset,
                   offset + size - 1, given));
 }
 

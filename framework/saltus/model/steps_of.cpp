@@ -18,7 +18,7 @@ FormulaSteps steps_of(const Function& function) {
   FormulaSteps& steps = recorder.steps;
   if (recorder.formulas != 1 || steps.inputs != function.inputs() ||
       static_cast<int>(steps.outputs.size()) != function.outputs())
-    throw DefinitionError("a function is composed of others, and not of a formula");
+    throw DefinitionError("the function is composed of other functions, not made from a formula");
   steps.prune();
   check_steps(steps, function, VectorXd::Constant(function.inputs(), 0.5), "a formula");
   return steps;
@@ -38,7 +38,7 @@ void check_steps(const FormulaSteps& steps, const Function& function, const Vect
     for (int i = 0; i < expected.size() && expected.allFinite(); ++i)
       if (!(std::abs(found[i] - expected[i]) <= rounding * (1.0 + std::abs(expected[i]))))
         throw DefinitionError(
-            fmt::format("{}: output {} of its steps is {} where the function is {}", what, i,
+            fmt::format("{}: output {} of its steps is {}, but the function returns {}", what, i,
                         found[i], expected[i]));
     for (int i = 0; i < at.size(); ++i) at[i] = z[i] * (1.0 + radius * random.uniform(-1.0, 1.0));
   }

@@ -48,15 +48,15 @@ void SwitchingSystem::check(const Arguments& sizes, int nq) const {
       check_function("mode '" + mode.name + "': the running cost", mode.running_cost, sizes, nq);
   }
   if (memory >= sizes.nx)
-    throw DefinitionError(fmt::format(
-        "the mode is to be remembered in state {}, but there are {} states.", memory, sizes.nx));
+    throw DefinitionError(
+        fmt::format("the mode is stored in state {}, but there are {} states.", memory, sizes.nx));
   const VectorXd anywhere = VectorXd::Zero(sizes.size());  // a rate that reads nothing is constant
   for (const Mode& mode : modes)
     if (memory >= 0 && (mode.dynamics.jacobian_pattern().row_begin(memory) <
                             mode.dynamics.jacobian_pattern().row_end(memory) ||
                         mode.dynamics(anywhere)[memory] != 0.0))
       throw DefinitionError(
-          fmt::format("mode '{}': state {} remembers the mode, so its rate must be the number 0.",
+          fmt::format("mode '{}': state {} stores the mode, so its rate must be the constant 0.",
                       mode.name, memory));
   for (const Transition& transition : transitions) {
     const std::string event = "event '" + transition.name + "': ";
@@ -67,17 +67,17 @@ void SwitchingSystem::check(const Arguments& sizes, int nq) const {
     const std::string between =
         "event '" + transition.name + "' of mode '" + modes[transition.from].name + "': ";
     if (transition.from == transition.to && !transition.reset)
-      throw DefinitionError(between +
-                            "it changes neither mode nor state; give it a reset or "
-                            "another mode to go to.");
+      throw DefinitionError(
+          between +
+          "it changes neither mode nor state; add a reset or choose another target mode.");
     check_function(between + "the guard", transition.guard, sizes, 1);
     if (transition.reset) check_function(between + "the reset", transition.reset, sizes, sizes.nx);
     if (!depends_on(transition.guard, sizes.t()) &&
         !depends_on_any(transition.guard, sizes.x(), sizes.nx) &&
         !depends_on_any(transition.guard, sizes.u(), sizes.nu))
-      throw DefinitionError(between +
-                            "the guard depends neither on the state nor on time, so that "
-                            "nothing can cross it.");
+      throw DefinitionError(
+          between +
+          "the guard depends on neither state, time nor input, so it never crosses zero.");
   }
 }
 

@@ -66,12 +66,12 @@ FormulaStructure traced_structure(const FormulaName& name, const Arguments& size
   }
   if (detail::was_written_beyond())
     throw DefinitionError(
-        fmt::format("{}: it writes beyond a vector, through data()", describe(name)));
+        fmt::format("{}: it writes beyond the end of a vector through data()", describe(name)));
   for (int i = 0; i < outputs; ++i)
     if (!y[i].is_written())
       throw DefinitionError(
-          fmt::format("{}: entry {} of what it returns was never written, or is computed from a "
-                      "number that was not",
+          fmt::format("{}: entry {} of its result is never written, or depends on a number that is "
+                      "never written",
                       describe(name), i));
   return structure_of(sizes.size(), y);
 }

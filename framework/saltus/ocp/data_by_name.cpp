@@ -72,7 +72,8 @@ void check_data(const OptimalControlProblem& problem, std::string_view name, int
     found = true;
     const ParameterBlock& block = *range->block;
     if (block.unknown)
-      throw DefinitionError(fmt::format("parameter '{}' is unknown: the solver decides it", name));
+      throw DefinitionError(
+          fmt::format("parameter '{}' is an unknown: the solver determines it", name));
     if (!entries.empty() && !block.entries.empty() && !std::ranges::equal(entries, block.entries))
       throw DefinitionError(fmt::format("parameter '{}' has the entries {}, but {} were given",
                                         name, join_names(names_of(block.entries)),

@@ -99,11 +99,11 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
     throw DefinitionError(fmt::format("phase '{}', event '{}': {}", phase.name, guard.event, what));
   };
   if (guard.guard.outputs() != 1)
-    fail(fmt::format("a guard must be one number, but it has {} rows", guard.guard.outputs()));
+    fail(fmt::format("a guard must be a scalar, but it has {} rows", guard.guard.outputs()));
   if (!phase.has_free_duration())
     fail(
-        fmt::format("the duration is fixed at {} s, so the event cannot decide when the phase "
-                    "ends; give the duration an interval, or state the condition with reach()",
+        fmt::format("the duration is fixed at {} s, so the event cannot end the phase; give the "
+                    "duration an interval, or use reach() for the condition",
                     phase.duration.lower));
   constexpr int tried = 48;
   constexpr double rounding = 1e-12;  // rounding error of sums of a few products
@@ -127,9 +127,7 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
   }
   if (finite == 0) return;  // the solution reports the rate instead
   if (moving == 0)
-    fail(
-        "the dynamics do not move the guard (its rate g_t + g_x f is zero wherever it was tried), "
-        "so it never crosses zero");
+    fail("the guard never crosses zero: its rate g_t + g_x f is zero at all tested points");
   const double size = std::max(std::abs(lowest), std::abs(highest));
   if (highest - lowest <= rounding * size && crossing_sign(guard.crossing) * lowest < 0.0)
     fail(fmt::format("the guard always changes by {:.6g} per second, so it never crosses zero {}",

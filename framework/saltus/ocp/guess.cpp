@@ -22,9 +22,9 @@ Guess Guess::constant(VectorXd value) {
 
 Guess Guess::interpolate(VectorXd first, VectorXd last) {
   if (first.size() != last.size())
-    throw DefinitionError(
-        fmt::format("guess: it leads from {} entries to {}; both ends need as many", first.size(),
-                    last.size()));
+    throw DefinitionError(fmt::format(
+        "guess: it has {} entries at the start and {} at the end, but needs the same number",
+        first.size(), last.size()));
   return Guess([a = std::move(first), b = std::move(last)](double s) -> VectorXd {
     return a + s * (b - a);
   });

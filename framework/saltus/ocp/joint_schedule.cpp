@@ -24,12 +24,12 @@ JointSchedule::JointSchedule(std::vector<Schedule> parts, int capacity)
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if (parts_[i].known_modes().empty())
       throw DefinitionError(
-          fmt::format("joint schedule: part {} has no mode: construct it with the first one", i));
+          fmt::format("joint schedule: part {} has no mode; construct it with its first mode", i));
     digits_[i].stride = static_cast<int>(names.size());
     if (names.size() * parts_[i].known_modes().size() > most_modes)
       throw DefinitionError(
-          fmt::format("joint schedule: the modes of parts 0 to {} make {} joint ones, but there "
-                      "may be at most {}",
+          fmt::format("joint schedule: the modes of parts 0 to {} give {} joint modes, but at most "
+                      "{} are allowed",
                       i, names.size() * parts_[i].known_modes().size(), most_modes));
     std::vector<std::string> longer;
     for (const std::string& mode : parts_[i].known_modes())

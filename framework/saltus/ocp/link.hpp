@@ -80,7 +80,7 @@ struct Joined {
         static_assert(std::is_invocable_v<const F&, const EndValues<S, nx, np>&...>,
                       "the formula of a link must be callable through a const operator() with one "
                       "EndValues per end, in the order of the ends: f(const auto& a, const auto& "
-                      "b), where a.t, a.duration, a.x and a.p are what it reads");
+                      "b), which may read a.t, a.duration, a.x and a.p");
         return all[0];
       }
     }

@@ -34,7 +34,7 @@ void check_components(const PhaseDefinition& phase, const char* what, int size,
                       const std::vector<ComponentBounds>& bounds) {
   for (const ComponentBounds& b : bounds) {
     if (b.component < 0 || b.component >= size)
-      fail(phase, fmt::format("there is no {} {}; it has {} of them, counted from 0", what,
+      fail(phase, fmt::format("there is no {} {}; the phase has {}, counted from 0", what,
                               b.component, size));
     check_bounds(phase, fmt::format("{} {}", what, b.component), b.bounds);
   }
@@ -88,7 +88,7 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
   if (term.domain != TermDomain::running &&
       depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu))
     fail(phase, term,
-         "it acts at one end of the phase and uses an input, but inputs belong to intervals; "
+         "it applies at one end of the phase and reads an input, but inputs belong to intervals; "
          "use keep(), minimise() or track() instead");
   if (term.kind == TermKind::constraint) {
     if (static_cast<int>(term.bounds.size()) != m)
@@ -102,7 +102,7 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
     if (const std::string error = term.soft ? describe_error(*term.soft) : ""; !error.empty())
       fail(phase, term, error);
   } else if (term.kind == TermKind::cost && m != 1) {
-    fail(phase, term, fmt::format("a cost must be one number, but the formula has {} rows", m));
+    fail(phase, term, fmt::format("a cost must be a scalar, but the formula has {} rows", m));
   } else if (term.kind == TermKind::least_squares) {
     check_weight(phase, term);
   }
@@ -145,12 +145,12 @@ void PhaseDefinition::check(const Bounds& start) const {
     fail(*this,
          fmt::format("the duration has no lower bound, and it cannot be negative; write {}",
                      duration.upper < infinity ? fmt::format("between(0.0, {})", duration.upper)
-                                               : "at_least(0.0) and guess it by guess_duration()"));
+                                               : "at_least(0.0) and set guess_duration()"));
   if (duration.lower == infinity) fail(*this, "the shortest duration must be finite");
   if (duration.is_empty() || duration.lower < 0.0)
     fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
                             duration.upper));
-  if (duration.upper == 0.0) fail(*this, "the duration is 0 s, so that nothing can happen in it");
+  if (duration.upper == 0.0) fail(*this, "the duration is 0 s; it must be positive");
   if (has_free_duration() && !(duration_guess > 0.0 && std::isfinite(duration_guess)))
     fail(*this, fmt::format("the free duration needs a positive guess, but it is {} s; use "
                             "guess_duration()",
@@ -195,15 +195,16 @@ void PhaseDefinition::check(const Bounds& start) const {
       fail(*this, fmt::format("two terms are called '{}'", integral.name));
   }
   if (end_guards.size() > 1)
-    fail(*this, fmt::format("it ends at event '{}' and at event '{}', but one guard decides when a "
-                            "phase ends; state the other one with reach()",
+    fail(*this, fmt::format("it has the end events '{}' and '{}', but only one guard can end a "
+                            "phase; use reach() for the other",
                             end_guards[0].event, end_guards[1].event));
   for (const EndGuard& guard : end_guards) check_end_guard(*this, guard, start);
   std::vector<int> group_of(sizes.nu, -1);
   for (const int first : resultants) {
     if (resultant_size < 1 || first < 0 || first + resultant_size > sizes.nu)
-      fail(*this, fmt::format("a common resultant of {} inputs from {} on, but there are {} inputs",
-                              resultant_size, first, sizes.nu));
+      fail(*this,
+           fmt::format("a common resultant needs {} inputs from {} on, but there are {} inputs",
+                       resultant_size, first, sizes.nu));
     for (int i = first; i < first + resultant_size; ++i) {
       if (group_of[i] >= 0)
         fail(*this, fmt::format("input {} is in two groups with a common resultant", i));
@@ -282,7 +283,7 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
     known.push_back(fmt::format("bounds of state {}", b.component));
   if (std::ranges::find(known, term) == known.end()) {
     const std::string near = nearest_name(term, known);
-    fail(phase, fmt::format("allow() names '{}', which is no constraint declared before it{}", term,
+    fail(phase, fmt::format("allow() names '{}', which is not a constraint declared before{}", term,
                             near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
   if (!(between_nodes > 0.0 && std::isfinite(between_nodes)))
@@ -290,8 +291,9 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
                             "number",
                             term, between_nodes));
   if (!(at_nodes >= 0.0 && std::isfinite(at_nodes)))
-    fail(phase, fmt::format("allow(\"{}\") is given {} at nodes, expected a number from 0 on", term,
-                            at_nodes));
+    fail(phase,
+         fmt::format("allow(\"{}\") is given {} at nodes, expected a number that is not negative",
+                     term, at_nodes));
   phase.allowances.push_back({std::move(term), between_nodes, at_nodes});
 }
 

@@ -22,8 +22,8 @@ void add_surface(PhaseDefinition& phase, const std::string& event, Function guar
   SwitchingSystem& system = with_first_mode(phase);
   if (system.modes.size() > 1)
     throw DefinitionError(
-        fmt::format("phase '{}', event '{}': the phase has several modes already, and it is not "
-                    "said which of them the surface divides; define it with an Automaton",
+        fmt::format("phase '{}', event '{}': the phase already has several modes, so it is "
+                    "ambiguous which mode the surface divides; use an Automaton",
                     phase.name, event));
   const int below = 0, other = 1;
   system.modes.push_back(

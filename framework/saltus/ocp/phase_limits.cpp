@@ -58,10 +58,10 @@ void check(const PhaseDefinition& phase, const IntegralConstraint& integral) {
     fail(phase, fmt::format("{}: the formula takes {} arguments, the phase has {}", where,
                             integral.integrand.inputs(), phase.sizes.size()));
   if (integral.integrand.outputs() != 1)
-    fail(phase, fmt::format("{}: it must be one number, but the formula has {} rows", where,
+    fail(phase, fmt::format("{}: it must be a scalar, but the formula has {} rows", where,
                             integral.integrand.outputs()));
   if (integral.limits.bounds.size() != 1)
-    fail(phase, fmt::format("{}: it is one number, but {} bounds were given", where,
+    fail(phase, fmt::format("{}: it is a scalar, but {} bounds were given", where,
                             integral.limits.bounds.size()));
   if (const Bounds& b = integral.limits.bounds.front(); b.is_empty())
     fail(phase, fmt::format("{}: the bounds [{}, {}] are empty", where, b.lower, b.upper));
@@ -77,7 +77,7 @@ void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& b
                           Window&& window, std::optional<Penalty>&& penalty) {
   const AlgebraicEquations& equations = *phase.algebraic.equations;
   if (component < 0 || component >= equations.count())
-    fail(phase, fmt::format("there is no algebraic state {}; it has {} of them, counted from 0",
+    fail(phase, fmt::format("there is no algebraic state {}; the phase has {}, counted from 0",
                             component, equations.count()));
   add_constraint(phase, free_name(phase, "algebraic state", component), TermDomain::running,
                  algebraic_state(phase.algebraic.equations, component), {bounds}, std::move(window),
@@ -87,7 +87,7 @@ void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& b
 void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int count, int component,
                      const Bounds& bounds, Window&& window, Penalty&& penalty) {
   if (component < 0 || component >= count)
-    fail(phase, fmt::format("there is no {} {}; it has {} of them, counted from 0", what, component,
+    fail(phase, fmt::format("there is no {} {}; the phase has {}, counted from 0", what, component,
                             count));
   add_constraint(phase, free_name(phase, what, component), TermDomain::running,
                  Function(std::make_shared<const Entry>(phase.sizes.size(), first + component)),

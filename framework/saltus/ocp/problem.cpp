@@ -59,8 +59,8 @@ OptimalControlProblem& OptimalControlProblem::costs(CostRule rule) {
 
 const PhaseDefinition& OptimalControlProblem::phase_at(int j) const {
   if (j < 0 || j >= static_cast<int>(phases_.size()))
-    throw DefinitionError(fmt::format("problem '{}' has {} phases, so that there is no phase {}",
-                                      name_, phases_.size(), j));
+    throw DefinitionError(fmt::format("problem '{}' has {} phases, so there is no phase {}", name_,
+                                      phases_.size(), j));
   return phases_[j];
 }
 
@@ -70,8 +70,8 @@ PhaseDefinition& OptimalControlProblem::editable_phase(int j) {
 
 Link& OptimalControlProblem::editable_link(int i) {
   if (i < 0 || i >= static_cast<int>(links_.size()))
-    throw DefinitionError(fmt::format("problem '{}' has {} links, so that there is no link {}",
-                                      name_, links_.size(), i));
+    throw DefinitionError(
+        fmt::format("problem '{}' has {} links, so there is no link {}", name_, links_.size(), i));
   return links_[i];
 }
 
@@ -97,12 +97,13 @@ OptimalControlProblem& OptimalControlProblem::close(Jump jump) {
 
 OptimalControlProblem OptimalControlProblem::after(int phases) const {
   if (phases < 0 || phases >= static_cast<int>(phases_.size()))
-    throw DefinitionError(fmt::format("problem '{}' has {} phases, and none is left after {}",
-                                      name_, phases_.size(), phases));
+    throw DefinitionError(
+        fmt::format("problem '{}' has {} phases, so none remains after removing {}", name_,
+                    phases_.size(), phases));
   if (phases == 0) return *this;
   if (closing_)
     throw DefinitionError(fmt::format(
-        "problem '{}' is closed: what is left of it does not end where it began", name_));
+        "problem '{}' is closed with close(), so its first phases cannot be removed", name_));
   std::set<std::string> begun;
   for (int j = 0; j < phases; ++j)
     for (const IntegralConstraint& integral : phases_[j].integrals) begun.insert(integral.name);
@@ -110,8 +111,8 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
     for (const IntegralConstraint& integral : phases_[j].integrals)
       if (begun.contains(integral.name))
         throw DefinitionError(
-            fmt::format("problem '{}': integral '{}' goes on from phases that are over, and what "
-                        "it has come to is not known",
+            fmt::format("problem '{}': integral '{}' continues from removed phases, so its value "
+                        "at the start is unknown",
                         name_, integral.name));
   OptimalControlProblem rest = *this;
   std::erase_if(rest.links_, [&](const Link& link) {
@@ -119,7 +120,7 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
     for (const Link::End& end : link.ends) over += phase_index(end.phase) < phases ? 1 : 0;
     if (over > 0 && over < static_cast<int>(link.ends.size()))
       throw DefinitionError(fmt::format(
-          "problem '{}': link '{}' joins phases that are over to what is left", name_, link.name));
+          "problem '{}': link '{}' couples removed and remaining phases", name_, link.name));
     return over > 0;
   });
   // An unknown keeps its bounds from removed phases.
@@ -180,7 +181,7 @@ Bounds OptimalControlProblem::bounds_of_unknown(const std::string& name, int i) 
       if (block.unknown && block.name == name) {
         if (i < 0 || i >= static_cast<int>(block.bounds.size()))
           throw DefinitionError(
-              fmt::format("problem '{}': unknown '{}' has {} entries, so that there is no entry {}",
+              fmt::format("problem '{}': unknown '{}' has {} entries, so there is no entry {}",
                           name_, name, block.bounds.size(), i));
         all.lower = std::max(all.lower, block.bounds[i].lower);
         all.upper = std::min(all.upper, block.bounds[i].upper);
@@ -195,18 +196,19 @@ void check_jump(const PhaseDefinition& from, const Jump& jump, const PhaseDefini
       fmt::format("jump '{}' from phase '{}' to phase '{}'", jump.name, from.name, to.name);
   if (!jump.map) {
     if (from.sizes.nx != to.sizes.nx)
-      throw DefinitionError(fmt::format("{}: {} states become {}, so a jump map is needed", where,
-                                        from.sizes.nx, to.sizes.nx));
+      throw DefinitionError(
+          fmt::format("{}: the number of states changes from {} to {}, so a jump map is needed",
+                      where, from.sizes.nx, to.sizes.nx));
     return;
   }
   const bool reads_other = jump.np != 0 && jump.np != from.sizes.np;
   if (jump.nx != from.sizes.nx || reads_other)
     throw DefinitionError(
-        fmt::format("{}: it is made for {} states and {} parameters, but the phase that ends has "
-                    "{} states and {} parameters",
+        fmt::format("{}: it takes {} states and {} parameters, but the phase before it has {} "
+                    "states and {} parameters",
                     where, jump.nx, jump.np, from.sizes.nx, from.sizes.np));
   if (jump.map.outputs() != to.sizes.nx)
-    throw DefinitionError(fmt::format("{}: it returns {} states, but the phase it enters has {}",
+    throw DefinitionError(fmt::format("{}: it returns {} states, but the phase after it has {}",
                                       where, jump.map.outputs(), to.sizes.nx));
 }
 
@@ -230,8 +232,8 @@ void check_order(const PhaseDefinition& phase, const Window& window, const Sched
   const std::string &from = window.from->event(), &to = window.to->event();
   if (schedule.index_of(from) >= schedule.index_of(to))
     throw DefinitionError(
-        fmt::format("phase '{}', {}: the window from event '{}' to event '{}' is always empty, for "
-                    "the schedule has them in another order",
+        fmt::format("phase '{}', {}: the window from event '{}' to event '{}' is always empty, "
+                    "because the schedule has them in the opposite order",
                     phase.name, what, from, to));
 }
 
@@ -242,12 +244,12 @@ void check_reach(const PhaseDefinition& phase, const Window& window, const std::
   const double latest = window.to ? longest - same_instant : longest;  // `to` excludes the end
   if (window.from && !window.from->is_event() && window.from->seconds() > latest)
     throw DefinitionError(
-        fmt::format("phase '{}', {}: the window begins at {} s, but the phase lasts {} s at most",
+        fmt::format("phase '{}', {}: the window begins at {} s, but the phase lasts at most {} s",
                     phase.name, what, window.from->seconds(), longest));
   if (window.to && !window.to->is_event() && window.to->seconds() < same_instant)
     throw DefinitionError(
-        fmt::format("phase '{}', {}: the window ends at {} s, when the phase has not begun",
-                    phase.name, what, window.to->seconds()));
+        fmt::format("phase '{}', {}: the window ends at {} s, before the phase begins", phase.name,
+                    what, window.to->seconds()));
 }
 
 void check_window(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,
@@ -318,7 +320,7 @@ void OptimalControlProblem::check_start() const {
   for (int i = 0; i < first.sizes.nx; ++i) {
     const Bounds& b = start_bounds_[i];
     if (std::isnan(b.lower) || std::isnan(b.upper) || std::isnan(start_guess_[i]))
-      throw DefinitionError(fmt::format("problem '{}': start state {} is no number", name_, i));
+      throw DefinitionError(fmt::format("problem '{}': start state {} is NaN", name_, i));
     if (b.is_empty())
       throw DefinitionError(
           fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]", name_, i,
@@ -336,8 +338,8 @@ void OptimalControlProblem::check_start() const {
   if (mode.is_equality() &&
       !(mode.lower >= 0.0 && mode.lower < modes && mode.lower == std::floor(mode.lower)))
     throw DefinitionError(
-        fmt::format("problem '{}': start state {} remembers the mode of phase '{}', but it is {}, "
-                    "and the modes are 0 to {}",
+        fmt::format("problem '{}': start state {} stores the mode of phase '{}', but it is {}, "
+                    "expected a mode from 0 to {}",
                     name_, memory, first.name, mode.lower, modes - 1));
 }
 
@@ -360,11 +362,11 @@ void OptimalControlProblem::check_parameters() const {
                         phase.name, block.name));
       for (int i = 0; !block.unknown && i < block.value.size(); ++i)
         if (other->value[i] != block.value[i])
-          throw DefinitionError(fmt::format(
-              "data '{}'{} is {} in phase '{}' and {} in phase '{}', but the same name is the same "
-              "data: give it one value, or two names",
-              block.name, block.value.size() > 1 ? fmt::format(", entry {},", i) : "",
-              other->value[i], other_phase->name, block.value[i], phase.name));
+          throw DefinitionError(
+              fmt::format("data '{}'{} is {} in phase '{}' and {} in phase '{}', but data with the "
+                          "same name must agree: use one value, or two names",
+                          block.name, block.value.size() > 1 ? fmt::format(", entry {},", i) : "",
+                          other->value[i], other_phase->name, block.value[i], phase.name));
     }
 
   for (const auto& [name, known] : blocks)
@@ -372,15 +374,16 @@ void OptimalControlProblem::check_parameters() const {
       const Bounds all = bounds_of_unknown(name, i);
       if (all.is_empty())
         throw DefinitionError(
-            fmt::format("parameter '{}': the bounds that its phases give to entry "
-                        "{} exclude one another: [{}, {}]",
+            fmt::format("parameter '{}': the bounds of entry {} in different phases contradict "
+                        "each other: [{}, {}]",
                         name, i, all.lower, all.upper));
     }
 }
 
 void OptimalControlProblem::check_times() const {
   if (!std::isfinite(start_time_))
-    throw DefinitionError(fmt::format("problem '{}': the start time is {} s", name_, start_time_));
+    throw DefinitionError(fmt::format(
+        "problem '{}': the start time is {} s, expected a finite number", name_, start_time_));
   if (start_time_bounds_ &&
       (start_time_bounds_->is_empty() || start_time_ < start_time_bounds_->lower ||
        start_time_ > start_time_bounds_->upper))
@@ -395,9 +398,10 @@ void OptimalControlProblem::check_times() const {
   }
   if (total_time_.is_empty() || total_time_.upper < shortest - same_instant ||
       total_time_.lower > longest + same_instant)
-    throw DefinitionError(fmt::format(
-        "problem '{}': the total time [{}, {}] s cannot be met by phases that last {} to {} s",
-        name_, total_time_.lower, total_time_.upper, shortest, longest));
+    throw DefinitionError(
+        fmt::format("problem '{}': the total time [{}, {}] s is impossible for phases that last {} "
+                    "to {} s in total",
+                    name_, total_time_.lower, total_time_.upper, shortest, longest));
   // With one free duration and a fixed total time, the guard cannot determine the duration.
   const PhaseDefinition* free_phase = nullptr;
   int free_durations = 0;
@@ -409,7 +413,7 @@ void OptimalControlProblem::check_times() const {
   if (total_time_.is_equality() && free_durations == 1 && !free_phase->end_guards.empty())
     throw DefinitionError(fmt::format(
         "phase '{}', event '{}': the total time is fixed at {} s and no other phase has a free "
-        "duration, so the event cannot decide when the phase ends",
+        "duration, so the event cannot end the phase",
         free_phase->name, free_phase->end_guards.front().event, total_time_.lower));
 }
 

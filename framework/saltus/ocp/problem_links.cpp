@@ -28,10 +28,9 @@ int OptimalControlProblem::phase_index(const std::string& phase) const {
     ++count;
   }
   if (count > 1)
-    throw DefinitionError(
-        fmt::format("{} phases are called '{}', and it cannot be told which is meant: give each a "
-                    "name of its own",
-                    count, phase));
+    throw DefinitionError(fmt::format(
+        "{} phases are called '{}', so the name is ambiguous: give each phase a unique name", count,
+        phase));
   if (count == 0) {
     const std::string near = nearest_name(phase, names);
     throw DefinitionError(fmt::format("there is no phase '{}'{}", phase,
@@ -47,10 +46,11 @@ void OptimalControlProblem::check_integrals() const {
       const auto [it, is_new] =
           first.try_emplace(integral.name, std::pair{&phase, integral.magnitude});
       if (!is_new && it->second.second != integral.magnitude)
-        throw DefinitionError(fmt::format(
-            "phase '{}': integral '{}' goes on from phase '{}', where its magnitude is {}, not {}",
-            phase.name, integral.name, it->second.first->name, it->second.second,
-            integral.magnitude));
+        throw DefinitionError(
+            fmt::format("phase '{}': integral '{}' continues from phase '{}', where its magnitude "
+                        "is {}, not {}",
+                        phase.name, integral.name, it->second.first->name, it->second.second,
+                        integral.magnitude));
     }
 }
 
@@ -60,7 +60,7 @@ void OptimalControlProblem::check_links() const {
     const std::string where = fmt::format("problem '{}', link '{}': ", name_, link.name);
     if (link.name.empty()) throw DefinitionError(where + "it has no name");
     if (!names.insert(link.name).second)
-      throw DefinitionError(where + "there are two of this name");
+      throw DefinitionError(where + "there are two links with this name");
     for (const Link::End& end : link.ends) {
       int j = -1;
       try {
@@ -70,9 +70,9 @@ void OptimalControlProblem::check_links() const {
       }
       const Arguments& sizes = phases_[j].sizes;
       if (sizes.nx != end.nx || sizes.np != end.np)
-        throw DefinitionError(fmt::format(
-            "{}it is made for {} states and {} parameters of phase '{}', which has {} and {}",
-            where, end.nx, end.np, end.phase, sizes.nx, sizes.np));
+        throw DefinitionError(
+            fmt::format("{}it takes {} states and {} parameters of phase '{}', which has {} and {}",
+                        where, end.nx, end.np, end.phase, sizes.nx, sizes.np));
     }
     const int rows = link.function.outputs();
     const std::vector<Bounds>& bounds = link.limits.bounds;

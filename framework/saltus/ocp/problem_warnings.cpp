@@ -98,16 +98,14 @@ class Warnings {
     const Arguments& a = phase.sizes;
     if (!phase.switching.empty() || a.nx == 0) return;
     if (!reads_any(phase.dynamics, a.x(), a.nx + a.nu + a.np))
-      add("phase '{}': the dynamics read none of x, u and p", phase.name);
+      add("phase '{}': the dynamics do not depend on x, u or p", phase.name);
   }
 
   void look_at_term(const PhaseDefinition& phase, const Term& term) {
     if (reads_decisions(phase, term.function)) return;
     const auto where = fmt::format("phase '{}', term '{}'", phase.name, term.name);
     if (term.kind == TermKind::constraint) {
-      add("{}: it reads nothing that can be changed, no state, input or unknown: no trajectory is "
-          "better than another at meeting it",
-          where);
+      add("{}: it depends on no state, input or unknown, so no trajectory can influence it", where);
       return;
     }
     // The integral of a constant minimises time if the duration is free.
@@ -118,7 +116,8 @@ class Warnings {
           "write 0.5)",
           where);
     else
-      add("{}: this cost is the same for every trajectory, for it reads no state, input or unknown",
+      add("{}: this cost is the same for every trajectory, because it depends on no state, input "
+          "or unknown",
           where);
   }
 
@@ -137,7 +136,7 @@ class Warnings {
     for (const Link& link : problem_.links())
       if (link.limits.soft) return;
     if (undecided)
-      add("no cost: the duration of phase '{}' is arbitrary within what the constraints allow",
+      add("there is no cost, so the duration of phase '{}' is arbitrary within the constraints",
           undecided->name);
   }
 

@@ -36,7 +36,7 @@ Reference::Reference(std::vector<double> times, MatrixXd values)
 void Reference::check_entry(int i) const {
   if (i < 0 || i >= size())
     throw DefinitionError(
-        fmt::format("reference: it has {} entries, so that there is no entry {}", size(), i));
+        fmt::format("reference: it has {} entries, so there is no entry {}", size(), i));
 }
 
 int Reference::segment(double t) const {

@@ -75,15 +75,16 @@ Schedule& Schedule::declare(const std::vector<std::string>& modes) {
   for (const std::string& mode : modes)
     if (std::find(names.begin(), names.end(), mode) == names.end()) names.push_back(mode);
   if (names.size() > most_modes)
-    fail(fmt::format("{} different modes, but there may be at most {}", names.size(), most_modes));
+    fail(fmt::format("{} different modes, but at most {} are allowed", names.size(), most_modes));
   names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
   return *this;
 }
 
 Schedule& Schedule::reserve(int events) {
-  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  if (sequence_.empty()) fail("it has no mode; construct it with its first mode");
   if (events < static_cast<int>(count_))
-    fail(fmt::format("room for {} events, but it has {} already", events, count_));
+    fail(fmt::format("cannot reserve room for {} events, because it already has {}", events,
+                     count_));
   events_.resize(events);
   sequence_.resize(events + 1);
   return *this;
@@ -123,8 +124,8 @@ const Schedule::Names& Schedule::no_names() {
 }
 
 void Schedule::refuse_mode(int i) const {
-  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
-  fail(fmt::format("it has {} modes in order, so that there is no mode {}", count_ + 1, i));
+  if (sequence_.empty()) fail("it has no mode; construct it with its first mode");
+  fail(fmt::format("it has {} modes in order, so there is no mode {}", count_ + 1, i));
 }
 
 const std::string& Schedule::mode(int i) const {
@@ -133,7 +134,7 @@ const std::string& Schedule::mode(int i) const {
 }
 
 const std::string& Schedule::mode_at(double t) const {
-  if (std::isnan(t)) fail("it is asked for the mode at a time that is NaN");
+  if (std::isnan(t)) fail("there is no mode at time NaN");
   int i = 0;
   while (i < static_cast<int>(count_) && events_[i].time <= t) ++i;
   return mode(i);
@@ -145,12 +146,12 @@ void Schedule::insert(std::string_view mode, std::string_view event, double time
   const int number = number_of(mode);
   const Event added{event, time};
   check_time(event, time);
-  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  if (sequence_.empty()) fail("it has no mode; construct it with its first mode");
   if (contains(event)) fail(fmt::format("two events are called '{}'", event));
   if (count_ == events_.size())
     fail(
         fmt::format("event '{}' with mode '{}' would be number {}, but the declared capacity is "
-                    "{}; ask for more with reserve()",
+                    "{}; increase it with reserve()",
                     event, mode, count_ + 1, events_.size()));
   std::size_t at = count_++;
   for (; at > 0 && events_[at - 1].time > time; --at) {
@@ -177,7 +178,7 @@ void Schedule::replace(std::string_view event, std::string_view mode) {
 
 void Schedule::replace_first(std::string_view mode) {
   const int number = number_of(mode);
-  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  if (sequence_.empty()) fail("it has no mode; construct it with its first mode");
   sequence_[0] = number;
 }
 
@@ -224,8 +225,8 @@ void Schedule::confirm(std::string_view event, double time) {
 void Schedule::hold(std::string_view event, double now, double lead) {
   if (!(std::isfinite(now) && lead >= 0.0 && std::isfinite(lead)))
     fail(
-        fmt::format("event '{}' cannot be held {} s ahead of {} s: expected numbers and a lead "
-                    "that is not negative",
+        fmt::format("event '{}' cannot be held {} s ahead of {} s: expected finite numbers and a "
+                    "lead that is not negative",
                     event, lead, now));
   if (time_of(event) < now + lead) retime_from(event, now + lead);
 }
@@ -239,11 +240,10 @@ void Schedule::adopt(const Schedule& other) {
   if (&other == this) return;
   if (other.count_ > events_.size())
     fail(
-        fmt::format("it has {} events, but the declared capacity is {}; ask for more with "
-                    "reserve()",
+        fmt::format("it has {} events, but the declared capacity is {}; increase it with reserve()",
                     other.count_, events_.size()));
   if (other.sequence_.empty() != sequence_.empty())
-    fail("a schedule with modes cannot take the place of one without, nor the reverse");
+    fail("a schedule with modes cannot replace one without modes, or vice versa");
   if (sequence_.empty()) return;
   if (other.names_ != names_)
     for (std::size_t i = 0; i <= other.count_; ++i) number_of(other.mode(static_cast<int>(i)));

@@ -203,8 +203,8 @@ PhaseDefinition ModeGraph::with_end(PhaseDefinition phase) const {
   for (const EndTerm& term : end_terms_) {
     if (term.formula.inputs() != 1 + phase.sizes.nx)
       throw DefinitionError(
-          fmt::format("modes '{}': '{}' holds at the end and reads {} states, but mode '{}', which "
-                      "may be the last, has {}",
+          fmt::format("modes '{}': '{}' applies at the end and reads {} states, but mode '{}', "
+                      "which may be the last, has {}",
                       name_, term.name, term.formula.inputs() - 1, phase.name, phase.sizes.nx));
     Function wide = widened(term.formula, phase.sizes.size());
     if (term.kind == TermKind::cost)
@@ -284,7 +284,7 @@ OptimalControlProblem ModeGraph::problem_of_end(int mode, double begin_time) con
 
 void ModeGraph::check_names() const {
   if (modes_.empty())
-    throw DefinitionError(fmt::format("modes '{}': there is none; add one by mode()", name_));
+    throw DefinitionError(fmt::format("modes '{}': there is no mode; add one with mode()", name_));
   std::set<std::string> seen;
   for (const PhaseDefinition& mode : modes_)
     if (!seen.insert(mode.name).second)
@@ -297,16 +297,17 @@ void ModeGraph::check_names() const {
     const int i = number_of(mode);
     if (phases > 1 && !may_follow(i, i))
       throw DefinitionError(
-          fmt::format("mode '{}' is to last {} phases when it is entered, but it may not follow "
-                      "itself; add transition(\"{}\", \"{}\")",
+          fmt::format("mode '{}' has a dwell time of {} phases, but no transition to itself; add "
+                      "transition(\"{}\", \"{}\")",
                       mode, phases, mode, mode));
   }
   for (const auto& [mode, times] : entries_) {
     number_of(mode);
     if (times < 0 || (times == 0 && contains(begin_, mode)))
-      throw DefinitionError(
-          fmt::format("mode '{}' may be entered {} times at most{}", mode, times,
-                      times < 0 ? ", which is no number of times" : " and is one to begin in"));
+      throw DefinitionError(fmt::format("mode '{}' has the maximum number of entries {}{}", mode,
+                                        times,
+                                        times < 0 ? ", expected a number that is not negative"
+                                                  : ", but the sequence may begin in it"));
   }
 }
 
@@ -321,7 +322,7 @@ void ModeGraph::check_transitions() const {
                         t.from, t.to, transitions_[j].jump.name, t.jump.name));
     if (excluded_.contains({t.from, t.to}))
       throw DefinitionError(
-          fmt::format("the transition from '{}' to '{}' is declared and excluded; take away "
+          fmt::format("the transition from '{}' to '{}' is declared and excluded; remove "
                       "transition() or no_transition()",
                       t.from, t.to));
   }
@@ -329,7 +330,7 @@ void ModeGraph::check_transitions() const {
     if (!all_)
       throw DefinitionError(
           fmt::format("the transition from '{}' to '{}' is excluded, but nothing allows it: "
-                      "no_transition() takes away from all_transitions()",
+                      "no_transition() only removes from all_transitions()",
                       from, to));
 }
 
@@ -354,13 +355,13 @@ void ModeGraph::check_reachability() const {
   for (int i = 0; i < size(); ++i) {
     if (!forward[i])
       throw DefinitionError(
-          fmt::format("mode '{}': nothing leads to it from where the sequence may begin ('{}'); "
-                      "add a transition or name it in begin_in()",
+          fmt::format("mode '{}': it cannot be reached from the modes in which the sequence may "
+                      "begin ('{}'); add a transition or name it in begin_in()",
                       modes_[i].name, fmt::join(begin_, "', '")));
     if (!backward[i])
       throw DefinitionError(
-          fmt::format("mode '{}': from it no mode is reached in which the sequence may end ('{}'); "
-                      "add a transition or name it in end_in()",
+          fmt::format("mode '{}': it cannot reach a mode in which the sequence may end ('{}'); add "
+                      "a transition or name it in end_in()",
                       modes_[i].name, fmt::join(end_, "', '")));
   }
 }
@@ -378,11 +379,10 @@ void ModeGraph::check_zeno() const {
         std::vector<std::string> cycle =
             names_of({std::find(trail.begin(), trail.end(), j), trail.end()});
         cycle.push_back(modes_[j].name);
-        throw DefinitionError(
-            fmt::format("modes '{}' may follow one another for ever without any time passing "
-                        "(Zeno); give one of them a shortest duration, limit it by "
-                        "enter_at_most(), or the search by at_most",
-                        fmt::join(cycle, "' -> '")));
+        throw DefinitionError(fmt::format(
+            "modes '{}' can repeat forever in zero time (Zeno); give one of them a minimum "
+            "duration, limit it with enter_at_most(), or limit the search with at_most",
+            fmt::join(cycle, "' -> '")));
       }
       if (state[j] == 0) visit(j);
     }

@@ -124,11 +124,11 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
     if (mode.sizes.nx != states()) unfit("has another number of states than the first mode");
     if (mode.sizes.nx == states() && mode.nominal_state != nominal_)
       unfit("has other nominal states than the first mode");
-    if (mode.duration != graph.mode(0).duration) unfit("lasts another time than the first mode");
+    if (mode.duration != graph.mode(0).duration) unfit("has another duration than the first mode");
     if (mode.input_change_weight.size() > 0) unfit("penalises changes of its inputs");
     if (!mode.integrals.empty()) unfit("limits an integral");
     if (mode.input_parametrisation == InputParametrisation::piecewise_linear_continuous)
-      unfit("has inputs that go on from phase to phase");
+      unfit("has inputs that are continuous across phases");
     if (!mode.switching.modes.empty()) unfit("has events inside");
     for (const ParameterBlock& block : mode.parameters)
       if (block.unknown) unfit("has unknown parameters");
@@ -167,7 +167,7 @@ std::string ModeStages::stage(OptimalControlProblem problem, const std::string& 
   made.map = std::make_shared<StageMap>(*made.qp, made.shooting->stages());
   fill = made.map->fill(*made.qp);
   if (fill == StageFill::not_staged || made.map->stages().stages.size() != 2)
-    return name + " is no single stage";
+    return name + " is not a single stage";
   return {};
 }
 
@@ -185,7 +185,7 @@ std::string ModeStages::transcribe(const ModeGraph& graph, int mode, bool given_
   made.stage = made.map->stages().stages[0];
   Stage end = made.map->stages().stages[1];
   if (made.stage.nx != states() || end.nx != states() || end.nu != 0)
-    return fmt::format("mode '{}' has soft terms that are no stage of their own", name);
+    return fmt::format("mode '{}' has soft terms that do not fit into one stage", name);
   trim(made.stage, states());
   trim(end, 0);
   made.end_lower = end.x_lower;
@@ -203,20 +203,20 @@ std::string ModeStages::transcribe_end(const ModeGraph& graph, double begin_of_l
   problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage last;
   StageFill fill = StageFill::filled;
-  const std::string why = stage(std::move(problem), "what holds at the end", last, fill);
+  const std::string why = stage(std::move(problem), "the end", last, fill);
   if (!why.empty()) return why;
   end_is_possible_ = fill != StageFill::infeasible;
   end_ = last.map->stages().stages[1];
   end_.constant += last.map->stages().stages[0].constant;  // for the whole program
   trim(end_, 0);
   scale_costs(end_, 1.0 / cost_unit_);
-  return is_convex(end_.Q) ? "" : "what holds at the end is not convex";
+  return is_convex(end_.Q) ? "" : "the end is not convex";
 }
 
 void ModeStages::end_after(const ModeGraph& graph, double begin_of_last) {
   const std::string why = transcribe_end(graph, begin_of_last);
   if (!why.empty())
-    throw DefinitionError(fmt::format("modes '{}': {} where the last phase begins at t = {:.6g} s",
+    throw DefinitionError(fmt::format("modes '{}': {} if the last phase begins at t = {:.6g} s",
                                       graph.name(), why, begin_of_last));
 }
 

@@ -116,8 +116,8 @@ class Enumeration {
                       : all_proved_            ? Guarantee::infeasible
                                                : Guarantee::inconclusive;
     best_.message = fmt::format(
-        "{}; {}{} programs were solved, {} beginnings ruled out, and for {} "
-        "sequences the solver found nothing",
+        "{}; {}{} programs were solved, {} prefixes were excluded, and for {} sequences the solver "
+        "found no solution",
         describe(best_.guarantee), broken_promise_, best_.nodes, ruled_out_,
         best_.infeasible + best_.unresolved);
     if (!best_.found() && !first_failure_.empty())
@@ -178,10 +178,9 @@ class Enumeration {
     }
     const double size = std::max(std::abs(best.cost), best_.least_cost);
     if (best.cost < bound_of_beginning - broken * size && broken_promise_.empty())
-      broken_promise_ = fmt::format(
-          "costs_are_nonnegative was promised, but '{}' costs {:.9g} and what it begins with "
-          "{:.9g}; ",
-          fmt::join(graph_.names_of(path), ", "), best.cost, bound_of_beginning);
+      broken_promise_ =
+          fmt::format("costs_are_nonnegative is set, but '{}' costs {:.9g} and its prefix {:.9g}; ",
+                      fmt::join(graph_.names_of(path), ", "), best.cost, bound_of_beginning);
     if (best.cost < best_.cost - options_.gap * size) {
       best_.cost = best.cost;
       best_.modes = path;
@@ -336,13 +335,13 @@ class Enumeration {
 SequenceResult search(const ModeGraph& graph, const SearchOptions& options) {
   if (options.phases < 0 || options.at_most < 0 || (options.phases > 0 && options.at_most > 0))
     throw DefinitionError(
-        fmt::format("search: {} phases and at most {} were asked for; give one of the two",
-                    options.phases, options.at_most));
+        fmt::format("search: phases is {} and at_most is {}; set only one of them", options.phases,
+                    options.at_most));
   graph.check(options.phases > 0 || options.at_most > 0);
   if (options.phases == 0 && options.at_most == 0 && !graph.total_time())
     throw DefinitionError(
-        fmt::format("modes '{}': nothing ends the sequence; give the search phases or at_most, or "
-                    "the modes a total_time()",
+        fmt::format("modes '{}': nothing limits the sequence; set phases or at_most in the search, "
+                    "or total_time() of the modes",
                     graph.name()));
   std::string reason = "the number of phases is not given";
   if (options.phases > 0) {

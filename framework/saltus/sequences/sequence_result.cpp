@@ -8,13 +8,13 @@ namespace saltus {
 const char* describe(Guarantee guarantee) {
   switch (guarantee) {
     case Guarantee::optimal:
-      return "no other sequence costs less, within the gap asked for";
+      return "no other sequence costs less, within the requested gap";
     case Guarantee::bounded:
       return "no sequence costs less than the bound, but the gap to it is open";
     case Guarantee::enumerated:
-      return "every allowed sequence was solved to a local optimum or ruled out by its beginning";
+      return "every allowed sequence was solved to a local optimum or excluded by a prefix";
     case Guarantee::incomplete:
-      return "the search was stopped: nothing is known of the sequences not looked at";
+      return "the search stopped early: unexplored sequences may cost less";
     case Guarantee::infeasible:
       return "no sequence is feasible";
     case Guarantee::inconclusive:

@@ -59,7 +59,7 @@ std::unique_ptr<StageQpSolver> solver_for(const StageQp& capacity, double tolera
 ModeGraph checked(ModeGraph graph, const SearchOptions& options) {
   if (options.phases < 1)
     throw DefinitionError(
-        fmt::format("modes '{}': the horizon has {} phases; say how many by SearchOptions::phases",
+        fmt::format("modes '{}': the horizon has {} phases; set SearchOptions::phases",
                     graph.name(), options.phases));
   if (!(options.gap >= 0.0) || !(options.least_cost >= 0.0) || !(options.tolerance > 0.0) ||
       !(options.deadline > 0.0))
@@ -78,7 +78,7 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
           graph_, options_.integrator ? options_.integrator : zero_order_hold(), options_.phases)),
       time_(graph_.start_time()) {
   if (!stages_->reason().empty())
-    throw DefinitionError(fmt::format("modes '{}': no convex problem in sampled time: {}",
+    throw DefinitionError(fmt::format("modes '{}': the problem is not convex in sampled time: {}",
                                       graph_.name(), stages_->reason()));
   const double phase = graph_.mode(0).duration.lower, total = options_.phases * phase;
   if (const std::optional<Bounds>& asked = graph_.total_time();
@@ -572,7 +572,7 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
   // The search covers the sampled program only. Violations between samples are reported separately.
   const bool is_optimum = s.ok() || s.status == SolveStatus::coarse_grid;
   if (is_optimum && s.cost >= least - allowed && s.cost <= result.cost + allowed) {
-    if (!s.ok()) result.message += "; but of its plan: " + s.message;
+    if (!s.ok()) result.message += "; its plan: " + s.message;
     return;
   }
   if (is_optimum || s.status == SolveStatus::infeasible) {
@@ -581,8 +581,8 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
         "{}: it found a cost of {:.9g} and bounds all sequences by {:.9g}, but the sequence that "
         "it found {}; please report this problem",
         describe(result.guarantee), result.cost, result.lower_bound,
-        is_optimum ? fmt::format("costs {:.9g} when it is solved by itself", s.cost)
-                   : fmt::format("is infeasible when it is solved by itself ({})", s.message));
+        is_optimum ? fmt::format("costs {:.9g} when solved separately", s.cost)
+                   : fmt::format("is infeasible when solved separately ({})", s.message));
     leaves_.clear();
     best_.clear();
   } else {
@@ -628,8 +628,8 @@ void SequenceSearch::confirm_infeasible(SequenceResult& result) {
     if (!s.ok() && s.status != SolveStatus::coarse_grid) continue;
     result.guarantee = Guarantee::contradicted;
     result.message = fmt::format(
-        "{}: it excluded every sequence (bound infinity), but {} costs {:.9g} when it is solved by "
-        "itself; please report this problem",
+        "{}: it excluded every sequence (bound infinity), but {} costs {:.9g} when solved "
+        "separately; please report this problem",
         describe(result.guarantee), fmt::join(graph_.names_of(path), ", "), s.cost);
     result.lower_bound = -infinity;
     result.solution = std::move(s);

@@ -131,11 +131,11 @@ std::string describe(const VerificationDetail& found, const RefinementOptions& o
       miss.amount == 0.0
           ? fmt::format("path constraints hold between the nodes of {} intervals", total)
           : fmt::format(
-                "path constraints hold between the nodes of {} intervals but for {:.3g} "
+                "path constraints hold between the nodes of {} intervals except for {:.3g} "
                 "('{}' of phase '{}' at t = {:.6g} s)",
                 total, miss.amount, miss.term, miss.phase, miss.time);
   if (!(found.summary.defect.sum <= options.integration))
-    text += fmt::format("; the integration is off by {:.1e}", found.summary.defect.sum);
+    text += fmt::format("; the integration error is {:.1e}", found.summary.defect.sum);
   return text;
 }
 
@@ -163,7 +163,7 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
   };
   count_intervals();
   if (!is_solved_on_its_grid(result.solution)) {
-    result.message = fmt::format("the first grid is not solved: {}", result.solution.message);
+    result.message = fmt::format("the solve on the first grid failed: {}", result.solution.message);
     return result;
   }
   for (int round = 1;; ++round) {
@@ -176,12 +176,12 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
                      found.summary.defect.sum <= refinement.integration;
     if (result.reached) return result;
     if (round >= refinement.rounds) {
-      result.message += fmt::format("; ended after {} rounds", round);
+      result.message += fmt::format("; stopped after {} rounds", round);
       return result;
     }
     if (!refine(result.shooting, result.solution.trajectory,
                 judge(result.shooting, found, refinement), refinement, options.meshes)) {
-      result.message += fmt::format("; ended with {} per phase, of at most {} intervals",
+      result.message += fmt::format("; stopped with {} intervals per phase, the limit is {}",
                                     fmt::join(result.intervals, ", "), refinement.most_intervals);
       return result;
     }
@@ -190,7 +190,7 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     if (!is_solved_on_its_grid(next) && next.status != SolveStatus::interrupted)
       next = attempt(finer, finer.initial_guess());
     if (!is_solved_on_its_grid(next)) {
-      result.message += fmt::format("; the next grid is not solved: {}", next.message);
+      result.message += fmt::format("; the solve on the next grid failed: {}", next.message);
       return result;
     }
     result.shooting = std::move(finer);

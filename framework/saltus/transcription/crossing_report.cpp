@@ -107,18 +107,15 @@ std::string describe_doubtful(const GuardCrossing& c) {
   const std::string where =
       fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);
   if (c.grazes)
-    return fmt::format(
-        "{} grazes its guard (rate {:.3g} per second): its time is not well "
-        "defined",
-        where, c.rate);
+    return fmt::format("{} grazes its guard (rate {:.3g} per second): its time is ill-defined",
+                       where, c.rate);
   if (c.is_the_wrong_way())
     return fmt::format(
-        "{} is crossed the wrong way: the guard changes by {:.3g} per second, but "
-        "is declared {}",
+        "{} has the wrong direction: the rate of the guard is {:.3g} per second, but the event is "
+        "declared {}",
         where, c.rate, describe(c.declared));
   return fmt::format(
-      "{} is not the first: the guard had passed zero {} before, by {:.3g} at "
-      "t = {:.6g} s",
+      "{} is not the first crossing: the guard crossed zero {} before, by {:.3g} at t = {:.6g} s",
       where, describe(c.declared), c.early_amount, c.early_time);
 }
 

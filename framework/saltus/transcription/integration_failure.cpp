@@ -78,7 +78,7 @@ std::string name_integration_failure(const ShootingProgram& program, const Vecto
     const PhaseDefinition& phase = program.problem().phases()[j];
     Integrator& integrator = *program.integrators()[j];
     if (const std::string recent = integrator.failure(); !recent.empty())
-      along_the_way = fmt::format("phase '{}', along the way: {}", phase.name, recent);
+      along_the_way = fmt::format("phase '{}', during the solve: {}", phase.name, recent);
     const IntervalArguments a = integrator.arguments();
     const VectorXd p = program.parameters_of(j, &w);
     const double start = program.start_of(j, &w), T = program.duration_of(j, &w);

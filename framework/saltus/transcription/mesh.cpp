@@ -59,8 +59,8 @@ void check_grading(int intervals, double ratio) {
     throw DefinitionError(
         fmt::format("a graded mesh of {} intervals, expected at least 1", intervals));
   if (!(ratio > 0.0) || !std::isfinite(ratio))
-    throw DefinitionError(fmt::format(
-        "a graded mesh whose lengths have the ratio {}, expected a positive number", ratio));
+    throw DefinitionError(
+        fmt::format("a graded mesh with the length ratio {}, expected a positive number", ratio));
 }
 
 }  // namespace
@@ -90,10 +90,8 @@ void Mesh::check(const std::string& phase) const {
         fmt::format("phase '{}': it has {} intervals, expected at least 1", phase, intervals));
   const auto expected = static_cast<std::size_t>(intervals) + 1;
   if (!holds.empty() && holds.size() != expected)
-    throw DefinitionError(
-        fmt::format("phase '{}': its mesh says of {} nodes whether they hold the "
-                    "input, but it has {}",
-                    phase, holds.size(), expected));
+    throw DefinitionError(fmt::format("phase '{}': its mesh has {} hold flags, but {} nodes", phase,
+                                      holds.size(), expected));
   if (nodes.empty()) return;
   if (nodes.size() != expected)
     throw DefinitionError(
@@ -106,8 +104,8 @@ void Mesh::check(const std::string& phase) const {
   for (int k = 0; k < intervals; ++k)
     if (!(nodes[k + 1] > nodes[k]))
       throw DefinitionError(
-          fmt::format("phase '{}': node {} of its mesh stands at {} and node {} at {}, expected "
-                      "rising fractions",
+          fmt::format("phase '{}': node {} of its mesh is at {} and node {} at {}, expected "
+                      "increasing fractions",
                       phase, k, nodes[k], k + 1, nodes[k + 1]));
 }
 

@@ -22,7 +22,7 @@ std::vector<Mesh> meshes_of(const OptimalControlProblem& problem, const Shooting
   problem.check();
   if (!options.integrator)
     throw DefinitionError(
-        fmt::format("problem '{}': the shooting options name no integrator", problem.name()));
+        fmt::format("problem '{}': the shooting options have no integrator", problem.name()));
   const std::size_t phases = problem.phases().size();
   const auto expect_one_per_phase = [&](const char* what, std::size_t given) {
     if (given != 0 && given != phases)
@@ -98,21 +98,20 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
     for_each_window(first, [&](const Window& window, const auto& describe) {
       for (const std::optional<Instant>* limit : {&window.from, &window.to})
         if (is_after_start(*limit) && (*limit)->seconds() >= first_phase.lower)
-          throw DefinitionError(fmt::format(
-              "phase '{}', {}: its window has a limit at {} s, but what is left of the phase may "
-              "last only {} s",
-              first.name, describe(), (*limit)->seconds(), first_phase.lower));
+          throw DefinitionError(
+              fmt::format("phase '{}', {}: its window has a limit at {} s, but the rest of the "
+                          "phase may last only {} s",
+                          first.name, describe(), (*limit)->seconds(), first_phase.lower));
     });
   else  // a limit between nodes would exclude the interval around it from all windows
     for_each_window(first, [&](const Window& window, const auto& describe) {
       if (window.clock != Clock::phase) return;
       for (const std::optional<Instant>* limit : {&window.from, &window.to})
         if (is_number(*limit) && !grid().has_node_at(0, (*limit)->seconds(), first_phase.lower))
-          throw DefinitionError(
-              fmt::format("phase '{}', {}: its window has a limit at {} s, which is no node any "
-                          "more where {} s "
-                          "are left of the phase; give the limit as an event or on Clock::absolute",
-                          first.name, describe(), (*limit)->seconds(), first_phase.lower));
+          throw DefinitionError(fmt::format(
+              "phase '{}', {}: its window has a limit at {} s, which is not a node if {} s of the "
+              "phase remain; specify the limit as an event or on Clock::absolute",
+              first.name, describe(), (*limit)->seconds(), first_phase.lower));
     });
   change([&](ProblemData& next) {
     if (first.has_free_duration())
@@ -195,15 +194,15 @@ void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
     return;
   }
   if (gave_up) {
-    solution.message +=
-        fmt::format("; the problem is not convex there: its cost curves downward along {}", where);
+    solution.message += fmt::format(
+        "; the problem is not convex there: its cost has negative curvature along {}", where);
     return;
   }
   solution.predicted_gain = check.descent;
   solution.status = SolveStatus::no_minimum;
   solution.message = fmt::format(
-      "{}; the cost falls by about {:.2g} when {} is moved to either side (start elsewhere, or "
-      "bound what it gains from)",
+      "{}; the cost decreases by about {:.2g} if {} changes in either direction (use another "
+      "guess, or add bounds)",
       describe(solution.status), check.descent, where);
 }
 
@@ -218,9 +217,8 @@ void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
     return;
   if (solution.cost < -endless * (1.0 + std::abs(first)))
     solution.message += fmt::format(
-        "; the cost fell from {:.3g} to {:.3g}, so it may have no lower limit: bound the inputs "
-        "and "
-        "states that it gains from",
+        "; the cost decreased from {:.3g} to {:.3g}, so it may be unbounded: add bounds on the "
+        "inputs and states that reduce it",
         first, solution.cost);
 }
 
@@ -229,12 +227,12 @@ void judge_scale(const ScaledResult& result, Solution& solution) {
   solution.status = SolveStatus::numerical_failure;
   const std::string miss =
       result.violation > most_violation
-          ? fmt::format("constraints are violated by {:.1e} of their size", result.violation)
-          : fmt::format("the cost may still fall by {:.1e} of its size",
+          ? fmt::format("constraints are violated by {:.1e} of their magnitude", result.violation)
+          : fmt::format("the cost may still decrease by {:.1e} of its magnitude",
                         result.check.relative_gain());
   solution.message = fmt::format(
-      "{}; the solver's tolerance is met in its own scale, but {}: declare the magnitudes of "
-      "states and inputs (nominal), or ask for a smaller tolerance",
+      "{}; the tolerance is met in the solver's scaling, but {}: declare the magnitudes of states "
+      "and inputs (nominal), or use a smaller tolerance",
       describe(solution.status), miss);
 }
 

@@ -46,7 +46,7 @@ OneSidedDerivative one_sided_derivative(MultipleShooting& shooting, Solver& solv
     fastest = std::max(fastest, std::abs(e.rate));
   }
   if (!(fastest > 0.0) || !std::isfinite(fastest))
-    return fail("no event moves along this direction, or its rate is no number");
+    return fail("no event moves along this direction, or a rate is not finite");
 
   LimitAtZero limit;
   double d = of_interval * shortest_interval(shooting.grid()) / fastest;
@@ -54,13 +54,13 @@ OneSidedDerivative one_sided_derivative(MultipleShooting& shooting, Solver& solv
     try {
       shooting.set_schedule(moved(present, direction, d));
     } catch (const DefinitionError& e) {
-      return fail(fmt::format("the events cannot move that way: {}", e.what()));
+      return fail(fmt::format("the events cannot move in this direction: {}", e.what()));
     }
     const Solution beside = solve(shooting, solver, shooting.guess_from(solution.trajectory));
-    if (!beside.ok()) return fail(fmt::format("{:.3g} beside it: {}", d, beside.message));
+    if (!beside.ok()) return fail(fmt::format("at the distance {:.3g}: {}", d, beside.message));
     OptimumDerivatives derivatives(shooting, beside);
     const OptimumDerivative one = derivatives.wrt_events(direction);
-    if (!one.reliable) return fail(fmt::format("{:.3g} beside it: {}", d, one.message));
+    if (!one.reliable) return fail(fmt::format("at the distance {:.3g}: {}", d, one.message));
     VectorXd rates(1 + one.first_input.size());
     rates << one.cost, one.first_input;
     limit.add(rates);
@@ -70,9 +70,9 @@ OneSidedDerivative one_sided_derivative(MultipleShooting& shooting, Solver& solv
   result.first_input = limit.value().tail(limit.value().size() - 1);
   result.error = limit.error() / (1.0 + limit.value().cwiseAbs().maxCoeff());
   if (!(result.error <= inaccurate))
-    result.message =
-        fmt::format("the derivatives beside it agree to {:.1g} only: other constraints hold there",
-                    result.error);
+    result.message = fmt::format(
+        "the extrapolated derivatives agree only to {:.1g}: other constraints are active there",
+        result.error);
   result.reliable = result.message.empty();
   return result;
 }

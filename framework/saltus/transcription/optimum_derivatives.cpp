@@ -79,11 +79,11 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
                            .cwiseProduct(first.nominal_input);
   if (result.message.empty()) result.message = system_.message();
   if (result.message.empty() && !solved)
-    result.message = "the plan cannot follow: the constraints that hold do not allow the change";
+    result.message = "the plan cannot change: the active constraints do not allow it";
   if (result.message.empty()) result.message = moved.one_sided;
   if (result.message.empty() && result.difference_error > inaccurate)
     result.message =
-        fmt::format("differences of the program agree to {:.1g} only", result.difference_error);
+        fmt::format("differences of the program agree only to {:.1g}", result.difference_error);
   result.reliable = result.message.empty();
 }
 
@@ -105,12 +105,12 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
     result.message =
         status == DifferenceStatus::kink
             ? fmt::format(
-                  "costs or constraints have a kink at the present {}: a formula that "
-                  "switches there, or a sample of a reference at a node",
+                  "costs or constraints have a kink at the current {}: a formula switches there, "
+                  "or a sample of a reference is at a node",
                   name)
             : fmt::format(
-                  "other constraints or costs are in force on either side of the present {}: an "
-                  "event or a limit of a window stands at a node, or at another event",
+                  "different constraints or costs are active on either side of the current {}: an "
+                  "event or a window limit is at a node or at another event",
                   name);
     finish(result, false, {}, 1.0);
     return result;
@@ -188,7 +188,7 @@ OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
   if (phase < 0 || phase >= shooting_->grid().phases())
     throw DefinitionError(
         fmt::format("problem '{}' has {} phases, but derivatives with respect "
-                    "to the duration of phase {} were asked for",
+                    "to the duration of phase {} were requested",
                     shooting_->problem().name(), shooting_->grid().phases(), phase));
   const PhaseDefinition& definition = shooting_->problem().phases()[phase];
   if (const int v = shooting_->layout().duration(phase); v >= 0)
@@ -221,7 +221,7 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
                                       near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
   if (i < 0 || i >= found->value.size())
-    throw DefinitionError(fmt::format("parameter '{}' has {} entries, but entry {} was asked for",
+    throw DefinitionError(fmt::format("parameter '{}' has {} entries, but entry {} was requested",
                                       name, found->value.size(), i));
   if (found->unknown)
     return by_holding(shooting_->layout().parameter(entries.front().first, entries.front().second),
@@ -241,8 +241,7 @@ OptimumDerivative OptimumDerivatives::wrt_start(int i) {
   const PhaseDefinition& first = shooting_->problem().phases().front();
   if (i < 0 || i >= first.sizes.nx)
     throw DefinitionError(
-        fmt::format("the start of problem '{}' has {} states, but entry {} was "
-                    "asked for",
+        fmt::format("the start of problem '{}' has {} states, but entry {} was requested",
                     shooting_->problem().name(), first.sizes.nx, i));
   const int row = program.start_row() + i;
   if (system_.row_side(row) == 0)

@@ -65,9 +65,9 @@ void check_times(const OptimalControlProblem& problem, const ProblemData& data) 
   for (std::size_t j = 0; j < data.durations.size(); ++j) {
     const Bounds& b = data.duration_bounds[j];
     if (!(data.durations[j] >= 0.0) || b.is_empty() || !(b.upper >= 0.0))
-      throw DefinitionError(fmt::format("phase '{}': a duration of {} s within [{}, {}] s is none",
-                                        problem.phases()[j].name, data.durations[j], b.lower,
-                                        b.upper));
+      throw DefinitionError(
+          fmt::format("phase '{}': the duration {} s with the bounds [{}, {}] s is invalid",
+                      problem.phases()[j].name, data.durations[j], b.lower, b.upper));
   }
   if (data.total_time.is_empty())
     throw DefinitionError(fmt::format("problem '{}': the total time has the empty bounds [{}, {}]",

@@ -21,11 +21,12 @@ void intersect(double& lower, double& upper, const Bounds& bounds, double nomina
   lower = std::max(lower, bounds.lower / nominal);
   upper = std::min(upper, bounds.upper / nominal);
   if (!(lower <= upper))
-    throw DefinitionError(fmt::format(
-        "phase '{}', {} {}: bounds that act at the same time exclude one another: [{}, {}] and "
-        "[{}, {}]",
-        phase.name, what, component, lower_before * nominal, upper_before * nominal, bounds.lower,
-        bounds.upper));
+    throw DefinitionError(
+        fmt::format("phase '{}', {} {}: bounds that are active at the same time contradict each "
+                    "other: [{}, {}] and "
+                    "[{}, {}]",
+                    phase.name, what, component, lower_before * nominal, upper_before * nominal,
+                    bounds.lower, bounds.upper));
 }
 
 }  // namespace

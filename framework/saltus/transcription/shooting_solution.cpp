@@ -168,7 +168,7 @@ std::string describe_vanished(const OptimalControlProblem& problem,
     if (phase.has_free_duration() && durations[j] <= negligible * phase.duration_guess)
       names += fmt::format("{}phase '{}'", names.empty() ? "" : ", ", phase.name);
   }
-  return names.empty() ? names : "given no time, and so without effect: " + names;
+  return names.empty() ? names : "zero duration, so without effect: " + names;
 }
 
 // Describes the Hessian approximation and which second derivatives are missing.
@@ -207,7 +207,7 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
   solution.status = result.status;
   const bool is_known = program_->is_linear_quadratic() || result.contradiction;
   solution.message = result.status == SolveStatus::infeasible && is_known
-                         ? "the constraints cannot all be met"
+                         ? "the constraints cannot all be satisfied"
                          : describe(result.status);
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     std::string reason;

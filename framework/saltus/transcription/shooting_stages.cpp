@@ -79,9 +79,8 @@ StageStructure stage_structure(const ShootingProgram& program) {
            static_cast<int>(phases[instance.phase].integrals.size()));
     if (instance.slope_row >= 0)
       throw DefinitionError(
-          fmt::format("phase '{}': ramps that its mesh holds join more than neighbouring stages; "
-                      "take the sparse "
-                      "solver or Ipopt, or constant inputs",
+          fmt::format("phase '{}': its mesh holds ramps that couple more than neighbouring stages; "
+                      "use the sparse solver, Ipopt or constant inputs",
                       phases[instance.phase].name));
     if (instance.continuity_row >= 0 && nu > 0)
       structure.stages[stage + 1].groups.push_back(range(instance.continuity_row, nu));

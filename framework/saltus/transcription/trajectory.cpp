@@ -26,13 +26,13 @@ double rounding(double t) {
 // Throws for NaN, unless the times of the plan are NaN themselves; `last` is its last piece.
 void check_time(double t, const TrajectoryPiece& last) {
   if (std::isnan(t) && !std::isnan(last.end()))
-    throw DefinitionError("trajectory: it is asked for a time that is NaN");
+    throw DefinitionError("trajectory: the given time is NaN");
 }
 
 const std::vector<TrajectoryPiece>& checked(const std::vector<TrajectoryPiece>& pieces) {
   if (pieces.empty())
     throw DefinitionError(
-        "trajectory: it is empty (never filled, moved from, or of a solve without a plan); ask "
+        "trajectory: it is empty (never filled, moved from, or from a solve without a plan); check "
         "empty() first");
   return pieces;
 }
@@ -50,8 +50,9 @@ Trajectory::Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiec
   for (std::size_t k = 0; k < pieces_.size(); ++k) {
     const TrajectoryPiece& piece = pieces_[k];
     if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
-      throw DefinitionError(fmt::format("trajectory: piece {} is of phase {}, but there are {}", k,
-                                        piece.phase, phases_.size()));
+      throw DefinitionError(
+          fmt::format("trajectory: piece {} refers to phase {}, but there are {} phases", k,
+                      piece.phase, phases_.size()));
     const IntervalArguments a = phases_[piece.phase].integrator->arguments();
     for (const auto& [what, given, expected] : {std::tuple{"state", piece.state.size(), a.nx},
                                                 {"end state", piece.end_state.size(), a.nx},
@@ -77,7 +78,7 @@ const VectorXd& Trajectory::final_state() const { return checked(pieces_).back()
 const Trajectory::PhaseInfo& Trajectory::phase_of(const TrajectoryPiece& piece) const {
   if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
     throw DefinitionError(
-        fmt::format("trajectory: a piece of phase {} is not one of its pieces; it has {} phases",
+        fmt::format("trajectory: the piece of phase {} is not one of its pieces; it has {} phases",
                     piece.phase, phases_.size()));
   return phases_[piece.phase];
 }
@@ -143,8 +144,8 @@ VectorXd Trajectory::algebraic_in(const TrajectoryPiece& piece, double t) const 
 
 Trajectory Trajectory::after(int phases) const {
   if (phases < 0 || phases >= static_cast<int>(phases_.size()))
-    throw DefinitionError(fmt::format("trajectory: it has {} phases, and none is left after {}",
-                                      phases_.size(), phases));
+    throw DefinitionError(fmt::format(
+        "trajectory: it has {} phases, so none remains after removing {}", phases_.size(), phases));
   Trajectory rest;
   rest.phases_.assign(phases_.begin() + phases, phases_.end());
   for (const TrajectoryPiece& piece : pieces_)

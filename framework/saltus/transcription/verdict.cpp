@@ -47,24 +47,25 @@ void judge_plan(const MultipleShooting& shooting, Solution& solution) {
   if (v.at_nodes.is_beyond())
     fail(SolveStatus::numerical_failure,
          "in the units of the problem " + describe(v.at_nodes) +
-             ": ask the solver for a smaller tolerance, or declare nominal magnitudes");
+             ": use a smaller solver tolerance, or declare nominal magnitudes");
   if (v.between_nodes.is_beyond())
     fail(SolveStatus::coarse_grid,
          "between two nodes " + describe(v.between_nodes) +
-             ": take more intervals there, or solve_refined(), or widen it by allow()");
+             ": use more intervals there or solve_refined(), or relax it with allow()");
   if (!(v.defect.largest <= accuracy.defect))
     fail(SolveStatus::coarse_grid,
-         fmt::format("within one interval state {} of phase '{}' at t = {:.6g} s is off by {:.1e} "
-                     "of its magnitude ({}): take more intervals or steps, or a smaller tolerance",
-                     v.defect.state, v.defect.phase, v.defect.time, v.defect.largest, scheme));
+         fmt::format(
+             "within one interval, state {} of phase '{}' at t = {:.6g} s has an error of {:.1e} "
+             "of its magnitude ({}): use more intervals or steps, or a smaller tolerance",
+             v.defect.state, v.defect.phase, v.defect.time, v.defect.largest, scheme));
   else if (!(v.defect.sum <= accuracy.integration))
     solution.message += fmt::format(
-        "; {} is off by {:.1e} of the states' magnitudes in all, most in state {} of phase '{}' at "
-        "t = {:.6g} s: take more intervals or steps, or a smaller tolerance",
+        "; {} has a total error of {:.1e} of the states' magnitudes, most in state {} of phase "
+        "'{}' at t = {:.6g} s: use more intervals or steps, or a smaller tolerance",
         scheme, v.defect.sum, v.defect.state, v.defect.phase, v.defect.time);
   if (v.cost.compared && !(v.cost.difference <= accuracy.cost))
     fail(SolveStatus::coarse_grid,
-         fmt::format("its cost is {:.6g} and not {:.6g}: take more intervals or steps",
+         fmt::format("its cost is {:.6g} instead of {:.6g}: use more intervals or steps",
                      v.cost.value, solution.cost));
   const VerifiedOpenLoop& loop = v.open_loop;
   if (loop.completed && !(loop.states <= accuracy.open_loop)) {
@@ -73,12 +74,12 @@ void judge_plan(const MultipleShooting& shooting, Solution& solution) {
             ? fmt::format("miss '{}' of phase '{}' by {:.3g}", loop.end.term, loop.end.phase,
                           loop.end.amount)
             : fmt::format(
-                  "leave the plan by {:.1e} of the magnitude of state {} at the end of "
+                  "deviate from the plan by {:.1e} of the magnitude of state {} at the end of "
                   "phase '{}'",
                   loop.states, loop.state, loop.phase);
     solution.message += fmt::format(
-        "; the inputs alone, integrated from the start, {}: an error of the state "
-        "grows by a factor of {:.1e} along the plan",
+        "; the inputs, integrated from the start, {}: state errors grow by a factor of {:.1e} "
+        "along the plan",
         what, loop.growth);
   }
   for (const std::string& sentence : v.not_verified) solution.message += "; " + sentence;

@@ -170,22 +170,23 @@ std::string name_violation(ShootingProgram& program, const VectorXd& w) {
     named = closed.amount > worth_naming ? closed : any;
   }
   if (!(named.amount > worth_naming)) return {};
-  return fmt::format("{} misses its bounds by {:.3g}", named.what, named.amount);
+  return fmt::format("{} violates its bounds by {:.3g}", named.what, named.amount);
 }
 
 std::string name_contradiction(const ShootingProgram& program, const Contradiction& c,
                                const VectorXd& w) {
   if (c.row < 0)
-    return fmt::format("the bounds of {} exclude by {:.3g} those of a variable that equals it",
-                       program.describe_variable(c.variable), c.amount);
+    return fmt::format(
+        "the bounds of {} contradict by {:.3g} those of a variable that must equal it",
+        program.describe_variable(c.variable), c.amount);
   std::string text =
-      fmt::format("{} misses its bounds by {:.3g}", program.describe_row(c.row, &w), c.amount);
+      fmt::format("{} violates its bounds by {:.3g}", program.describe_row(c.row, &w), c.amount);
   if (c.other_row >= 0)
     text += fmt::format(" where {} holds", program.describe_row(c.other_row, &w));
   else if (c.variable >= 0)
     text += fmt::format(" within the bounds of {}", program.describe_variable(c.variable));
   else
-    text += " whatever is chosen: nothing that is free changes it";
+    text += " for every choice: it depends on no free variable";
   return text;
 }
 
@@ -197,7 +198,8 @@ std::string phase_with_events(const OptimalControlProblem& problem) {
 
 std::string events_hint(const std::string& phase) {
   return fmt::format(
-      "phase '{}': its events make the problem jump: try another guess, fewer intervals, or phases",
+      "phase '{}': its events make the problem discontinuous: try another guess, fewer intervals, "
+      "or separate phases",
       phase);
 }
 

@@ -370,7 +370,7 @@ class ArkodeScheme final : public IntegratorScheme {
       fail(fmt::format("needs a relative tolerance between 0 and 1, but it is {}",
                        options.tolerance));
     if (!(options.absolute_tolerance >= 0.0))
-      fail(fmt::format("needs an absolute tolerance that is not negative, but it is {}",
+      fail(fmt::format("needs a non-negative absolute tolerance, but it is {}",
                        options.absolute_tolerance));
     if (options.fixed_steps < 0)
       fail(fmt::format("cannot take fixed_steps = {}", options.fixed_steps));

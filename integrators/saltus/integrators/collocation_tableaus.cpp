@@ -21,8 +21,8 @@ constexpr int most_stages = 4;
 
 void check_stages(const char* scheme, int stages) {
   if (stages < 1 || stages > most_stages)
-    throw DefinitionError(fmt::format("{} is there with 1 to {} stages, but stages = {}.", scheme,
-                                      most_stages, stages));
+    throw DefinitionError(
+        fmt::format("{} has 1 to {} stages, but stages = {}.", scheme, most_stages, stages));
 }
 
 // P_n(2 c - 1) by Bonnet's recursion.

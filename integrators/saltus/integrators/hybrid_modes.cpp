@@ -90,8 +90,8 @@ HybridModes::HybridModes(const IntervalProblem& problem)
         add_sliding(problem, m, static_cast<int>(k));
   if (system.memory >= 0 && count() > declared_)
     throw DefinitionError(
-        fmt::format("the mode is remembered in state {}, but on the surface {} it would be none "
-                    "that has a number; give its two directions guards of their own.",
+        fmt::format("the mode is stored in state {}, but sliding on the surface {} has no mode "
+                    "number; use a separate guard for each direction.",
                     system.memory, modes_[declared_].name));
 }
 

@@ -25,7 +25,8 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
                                  const Eigen::Ref<const MatrixXd>& coefficients,
                                  const VectorRef& parameters, const std::string& start_mode) {
   if (problem.switching.empty())
-    throw DefinitionError("a hybrid simulation needs events; use simulate() without.");
+    throw DefinitionError(
+        "a hybrid simulation needs events; use simulate() for problems without events.");
   problem.differentiate_parameter.assign(problem.arguments.np, true);
   const std::unique_ptr<Integrator> made = scheme->make(problem);
   auto* integrator = dynamic_cast<EventIntegrator*>(made.get());

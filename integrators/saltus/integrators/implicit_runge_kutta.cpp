@@ -109,8 +109,8 @@ class ImplicitRungeKutta final : public Integrator {
   std::string failure() const override {
     if (failed_step_ < 0) return {};
     return fmt::format(
-        "Newton's method found no stages of step {} of {}, which begins at t = {:.6g} "
-        "s; shorter steps or more of them may help",
+        "Newton's method failed in step {} of {}, which begins at t = {:.6g} s; try more steps or "
+        "shorter intervals",
         failed_step_ + 1, steps(), failed_time_);
   }
 
