@@ -25,6 +25,8 @@ STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
           "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
 SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
 # The sidebar: groups in the order in which a newcomer asks, and their pages. Other pages join the last group.
+DECISIONS = [f"framework/design/decisions/{area}.md" for area in
+             ("formulas", "problems", "transcription", "solvers", "control", "robots", "program", "build")]
 GROUPS = {
     "Getting started": ["docs/install.md", "docs/tutorial.md", "docs/running.md"],
     "Problem formulation": ["docs/formulation.md", "docs/concepts.md", "docs/glossary.md"],
@@ -38,7 +40,8 @@ GROUPS = {
     "Theory": ["framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
                "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
                "framework/design/sequences.md", "framework/design/switch_times.md"],
-    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", "docs/faults.md", "docs/sanitizers.md", "SECURITY.md"],
+    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", *DECISIONS, "docs/faults.md",
+                     "docs/sanitizers.md", "SECURITY.md"],
 }
 PAGES = ["README.md", *(page for pages in GROUPS.values() for page in pages)]
 
