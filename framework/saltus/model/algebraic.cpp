@@ -17,8 +17,8 @@ namespace {
 
 // Newton's method converges quadratically: after a correction this small, only rounding remains. It
 // is relative to nominal + |z| and to |z|, which may be far below its nominal value. If z converges
-// to zero or loses digits to cancellation, iteration stops in two cases: the correction is at
-// rounding level of the largest z so far, or corrections no longer decrease.
+// to zero or loses digits to cancellation, one of two other criteria ends the iteration. The
+// correction is at rounding level of the largest z so far, or corrections no longer decrease.
 constexpr double last_correction = 1e-9;
 constexpr double rounding = 1e-15;
 constexpr int most_corrections = 100;

@@ -271,8 +271,9 @@ class Enumeration {
     return {&it->second, std::move(durations)};
   }
 
-  // Start points: the guesses of the modes, the sequence without its last mode (the last two modes
-  // then share its time), and every sequence that lacks one interrupting mode.
+  // Start points of a sequence: the guesses of the modes, the sequence without its last mode, and
+  // every sequence that lacks one interrupting mode. With a fixed total time, the last mode takes
+  // part of the time of the mode before it.
   std::vector<Start> starts(const Path& path) const {
     std::vector<Start> result;
     const int n = static_cast<int>(path.size());

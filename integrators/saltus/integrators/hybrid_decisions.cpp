@@ -55,9 +55,9 @@ bool HybridIntegrator::is_on_surface(int sliding) {
   return guards_.sample(modes_[leave.target], leave.partner, s_, y_.data()).is_on();
 }
 
-// Order of preference: a mode inside all its guards, or on one of them and moving away. Then a mode
-// with an event at this instant. Then a mode beyond a guard to which it returns, as for a shooting
-// node just beyond a reset. If the mode is given, its overdue event finally fires.
+// Order of preference: first a mode inside all its guards, or on one of them and moving away. Then
+// a mode with an event at this instant. Then a mode beyond a guard to which it returns, as for a
+// shooting node just beyond a reset. Last, if the mode is given, its overdue event.
 IntegrationStatus HybridIntegrator::choose_mode() {
   int given = given_mode_;
   if (const int memory = problem().switching.memory; memory >= 0)
