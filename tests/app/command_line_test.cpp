@@ -208,7 +208,7 @@ TEST_F(ProgramTest, mistakes_are_one_sentence_and_status_two) {
   EXPECT_TRUE(contains(complaint, "output folder '/proc/hop'"));
   EXPECT_EQ(run({"run", "crash"}), 1);
   EXPECT_TRUE(contains(complaint, "internal error"));
-  expect_refused({"run", "huge"}, "there is not enough memory; a smaller problem needs less");
+  expect_refused({"run", "huge"}, "not enough memory; a smaller problem needs less");
 }
 
 }  // namespace

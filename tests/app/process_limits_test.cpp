@@ -118,7 +118,7 @@ TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
   });
   ASSERT_TRUE(WIFEXITED(end.status)) << end.status;
   EXPECT_EQ(WEXITSTATUS(end.status), 2);
-  EXPECT_EQ(end.error, "saltus: there is not enough memory; a smaller problem needs less\n");
+  EXPECT_EQ(end.error, "saltus: not enough memory; a smaller problem needs less\n");
 }
 
 TEST(ProcessLimits, too_little_for_python_is_a_sentence) {

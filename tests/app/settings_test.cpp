@@ -245,8 +245,8 @@ TEST_F(SettingsTest, unusable_files) {
   EXPECT_TRUE(contains(complaint([&] { settings.apply(folder.path(), {}); }), "is a folder"));
   EXPECT_TRUE(contains(complaint_about_file(""), "is empty"));
   EXPECT_TRUE(contains(complaint_about_file(" \n\n"), "is empty"));
-  EXPECT_TRUE(contains(complaint_about_file("# only words\n"), "holds no settings"));
-  EXPECT_TRUE(contains(complaint_about_file("{}\n"), "holds no settings"));
+  EXPECT_TRUE(contains(complaint_about_file("# only words\n"), "contains no settings"));
+  EXPECT_TRUE(contains(complaint_about_file("{}\n"), "contains no settings"));
   EXPECT_TRUE(contains(complaint_about_file("- a\n- b\n"), ":1: expected 'key: value'"));
   EXPECT_TRUE(contains(complaint_about_file("just words\n"), ":1: expected 'key: value'"));
   EXPECT_TRUE(

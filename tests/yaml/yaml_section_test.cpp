@@ -72,13 +72,13 @@ TEST(Yaml, RefusesWhatIsNotASetOfKeys) {
   EXPECT_EQ(complaint_of("b: {c: 2}\nb: {d: 3}\n"), "f:2: key 'b' was already given at f:1");
   EXPECT_EQ(complaint_of("a: [[1]]\n"), "f:1: 'a' must be a list of plain values");
   EXPECT_EQ(complaint_of("a: &x {b: *x}\n"),
-            "f:1: aliases (*name) are not understood; write the value out");
+            "f:1: aliases (*name) are not supported; write the value out");
   EXPECT_EQ(complaint_of("a: " + std::string(100000, '[')), "f:1: sections are nested too deeply");
   // Read as documents without end by yaml-cpp.
-  EXPECT_EQ(complaint_of(", 2]\n"), "f:1: not valid YAML: a value does not begin like that");
+  EXPECT_EQ(complaint_of(", 2]\n"), "f:1: not valid YAML: a value cannot begin like this");
   EXPECT_EQ(complaint_of("? [a, b]\n: 3\n"), "f:1: a key must be a name");
   EXPECT_EQ(complaint_of("a: 1\n---\nb: 2\n"),
-            "f:2: a second YAML document begins here; one is expected");
+            "f:2: a second YAML document begins here; only one is allowed");
   EXPECT_EQ(complaint([] { read_yaml("/nowhere/f.yaml"); }),
             "/nowhere/f.yaml: there is no such file");
   EXPECT_EQ(complaint([] { read_yaml("/"); }), "/: this is a folder, not a file");

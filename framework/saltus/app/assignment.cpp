@@ -61,7 +61,7 @@ Assignment from_text(std::string_view key, std::string_view value) {
 std::vector<Assignment> read_assignments(const std::filesystem::path& file) {
   const YamlEntry root = read_yaml(file);
   if (root.entries.empty())
-    throw InputError(fmt::format("{}: the file holds no settings", file.string()));
+    throw InputError(fmt::format("{}: the file contains no settings", file.string()));
   std::vector<Assignment> list;
   flatten(root.entries, "", file.string(), list);
   return list;

@@ -7,20 +7,20 @@ namespace saltus {
 
 RunRequest parse_run_request(std::span<const std::string> arguments) {
   RunRequest request;
-  OptionParser parser("run", "Runs a problem and leaves its results in a folder.");
-  parser.word("problem", "its name; 'saltus list' shows them", request.problem)
+  OptionParser parser("run", "Runs a problem and writes its results to a folder.");
+  parser.word("problem", "name of the problem; 'saltus list' shows them", request.problem)
       .option("--config", "FILE", "settings as YAML",
               [&](const std::string& file) { request.config_file = file; })
-      .option("--out", "DIR", "where the results go; results/PROBLEM without",
+      .option("--out", "DIR", "folder of the results; default results/PROBLEM",
               [&](const std::string& folder) { request.out = folder; })
       .repeated(
           "--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
           [&](const std::string& text) { request.assignments.push_back(parse_set_argument(text)); })
-      .flag("--quiet", "print nothing but errors", request.quiet)
-      .flag("--json", "print summary.json in place of words", request.json)
-      .flag("--print-config", "print all settings as YAML, explained, instead of running",
+      .flag("--quiet", "print only errors", request.quiet)
+      .flag("--json", "print summary.json instead of text", request.json)
+      .flag("--print-config", "print all settings as documented YAML instead of running",
             request.print_config)
-      .flag("--print-schema", "print a JSON Schema of --config's file, instead of running",
+      .flag("--print-schema", "print a JSON Schema of the --config file instead of running",
             request.print_schema)
       .others([&](const std::string& flag, const std::optional<std::string>& value) {
         request.assignments.push_back(value ? flag_assignment(flag, *value)

@@ -73,7 +73,7 @@ std::vector<std::string> completions(std::span<const std::string> words,
 
 ExitStatus print_completion(std::span<const std::string> arguments) {
   std::string shell;
-  OptionParser parser("completion", "What a shell reads to complete words.");
+  OptionParser parser("completion", "Prints the completion script of a shell.");
   parser.word("shell", "bash, zsh or fish", shell);
   parser.parse(arguments);
   if (parser.help_wanted()) {

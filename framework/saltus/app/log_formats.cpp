@@ -36,9 +36,9 @@ std::string complaint_of_formats(const LogFormats& formats) {
 void declare_log_formats(Settings& settings, LogFormats& formats) {
   settings.text(
       "log.formats", formats.names,
-      "of the tables: csv (always written), mat (run.mat, v7.3 as robometry lays it out), "
-      "mcap (run.mcap, JSON for Foxglove and PlotJuggler); mat and mcap need python3 with "
-      "h5py, with mcap");
+      "of the tables: csv (always written), mat (run.mat, v7.3 in the layout of robometry), "
+      "mcap (run.mcap, JSON for Foxglove and PlotJuggler); for python3, mat "
+      "needs h5py and mcap needs mcap");
   settings.rule({"log.formats"}, [&formats] {
     const std::string wrong = complaint_of_formats(formats);
     return wrong.empty() ? wrong : "log.formats " + wrong;
@@ -50,9 +50,7 @@ bool write_logs(const LogFormats& formats, const std::filesystem::path& results)
   std::erase(wanted, "csv");
   if (wanted.empty()) return true;
   const bool all = run_python_module("saltus.logs", results, "logs", wanted);
-  if (all)
-    fmt::print("written for other tools in {}: run.{}\n", results.string(),
-               fmt::join(wanted, ", run."));
+  if (all) fmt::print("written to {}: run.{}\n", results.string(), fmt::join(wanted, ", run."));
   return all;
 }
 

@@ -14,13 +14,13 @@
 namespace saltus {
 
 Verb logs_verb() {
-  constexpr const char* summary = "the tables of a run as MAT (v7.3) and MCAP, for other tools";
+  constexpr const char* summary = "converts the tables of a run to MAT (v7.3) and MCAP";
   return {"logs", summary, [](std::span<const std::string> arguments) {
             std::string folder;
             LogFormats formats{.names = "mat,mcap"};
             OptionParser parser("logs", summary);
-            parser.word("DIR", "a folder of results, of a project of your own too", folder)
-                .option("--formats", "LIST", "mat, mcap or mat,mcap; both without", formats.names);
+            parser.word("DIR", "results folder of Saltus or of your own project", folder)
+                .option("--formats", "LIST", "mat, mcap or mat,mcap; default both", formats.names);
             parser.parse(arguments);
             if (parser.help_wanted()) {
               fmt::print("{}", parser.help());
@@ -29,7 +29,7 @@ Verb logs_verb() {
             if (const std::string wrong = complaint_of_formats(formats); !wrong.empty())
               throw InputError("logs: --formats: " + wrong);
             if (folder.empty())
-              throw InputError("logs: name the folder of a run, as in saltus logs results/demo");
+              throw InputError("logs needs the folder of a run, as in saltus logs results/demo");
             std::error_code absent;
             if (!std::filesystem::is_directory(folder, absent))
               throw InputError(fmt::format("logs: there is no folder '{}'", folder));

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* summary =
-    "a project of your own: builds against the installed library, solves, draws, runs in closed "
+    "creates a project that uses the installed library: solves, plots, runs in closed "
     "loop";
 
 // Target names reserved by CMake, the package that the project finds, and the project's own names.
@@ -47,13 +47,13 @@ void check_name(const std::string& name) {
   };
   if (name.empty() || !is_letter(name.front()) || !std::ranges::all_of(name, may_follow))
     throw InputError(fmt::format(
-        "new: '{}' cannot be the name of a project: a letter begins, and letters, digits, _ and - "
-        "follow",
+        "new: '{}' is not a valid project name: expected a letter, then letters, digits, _ and "
+        "-",
         shortened(name)));
-  if (name.size() > 64) throw InputError("new: the name of a project has at most 64 characters");
+  if (name.size() > 64) throw InputError("new: a project name has at most 64 characters");
   if (std::ranges::find(taken, name) != taken.end())
     throw InputError(fmt::format(
-        "new: '{}' cannot be the name of a project: CMake or Saltus use it already", name));
+        "new: '{}' is not a valid project name: CMake or Saltus uses it already", name));
 }
 
 // "0.2": the version for find_package.
@@ -90,11 +90,11 @@ std::string how_to_build(const std::string& name, const fs::path& folder) {
   const std::string hint = !is_installed      ? " -D CMAKE_PREFIX_PATH=PREFIX"
                            : prefix != "/usr" ? " -D CMAKE_PREFIX_PATH=" + prefix.string()
                                               : "";
-  std::string text = fmt::format("{}: README.md says what is where\n", folder.string());
+  std::string text = fmt::format("{}: README.md describes the files\n", folder.string());
   if (!is_installed)
     text += fmt::format(
-        "This program was not installed: `cmake --install {} --prefix PREFIX` first puts the "
-        "library somewhere.\n",
+        "This program is not installed: run `cmake --install {} --prefix PREFIX` "
+        "first.\n",
         program_folder().string());
   return text + fmt::format("  cd {}\n  cmake -S . -B build{}\n  cmake --build build\n  build/{}\n",
                             folder.string(), hint, name);
@@ -105,13 +105,13 @@ std::string how_to_build(const std::string& name, const fs::path& folder) {
 std::span<const ProjectKind> project_kinds() {
   static const std::vector<ProjectKind> kinds{
       {"trajectory",
-       "A pendulum is swung up with as little torque as possible: one optimal trajectory, then "
-       "followed by solving again from what is measured."},
+       "A pendulum swings up with minimum torque: one optimal trajectory, then control "
+       "by solving again from the measured state."},
       {"controller",
-       "A pole on a cart is kept upright: a controller with a receding horizon, a target that "
-       "moves, a push, noise."},
+       "A controller balances a pole on a cart: receding horizon, moving target, "
+       "a push, noise."},
       {"switched",
-       "A sledge runs from ice onto gravel: dynamics that change where the state says so, planned "
+       "A sledge slides from ice onto gravel: dynamics with a state-dependent switch, planned "
        "and controlled through the switch."}};
   return kinds;
 }
@@ -136,7 +136,7 @@ void make_project(const fs::path& folder, const ProjectKind& kind) {
   } catch (const fs::filesystem_error& problem) {
     fs::remove_all(partial, error);
     throw InputError(
-        fmt::format("new: '{}' cannot be made: {}", folder.string(), problem.code().message()));
+        fmt::format("new: '{}' cannot be created: {}", folder.string(), problem.code().message()));
   } catch (...) {
     fs::remove_all(partial, error);
     throw;
@@ -149,8 +149,8 @@ Verb new_verb() {
             std::vector<std::string> names;
             for (const ProjectKind& known : project_kinds()) names.push_back(known.name);
             OptionParser parser("new", summary);
-            parser.word("name", "of the project, or the folder that it will have", folder)
-                .option("--kind", "KIND", join_names(names) + "; trajectory without", wanted);
+            parser.word("name", "of the project, or its folder", folder)
+                .option("--kind", "KIND", join_names(names) + "; default trajectory", wanted);
             parser.parse(arguments);
             if (parser.help_wanted()) {
               fmt::print("{}", parser.help());
@@ -160,7 +160,7 @@ Verb new_verb() {
             }
             if (folder.empty()) throw InputError("new needs the name of the project");
             Settings settings;
-            settings.choice("kind", kind, names, "what the project begins with");
+            settings.choice("kind", kind, names, "template of the project");
             settings.apply({flag_assignment("kind", wanted)});
             const auto chosen = std::ranges::find(project_kinds(), kind, &ProjectKind::name);
             make_project(folder, *chosen);

@@ -28,7 +28,7 @@ OptionParser::OptionParser(std::string command, std::string summary)
   cli_->app.description(std::move(summary));
   cli_->app.set_help_flag();  // --help is an ordinary flag, so that the caller prints it
   cli_->app.allow_extras();
-  flag("--help,-h", "this text", help_wanted_);
+  flag("--help,-h", "print this help", help_wanted_);
 }
 
 OptionParser::~OptionParser() = default;

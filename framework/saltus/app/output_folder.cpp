@@ -48,10 +48,9 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   const auto most = static_cast<std::size_t>(::pathconf(existing.c_str(), _PC_NAME_MAX));
   for (const fs::path& part : longest)
     if (part.native().size() > most)
-      refuse(fmt::format("cannot be made: a name has at most {} bytes", most));
+      refuse(fmt::format("cannot be created: a name has at most {} bytes", most));
   if (longest.native().size() >= PATH_MAX)
-    refuse(fmt::format("cannot be made: with its files' names a path has less than {} bytes",
-                       PATH_MAX));
+    refuse(fmt::format("cannot be created: the path of a file has less than {} bytes", PATH_MAX));
   // Permissions do not suffice (read-only file systems, root), so a file is created and removed.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
   const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();

@@ -14,7 +14,7 @@
 namespace saltus {
 
 Verb plot_verb() {
-  constexpr const char* summary = "all pictures of a run or a map again, from its tables";
+  constexpr const char* summary = "draws all plots of a run or a map again from its tables";
   return {"plot", summary, [](std::span<const std::string> arguments) {
             std::string folder;
             OptionParser parser("plot", summary);
@@ -25,7 +25,7 @@ Verb plot_verb() {
               return ExitStatus::ok;
             }
             if (folder.empty())
-              throw InputError("plot: name the folder of a run, as in saltus plot results/demo");
+              throw InputError("plot needs the folder of a run, as in saltus plot results/demo");
             std::error_code absent;
             if (!std::filesystem::is_directory(folder, absent))
               throw InputError(fmt::format("plot: there is no folder '{}'", folder));

@@ -24,9 +24,9 @@ namespace {
     try {
       std::rethrow_exception(thrown);
     } catch (const std::bad_alloc&) {
-      sentence = "saltus: there is not enough memory; a smaller problem needs less\n";
+      sentence = "saltus: not enough memory; a smaller problem needs less\n";
     } catch (const std::system_error&) {
-      sentence = "saltus: the system refuses a thread, a process or a file; raise its limits\n";
+      sentence = "saltus: the system denies a thread, a process or a file; raise its limits\n";
     } catch (...) {
     }
   }

@@ -79,7 +79,8 @@ std::string last_line(std::string text) {
 }  // namespace
 
 ProcessPool::ProcessPool(int jobs, double time_limit) : jobs_(jobs), time_limit_(time_limit) {
-  if (jobs < 1) throw DefinitionError(fmt::format("a process pool needs jobs, not {}", jobs));
+  if (jobs < 1)
+    throw DefinitionError(fmt::format("a process pool needs at least one job, not {}", jobs));
   if (!(time_limit > 0.0))
     throw DefinitionError(fmt::format("the time limit of a process pool is {} s", time_limit));
 }
@@ -90,7 +91,8 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
   if (is_full()) throw DefinitionError(fmt::format("all {} processes are busy", jobs_));
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
-    throw std::system_error(errno, std::generic_category(), "no pipe for another process");
+    throw std::system_error(errno, std::generic_category(),
+                            "cannot create a pipe for another process");
   std::fflush(nullptr);  // otherwise the child would print it again
   const pid_t process = ::fork();
   if (process == 0) {
@@ -102,7 +104,7 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
   ::close(ends[1]);
   if (process < 0) {
     ::close(ends[0]);
-    throw std::system_error(error, std::generic_category(), "no further process");
+    throw std::system_error(error, std::generic_category(), "cannot start another process");
   }
   running_.push_back({id, process, ends[0], {}, WallClock::now(), false});
 }

@@ -79,12 +79,12 @@ class Verbs {
     app_.name("saltus");
     app_.set_help_flag();
     app_.allow_extras();
-    add("list", "the problems this program knows");
+    add("list", "lists the problems of this program");
     add("run", "run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...");
-    add("rerun", "rerun DIR: makes a run again, and says whether it is the same to the bit");
-    add("completion", "completion bash|zsh|fish: what a shell reads to complete words");
+    add("rerun", "rerun DIR: repeats a run and compares the results bit by bit");
+    add("completion", "completion bash|zsh|fish: prints the completion script of a shell");
     for (const Verb& verb : more) add(verb.name, verb.summary);
-    add("help", "this text; 'run PROBLEM --help' lists the settings of a problem");
+    add("help", "prints this help; 'run PROBLEM --help' lists the settings of a problem");
     help_ = app_.help();  // help of all verbs; after parsing it would be that of one verb
   }
 
@@ -245,11 +245,12 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
   } catch (const DefinitionError& error) {
     return end_with(ExitStatus::bad_input, error.what());
   } catch (const std::system_error& error) {
-    return end_with(ExitStatus::bad_input, fmt::format("the system refuses: {}", error.what()));
+    return end_with(ExitStatus::bad_input,
+                    fmt::format("the system reports an error: {}", error.what()));
   } catch (const std::bad_alloc&) {
     // Without fmt::format, which allocates.
     std::fflush(stdout);
-    std::fputs("saltus: there is not enough memory; a smaller problem needs less\n", stderr);
+    std::fputs("saltus: not enough memory; a smaller problem needs less\n", stderr);
     return static_cast<int>(ExitStatus::bad_input);
   } catch (const std::exception& error) {
     return end_with(ExitStatus::internal_error, fmt::format("internal error: {}", error.what()));

@@ -51,7 +51,7 @@ std::string content_of(const fs::path& file) {
   if (!std::filesystem::is_regular_file(file, error))
     throw InputError(fmt::format(
         "rerun: '{}' cannot be read: {}", file.string(),
-        std::filesystem::exists(file, error) ? "it is no file" : "there is no such file"));
+        std::filesystem::exists(file, error) ? "it is not a file" : "there is no such file"));
   return file_content(file, file.extension() == ".csv" ? longest_table : longest_file);
 }
 
@@ -74,20 +74,20 @@ FileComparison compare_tables(const std::string& name, const std::string& before
   std::string line, other_line;
   std::getline(one, line);
   std::getline(other, other_line);
-  if (line != other_line) return {name, false, "has other columns"};
+  if (line != other_line) return {name, false, "has different columns"};
   const std::vector<std::string> columns = cells_of(line);
   long rows = 0;
   while (true) {
     const bool has_one = !std::getline(one, line).fail();
     const bool has_other = !std::getline(other, other_line).fail();
     if (has_one != has_other)
-      return {name, false, fmt::format("{} after {} rows", has_one ? "ends" : "goes on", rows)};
+      return {name, false, fmt::format("{} after {} rows", has_one ? "ends" : "continues", rows)};
     if (!has_one) break;
     ++rows;
     if (line == other_line) continue;
     const std::vector<std::string> cells = cells_of(line), other_cells = cells_of(other_line);
     if (cells.size() != columns.size() || other_cells.size() != columns.size())
-      return {name, false, fmt::format("has other cells than columns in row {}", rows)};
+      return {name, false, fmt::format("has a wrong number of cells in row {}", rows)};
     for (std::size_t i = 0; i < columns.size(); ++i)
       if (cells[i] != other_cells[i] && !is_of_computing(columns[i]))
         return {name, false,
@@ -97,7 +97,7 @@ FileComparison compare_tables(const std::string& name, const std::string& before
   const bool is_timed = std::ranges::any_of(columns, is_of_computing);
   return {name, true,
           fmt::format("the same to the bit ({} rows{})", rows,
-                      is_timed ? ", computing times aside" : "")};
+                      is_timed ? ", except for computing times" : "")};
 }
 
 // Path of the first entry that differs; empty if none does.
@@ -133,10 +133,10 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
   refuse_deep_json(after, name);
   const Json one = Json::parse(before, nullptr, /*allow_exceptions=*/false);
   const Json other = Json::parse(after, nullptr, /*allow_exceptions=*/false);
-  if (one.is_discarded() || other.is_discarded()) return {name, false, "is no JSON"};
+  if (one.is_discarded() || other.is_discarded()) return {name, false, "is not JSON"};
   const std::string difference = first_difference(one, other, "");
   return {name, difference.empty(),
-          difference.empty() ? "the same to the bit (computing times aside)"
+          difference.empty() ? "the same to the bit (except for computing times)"
                              : "differs first at " + shortened(difference)};
 }
 
@@ -194,8 +194,8 @@ Json read_run_file(const fs::path& folder) {
   Json run = parsed_run_file(folder);
   if (run.is_discarded() || !run.contains("problem") || !run["problem"].is_string() ||
       !run.contains("folder") || !run["folder"].is_string())
-    throw InputError(
-        fmt::format("rerun: '{}' does not say what was run", (folder / run_file).string()));
+    throw InputError(fmt::format("rerun: '{}' does not name the problem of the run",
+                                 (folder / run_file).string()));
   return run;
 }
 
@@ -263,10 +263,10 @@ std::vector<FileComparison> compare_runs(const fs::path& before, const fs::path&
 
 ExitStatus rerun(std::span<const std::string> arguments, std::span<const ProblemEntry> problems) {
   std::string word, out;
-  OptionParser parser("rerun", "Makes a run again and says whether it is the same to the bit.");
-  parser.word("folder", "where the results of the run are", word)
-      .option("--out", "DIR", "where the new results go; without, they are kept if they differ",
-              out);
+  OptionParser parser("rerun", "Repeats a run and compares the results bit by bit.");
+  parser.word("folder", "folder of the run", word)
+      .option("--out", "DIR",
+              "folder of the new results; by default they are kept only if they differ", out);
   parser.parse(arguments);
   if (parser.help_wanted()) {
     fmt::print("{}", parser.help());
@@ -285,13 +285,13 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
                   : fs::absolute(out);
   if (fs::exists(again, error) && !fs::is_empty(again, error))
     throw InputError(
-        fmt::format("rerun: '{}' exists already; --out names another folder", again.string()));
+        fmt::format("rerun: '{}' exists already; give another folder with --out", again.string()));
 
   // Relative file names in settings refer to the folder in which the run was made.
   fs::current_path(run["folder"].get<std::string>(), error);
   if (error)
     fmt::print(stderr,
-               "saltus: the run was made in {}, which is no more; files are looked for "
+               "saltus: the run was made in {}, which no longer exists; files are searched for "
                "here\n",
                run["folder"].get<std::string>());
   RunRequest request;
@@ -311,7 +311,7 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
     fmt::print("made by another version: {}, now {}\n", made_by.dump(), saltus_json().dump());
   const bool is_removed = is_same && out.empty();
   if (is_removed) fs::remove_all(again, error);
-  if (is_removed) fmt::print("{} is removed again\n", again.string());
+  if (is_removed) fmt::print("{} is removed\n", again.string());
   fmt::print("{}\n", is_same
                          ? "the same to the bit"
                          : fmt::format("not the same; the new results are in {}", again.string()));

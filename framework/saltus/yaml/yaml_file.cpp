@@ -47,7 +47,7 @@ class Reader {
     entry.key = key.Scalar();
     entry.line = key.Mark().line + 1;
     const std::string path = prefix + entry.key;
-    if (++count_ > max_keys) throw InputError(source_ + ": far too many keys");
+    if (++count_ > max_keys) throw InputError(source_ + ": too many keys");
     const auto [first, is_new] = where_.emplace(path, where(key));
     if (!is_new)
       throw InputError(fmt::format("{}: key '{}' was already given at {}", where(key),
@@ -88,15 +88,15 @@ class Scan : public YAML::EventHandler {
     if (!parser.HandleNextDocument(*this)) return;
     const YAML::Mark first = start_;
     if (!parser.HandleNextDocument(*this)) return;
-    if (start_.pos == first.pos) refuse(first, "not valid YAML: a value does not begin like that");
-    refuse(start_, "a second YAML document begins here; one is expected");
+    if (start_.pos == first.pos) refuse(first, "not valid YAML: a value cannot begin like this");
+    refuse(start_, "a second YAML document begins here; only one is allowed");
   }
 
   void OnDocumentStart(const YAML::Mark& mark) override { start_ = mark; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    refuse(mark, "aliases (*name) are not understood; write the value out");
+    refuse(mark, "aliases (*name) are not supported; write the value out");
   }
   void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
                 const std::string&) override {}

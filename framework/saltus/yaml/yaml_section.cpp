@@ -29,7 +29,7 @@ void YamlSection::allow_only(const std::vector<std::string>& known) const {
   for (const YamlEntry& e : entry_->entries) {
     if (std::find(known.begin(), known.end(), e.key) != known.end()) continue;
     const std::string nearest = nearest_name(e.key, known);
-    fail(e.key, nearest.empty() ? "is not a known key; known are " + join_names(known)
+    fail(e.key, nearest.empty() ? "is not a known key; known keys are " + join_names(known)
                                 : fmt::format("is not a known key; did you mean \"{}\"?", nearest));
   }
 }
