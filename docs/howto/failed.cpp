@@ -6,7 +6,7 @@ int main() {
   const Solution far = solve(ride(5.0));
   std::printf("%s\n\n", far.message.c_str());
 
-  // What is missing at least, and what would help.
+  // The least shortage, and remedies.
   const Explanation why = explain(ride(5.0));
   std::printf("%s", why.text().c_str());
   const Solution longer = solve(changed(ride(5.0), why.remedies.front().changes.front()));

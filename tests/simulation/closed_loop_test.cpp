@@ -429,7 +429,7 @@ TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
   EXPECT_EQ(simulate_closed_loop(up, plant, {.duration = 0.03}).final_state()[0], 3.0);
   const LoopLog log = simulate_closed_loop(up, plant, {.duration = 0.03});
   EXPECT_FALSE(log.completed);
-  EXPECT_EQ(log.message, "the plant could not go on");
+  EXPECT_EQ(log.message, "the plant could not advance");
   const LoopLog wrecked = simulate_closed_loop(up, plant, {.duration = 0.03});
   EXPECT_FALSE(wrecked.completed);
   EXPECT_NE(wrecked.message.find("the counter is full"), std::string::npos) << wrecked.message;

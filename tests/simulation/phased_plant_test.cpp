@@ -260,7 +260,7 @@ TEST(PhasedPlant, AGuardThatIsNoNumberIsAFailure) {
   PhasedPlant plant(ocp, runge_kutta4());
   ASSERT_TRUE(plant.advance(VectorXd(0), 0.2));
   EXPECT_FALSE(plant.advance(VectorXd(0), 0.1));
-  EXPECT_EQ(plant.failure(), "the guard of phase 'a' is no number at t = 0.3 s");
+  EXPECT_EQ(plant.failure(), "the guard of phase 'a' is not finite at t = 0.3 s");
   EXPECT_EQ(plant.time(), 0.2);
 }
 

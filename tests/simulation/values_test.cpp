@@ -260,7 +260,7 @@ TEST(ShrinkingController, RefusesPhasesThatAreOverOrNone) {
   c.tick(0.5, VectorXd::Zero(1));
   expect_refused("phase", [&] { (void)c.end_of_phase(0); });
   EXPECT_NEAR(c.end_of_phase(1), 1.0, 1e-12);
-  expect_refused("rests",
+  expect_refused("0 controllers",
                  [&] { (void)ShrinkingHorizonController(OptimalControlProblem("none"), {}); });
 }
 

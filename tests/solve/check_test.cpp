@@ -256,7 +256,7 @@ const Spoilt all_spoilt[] = {
     {"derivative_that_is_no_number",
      ride([](Ride& r) { r.keep("power", power(Power::Mistake::not_a_number), at_most(10.0)); }),
      "start",
-     {"term 'power'", "derivative that is no number"}},
+     {"term 'power'", "derivative that is not finite"}},
     {"grid_too_coarse",
      [] {
        return check(oscillator(12.0, 5.0),
@@ -332,7 +332,7 @@ const Spoilt all_spoilt[] = {
     {"wrong_derivative_of_a_jump",
      [] { return check_blow(0.25); },
      "jumps",
-     {"jump 'blow' out of phase 'first'", "d (row 1) / d x1 says 0.25, differences say 0.5"}},
+     {"jump 'blow' out of phase 'first'", "d (row 1) / d x1 is 0.25, differences give 0.5"}},
     {"jump_outside_its_domain",
      [] {
        return check(two_rides(jump<2>("root", [](const auto&, const auto& x) {
@@ -364,8 +364,7 @@ const Spoilt all_spoilt[] = {
 TEST(Check, finds_nothing_in_a_sound_jump) {
   const ProblemCheck page = check_blow(0.5);
   EXPECT_TRUE(page.ok()) << page.text();
-  EXPECT_EQ(page.line("jumps").text,
-            "maps of the state, 1: finite, and they agree with differences");
+  EXPECT_EQ(page.line("jumps").text, "1 state maps checked: finite, in agreement with differences");
 }
 
 class SpoiltProblem : public testing::TestWithParam<Spoilt> {};

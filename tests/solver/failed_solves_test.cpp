@@ -106,7 +106,7 @@ TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrSayWhyNot) {
 TEST(IterationLimit, SaysHowFarTheSolveGot) {
   const Solution s = attempt(too_far({1.0, 1.0}), {.max_iterations = 1});
   EXPECT_EQ(s.status, SolveStatus::iteration_limit);
-  expect_in("the iteration limit was reached first; phase 'run', term 'goal'", s.message);
+  expect_in("the iteration limit was reached; phase 'run', term 'goal'", s.message);
   EXPECT_FALSE(s.trajectory.empty());
 }
 

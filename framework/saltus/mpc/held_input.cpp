@@ -17,8 +17,8 @@ HeldInput::HeldInput(int pieces, int largest_input) : pieces_(pieces) {
 
 void HeldInput::refuse(std::size_t i) const {
   throw DefinitionError(
-      fmt::format("held input: it has {} pieces and room for {}, so that there is no piece {}",
-                  count_, pieces_.size(), static_cast<std::ptrdiff_t>(i)));
+      fmt::format("held input: there is no piece {}; it has {} pieces and room for {}",
+                  static_cast<std::ptrdiff_t>(i), count_, pieces_.size()));
 }
 
 bool HeldInput::all_finite() const {

@@ -31,10 +31,10 @@ std::vector<RecedingHorizonController> rests_of(
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
   const std::size_t phases = problem.phases().size();
   const auto refuse = [&](const std::string& what) {
-    throw DefinitionError(fmt::format(
-        "controller: problem '{}' has the {}, and when a phase is partly over what of it "
-        "is used is not known; make it a state",
-        problem.name(), what));
+    throw DefinitionError(
+        fmt::format("controller: problem '{}' has the {}, whose value so far is not known "
+                    "within a phase; make it a state",
+                    problem.name(), what));
   };
   for (const PhaseDefinition& phase : problem.phases()) {
     if (!phase.integrals.empty()) refuse("integral '" + phase.integrals.front().name + "'");
@@ -42,8 +42,8 @@ std::vector<RecedingHorizonController> rests_of(
       if (!counts_from_the_start(window)) return;
       throw DefinitionError(fmt::format(
           "controller: problem '{}', phase '{}', {}: its window counts from the start of the "
-          "phase, which moves on with every tick; give its limits as events or on Clock::absolute, "
-          "or make a phase of its own of it",
+          "phase, which moves with every tick; give its limits as events or on Clock::absolute, "
+          "or make it a separate phase",
           problem.name(), phase.name, describe()));
     });
   }
@@ -66,7 +66,7 @@ ShrinkingHorizonController::ShrinkingHorizonController(const OptimalControlProbl
       entered_(problem.start_time()) {
   for (const PhaseDefinition& phase : problem.phases()) durations_.push_back(phase.duration);
   if (rests_.empty() || rests_.size() != durations_.size())
-    throw DefinitionError(fmt::format("controller: problem '{}' has {} phases, and {} rests",
+    throw DefinitionError(fmt::format("controller: problem '{}' has {} phases, but {} controllers",
                                       problem.name(), durations_.size(), rests_.size()));
 }
 
@@ -130,7 +130,7 @@ VectorXd ShrinkingHorizonController::parameters_of(int phase) {
 double ShrinkingHorizonController::end_of_phase(int phase) const {
   if (phase < phase_ || phase - phase_ >= static_cast<int>(present().problem().phases().size()))
     throw DefinitionError(
-        fmt::format("controller: phase {} is over or does not exist; the present one is {} of {}",
+        fmt::format("controller: phase {} is over or does not exist; the active one is {} of {}",
                     phase, phase_, durations_.size()));
   return rests_[phase_].end_of_phase(phase - phase_);
 }

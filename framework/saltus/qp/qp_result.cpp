@@ -9,15 +9,15 @@ const char* describe(QpStatus status) {
     case QpStatus::infeasible:
       return "No point satisfies the rows and bounds.";
     case QpStatus::unbounded:
-      return "The cost falls without limit.";
+      return "The cost is unbounded below.";
     case QpStatus::iteration_limit:
-      return "The limit of iterations was reached.";
+      return "The iteration limit was reached.";
     case QpStatus::deadline:
       return "The deadline passed before the optimum was reached.";
     case QpStatus::numerical_failure:
-      return "The linear algebra gave up.";
+      return "The linear algebra failed.";
     case QpStatus::invalid_problem:
-      return "The data are not a problem: NaN, or crossed bounds.";
+      return "The data are invalid: NaN or crossed bounds.";
   }
   return "";
 }

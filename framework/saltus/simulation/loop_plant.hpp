@@ -23,7 +23,7 @@ class LoopPlant {
   virtual bool advance(const VectorRef& input, double length) = 0;
 
   /// Reason why advance() failed.
-  virtual std::string failure() const { return "the plant could not go on"; }
+  virtual std::string failure() const { return "the plant could not advance"; }
   /// Name of the active mode; empty if the plant has only one.
   virtual std::string mode() const { return {}; }
   /// Events since the last call, in order of time.

@@ -58,7 +58,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
   name_ = scheme->name();
   for (const PhaseDefinition& phase : problem_.phases()) {
     if (!phase.switching.empty())
-      throw DefinitionError(fmt::format("plant: phase '{}' has events inside", phase.name));
+      throw DefinitionError(fmt::format("plant: phase '{}' has inner events", phase.name));
     IntervalProblem interval = interval_of(phase);
     Phase& p = phases_.emplace_back();
     std::vector<Function> running;
@@ -195,7 +195,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   }
   if (!go(length)) return {};
   if (has_guard && !std::isfinite(guard(input))) {
-    failure_ = fmt::format("the guard of phase '{}' is no number at t = {:.6g} s",
+    failure_ = fmt::format("the guard of phase '{}' is not finite at t = {:.6g} s",
                            definition().name, time());
     return {};
   }

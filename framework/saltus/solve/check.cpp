@@ -106,7 +106,7 @@ class Checker {
     } catch (const std::exception& error) {
       complaint = error.what();
     }
-    say("definition", complaint, "phases, terms and sizes fit one another");
+    say("definition", complaint, "phases, terms and sizes are consistent");
   }
 
   bool look_at_start() {
@@ -126,14 +126,14 @@ class Checker {
       if (complaint.empty()) complaint = "the cost cannot be evaluated";
     } else if (!gradient.allFinite()) {
       complaint = function_without_value();
-      if (complaint.empty()) complaint = "the cost has a derivative that is no number";
+      if (complaint.empty()) complaint = "the cost has a derivative that is not finite";
     }
     for (int r = 0; r < nlp.rows() && complaint.empty(); ++r)
-      if (!std::isfinite(rows[r])) complaint = nlp.describe_row(r) + " is no number";
+      if (!std::isfinite(rows[r])) complaint = nlp.describe_row(r) + " is not finite";
     if (complaint.empty())
       nlp.jacobian_pattern().for_each([&](int r, int, int e) {
         if (complaint.empty() && !std::isfinite(entries[e]))
-          complaint = nlp.describe_row(r) + " has a derivative that is no number";
+          complaint = nlp.describe_row(r) + " has a derivative that is not finite";
       });
     const bool is_good = complaint.empty();
     say("start", is_good ? "" : complaint + ": at the guess (guess_state, guess_input, start_at)",
@@ -149,7 +149,7 @@ class Checker {
           if (f.function.inputs() != z.size()) continue;
           if (!f.function(z).allFinite()) return f.name + " has no finite value";
           if (!f.function.dense_jacobian(z).allFinite())
-            return f.name + " has a derivative that is no number";
+            return f.name + " has a derivative that is not finite";
         }
     return {};
   }
@@ -232,7 +232,7 @@ class Checker {
           sparsity =
               fmt::format("{}: {} is {:.6g}, but not in the pattern", f.name, what, e.difference);
         if (e.in_pattern && derivatives.empty())
-          derivatives = fmt::format("{}: {} says {:.6g}, differences say {:.6g}", f.name, what,
+          derivatives = fmt::format("{}: {} is {:.6g}, differences give {:.6g}", f.name, what,
                                     e.exact, e.difference);
       };
       for (const DerivativeEntry& entry : report.jacobian_failures) take(entry, false);
@@ -254,7 +254,7 @@ class Checker {
     say("derivatives", derivatives,
         fmt::format("{} functions agree with differences to {:g}", functions,
                     derivative_tolerance));
-    say("sparsity", sparsity, "nothing depends on what is outside its pattern");
+    say("sparsity", sparsity, "no function has a derivative outside its pattern");
   }
 
   // Arguments (t | x- | p) of a jump out of a phase, near the end of its guess.
@@ -333,15 +333,15 @@ class Checker {
     }
     say("jumps", complaint,
         maps == 0
-            ? "none changes the state"
-            : fmt::format("maps of the state, {}: finite, and they agree with differences", maps));
+            ? "no jump changes the state"
+            : fmt::format("{} state maps checked: finite, in agreement with differences", maps));
   }
 
   // A complaint, or an empty string.
   static std::string finite_at(const NamedFunction& f, const VectorXd& z) {
     if (!f.function(z).allFinite()) return f.name + " has no finite value at the guess";
     if (!f.function.dense_jacobian(z).allFinite())
-      return f.name + " has a derivative that is no number at the guess";
+      return f.name + " has a derivative that is not finite at the guess";
     return {};
   }
 
@@ -353,18 +353,18 @@ class Checker {
       if (bounded.window.is_whole() && complaint.empty() &&
           (start.lower > bounded.bounds.upper || start.upper < bounded.bounds.lower))
         complaint = fmt::format(
-            "the start has {:.6g} for state {}, which phase '{}' keeps within [{:.6g}, {:.6g}]",
-            start.lower, bounded.component, first.name, bounded.bounds.lower, bounded.bounds.upper);
+            "state {} starts at {:.6g}, but phase '{}' keeps it within [{:.6g}, {:.6g}]",
+            bounded.component, start.lower, first.name, bounded.bounds.lower, bounded.bounds.upper);
     }
     const NonlinearProgram& nlp = shooting_->nlp();
     for (int i = 0; i < nlp.variables() && complaint.empty(); ++i)
       if (nlp.lower()[i] > nlp.upper()[i])
-        complaint = nlp.describe_variable(i) + ": its bounds exclude one another";
+        complaint = nlp.describe_variable(i) + ": its lower bound exceeds its upper bound";
     for (int r = 0; r < nlp.rows() && complaint.empty(); ++r)
       if (nlp.row_lower()[r] > nlp.row_upper()[r])
-        complaint = nlp.describe_row(r) + ": its bounds exclude one another";
+        complaint = nlp.describe_row(r) + ": its lower bound exceeds its upper bound";
     if (complaint.empty()) complaint = huge_bound();
-    say("bounds", complaint, "no bounds exclude one another, and the start is within them");
+    say("bounds", complaint, "all bounds are consistent, and the start is within them");
   }
 
   // The first finite bound that seems to mean infinity; empty if none.
@@ -375,8 +375,9 @@ class Checker {
         if (complaint.empty() && std::isfinite(side) &&
             std::abs(side) >= huge_side * std::max(1.0, magnitude))
           complaint = fmt::format(
-              "{} has a bound of {:g}: leave out a bound that never acts (unbounded(), at_least(), "
-              "at_most()); give the magnitude of a quantity that is so large (nominal)",
+              "{} has a bound of {:g}: leave out a bound that is never active (unbounded(), "
+              "at_least(), "
+              "at_most()), or declare the magnitude of so large a quantity (nominal)",
               describe(), side);
     };
     for (const PhaseDefinition& phase : problem_.phases()) {
@@ -429,10 +430,10 @@ class Checker {
             if (std::isfinite(bound)) size = std::max(size, std::abs(bound));
       if (complaint.empty() && (size > largest_size || (size > 0.0 && size < smallest_size)))
         complaint = fmt::format(
-            "{} and its like are about {:.1g}, and nobody gave a nominal magnitude: nominal(...)",
+            "{} and similar variables are about {:.1g}, without a nominal magnitude: nominal(...)",
             nlp.describe_variable(quantity.front()), size);
     }
-    say("scaling", complaint, "what has no nominal magnitude is of a usual size");
+    say("scaling", complaint, "variables without a nominal magnitude are well scaled");
   }
 
   void look_at_ranks() {
@@ -440,7 +441,7 @@ class Checker {
     if (nlp.rows() > most_rows) {
       lines_.push_back(
           {"ranks", CheckVerdict::unknown,
-           fmt::format("{} rows are not factorised; take fewer intervals", nlp.rows())});
+           fmt::format("{} rows are too many to factor; use fewer intervals", nlp.rows())});
       return;
     }
     // At a point without symmetry: a dependency there holds everywhere.
@@ -452,7 +453,7 @@ class Checker {
       w[i] = std::clamp(moved, std::min(nlp.lower()[i], nlp.upper()[i]), nlp.upper()[i]);
     }
     say("ranks", name_dependent_rows(shooting_->editable_program(), w),
-        "no equation follows from the others");
+        "all equations are independent");
   }
 
   void look_at_first_solve() {
@@ -461,12 +462,12 @@ class Checker {
     const GridAccuracy& wanted = options_.accuracy;
     const bool is_known = plan.verification.has_value();
     const VerifiedDefect defect = is_known ? plan.verification->defect : VerifiedDefect{};
-    const std::string off =
-        fmt::format("off by {:.1g} of the states' magnitude along a first solution", defect.sum);
+    const std::string off = fmt::format(
+        "integration error {:.1g} of the states' magnitude along a first solution", defect.sum);
     std::string coarse;
     if (!(defect.sum <= wanted.integration && defect.largest <= wanted.defect))
       coarse = fmt::format(
-          "{}, most in phase '{}' at t = {:.4g} s: more intervals, or an integrator for such "
+          "{}, largest in phase '{}' at t = {:.4g} s: use more intervals or an integrator for such "
           "dynamics",
           off, defect.phase, defect.time);
     say("integration", coarse, is_known ? off : "not verified");

@@ -19,12 +19,12 @@ std::string remedies_text(const Explanation& explanation, const char* first) {
 std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
   if (!soft.least) return "";
   if (*soft.least > 0.0)
-    return fmt::format("  it cannot hold: {:.4g} is missing at least\n", *soft.least);
+    return fmt::format("  it cannot hold: at least {:.4g} is missing\n", *soft.least);
   if (!soft.cost_if_held) return "  it could hold\n";
-  std::string text = fmt::format("  it could hold, for {:.4g} more of the cost",
+  std::string text = fmt::format("  it could hold at an additional cost of {:.4g}",
                                  *soft.cost_if_held - explanation.cost);
   if (!explanation.gives_way_to.empty())
-    text += fmt::format(", most of it of {}", explanation.gives_way_to);
+    text += fmt::format(", most of it from {}", explanation.gives_way_to);
   if (soft.weight_that_holds)
     text += fmt::format("; a weight of {:.3g} in place of {:.3g} holds it", *soft.weight_that_holds,
                         soft.weight);
@@ -44,7 +44,7 @@ std::string Shortage::name() const {
 
 std::string Shortage::miss() const {
   const bool is_low = side == ProblemChange::Side::lower;
-  return fmt::format("{:.4g} too {} at t = {:.4g} s ({:.6g} where {}{:.6g} is asked)", amount,
+  return fmt::format("{:.4g} too {} at t = {:.4g} s ({:.6g} where {}{:.6g} is required)", amount,
                      is_low ? "little" : "much", time, value,
                      is_exact ? ""
                      : is_low ? "at least "
@@ -58,7 +58,7 @@ std::string Shortage::text() const {
 }
 
 std::string SoftShortage::text() const {
-  return fmt::format("{} is soft and gives way: {}, for {:.4g} of the cost", missed.name(),
+  return fmt::format("{} is soft and violated: {}, at a cost of {:.4g}", missed.name(),
                      missed.miss(), price);
 }
 
@@ -66,14 +66,14 @@ std::string Explanation::text() const {
   if (!ok())
     return fmt::format(
         "the least relaxation is not known: {}{}\n", describe(status),
-        status == SolveStatus::evaluation_failed ? "; check(problem) says where" : "");
+        status == SolveStatus::evaluation_failed ? "; check(problem) shows where" : "");
   std::string text;
   for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
   if (!shortages.empty() && !events_in.empty())
     text += fmt::format("{}\n", saltus::events_hint(events_in));
-  if (!shortages.empty()) return text + remedies_text(*this, "it would fit ");
-  text = gives_way.empty() ? "the constraints can be met, near the guess at least\n"
-                           : "the hard constraints can be met, near the guess at least\n";
+  if (!shortages.empty()) return text + remedies_text(*this, "it would be feasible ");
+  text = gives_way.empty() ? "the constraints can be met, at least near the guess\n"
+                           : "the hard constraints can be met, at least near the guess\n";
   for (const SoftShortage& soft : gives_way) text += soft.text() + "\n" + why_text(soft, *this);
   return text + remedies_text(*this, "it would hold ");
 }

@@ -12,11 +12,13 @@ Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_vie
                      const VectorRef& from, const VectorRef& to, const HomotopyOptions& options) {
   if (from.size() != to.size())
     throw DefinitionError(
-        fmt::format("solve_along: '{}' goes from {} numbers to {}", name, from.size(), to.size()));
+        fmt::format("solve_along: '{}' has {} entries at the start and {} at the end", name,
+                    from.size(), to.size()));
   if (!(options.first_step > 0.0 && options.first_step <= 1.0 && options.least_step > 0.0))
-    throw DefinitionError(fmt::format(
-        "solve_along: the first step is {} and the least {}; expected parts of the way above 0",
-        options.first_step, options.least_step));
+    throw DefinitionError(
+        fmt::format("solve_along: the first step is {} and the least {}; expected fractions of the "
+                    "path above 0",
+                    options.first_step, options.least_step));
   const auto value_at = [&](double s) -> VectorXd { return (1.0 - s) * from + s * to; };
   // Intermediate solutions need only be optima of their grid; the last one must be a full solution.
   const auto is_solved = [](const Solution& solution) {

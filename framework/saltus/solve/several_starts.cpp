@@ -40,8 +40,9 @@ void check(const OptimalControlProblem& problem, const StartingPoint& start, std
     if (!guess.is_given()) return;
     const VectorXd value = guess.at(0.0);
     if (value.size() != size || !value.allFinite())
-      fail(fmt::format("the {} of phase '{}' are {} numbers, or not finite; expected {}", what,
-                       problem.phases()[j].name, value.size(), size));
+      fail(fmt::format(
+          "the {} of phase '{}' have {} entries, or are not finite; expected {} entries", what,
+          problem.phases()[j].name, value.size(), size));
   };
   for (std::size_t j = 0; j < start.states.size(); ++j)
     check_guess(start.states[j], problem.phases()[j].sizes.nx, j, "states");

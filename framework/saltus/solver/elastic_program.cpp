@@ -79,8 +79,7 @@ bool ElasticProgram::constraints(const double* w, double* g) {
 }
 
 std::string ElasticProgram::describe_variable(int i) const {
-  return i < n_ ? program_.describe_variable(i)
-                : "what is missing of " + groups_[(i - n_) / 2].name;
+  return i < n_ ? program_.describe_variable(i) : "relaxation of " + groups_[(i - n_) / 2].name;
 }
 
 std::string ElasticProgram::describe_row(int i) const {

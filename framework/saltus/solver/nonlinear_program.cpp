@@ -8,7 +8,7 @@ void NonlinearProgram::prepare_derivatives(const double*, double, const double*,
 
 StageStructure NonlinearProgram::stages() const {
   throw DefinitionError(
-      "this program does not fall into stages, so its quadratic programs cannot be solved stage by "
+      "this program has no stages, so its quadratic programs cannot be solved stage by "
       "stage; use sparse_qp()");
 }
 

@@ -33,7 +33,7 @@ constexpr double violated = 1e-9;
 // Scaled KKT errors above which the point is not optimal, before and after refinement.
 constexpr double near_optimal = 1e-4;
 constexpr double optimal = 1e-7;
-constexpr char no_optimum[] = "the point is no optimum: its scaled KKT error is {:.2g}";
+constexpr char no_optimum[] = "the point is not optimal: its scaled KKT error is {:.2g}";
 
 using Sparse = Eigen::SparseMatrix<double>;
 
@@ -367,20 +367,20 @@ void OptimumSystem::check() {
     Eigen::Index worst = 0;
     if (!(probe.cwiseAbs().maxCoeff(&worst) * undecided < 1.0)) {
       if (worst >= free_) {
-        message_ = fmt::format("constraints that hold depend on one another, among them {}",
+        message_ = fmt::format("active constraints are linearly dependent, among them {}",
                                p.describe_row(row_of_[worst - free_]));
       } else {
         const auto variable =
             std::find(unknown_of_.begin(), unknown_of_.end(), static_cast<int>(worst));
         message_ =
-            fmt::format("the solution is not unique to second order: nothing decides {}",
+            fmt::format("the solution is not unique to second order: nothing determines {}",
                         p.describe_variable(static_cast<int>(variable - unknown_of_.begin())));
       }
       return;
     }
     if (!curved_upward()) {
       message_ = fmt::format(
-          "the {} Hessian is not positive definite on the surface of the active constraints",
+          "the {} Hessian is not positive definite on the tangent space of the active constraints",
           hessian_name_);
       return;
     }
@@ -418,7 +418,7 @@ std::string OptimumSystem::one_sided(const OptimumRates& rates,
   const double size = 1.0 + std::max(largest(moved.w), largest(moved.lambda));
   constexpr double still = 1e-7;  // rounding error of the solves and of differences
   const auto sentence = [](const std::string& who) {
-    return "a side is met without a multiplier, so that the derivatives of both directions "
+    return "an active side has no multiplier, so that the derivatives in both directions "
            "differ: " +
            who;
   };

@@ -9,24 +9,24 @@ const char* describe(SolveStatus status) {
     case SolveStatus::acceptable:
       return "progress stopped at a point that meets the looser, acceptable tolerance";
     case SolveStatus::feasible:
-      return "one step towards the optimum was taken: it meets all constraints, but is no optimum "
+      return "one step towards the optimum was taken: it meets all constraints but is not optimal "
              "yet";
     case SolveStatus::step_taken:
       return "one step towards the optimum was taken, and the constraints are not known to be met";
     case SolveStatus::coarse_grid:
-      return "an optimum on the grid was found, but between its nodes the plan is not one";
+      return "an optimum on the grid was found, but the plan is too inaccurate between its nodes";
     case SolveStatus::wrong_crossing:
-      return "an optimum was found, but a phase of it does not end by the event that was declared";
+      return "an optimum was found, but one of its phases does not end by the declared event";
     case SolveStatus::no_minimum:
-      return "the point is stationary but no minimum: a saddle or a maximum";
+      return "the point is stationary but not a minimum: a saddle point or a maximum";
     case SolveStatus::infeasible:
       return "no point that meets all constraints was found near the guess";
     case SolveStatus::unbounded:
-      return "the cost decreases without limit within the constraints";
+      return "the cost is unbounded below within the constraints";
     case SolveStatus::iteration_limit:
-      return "the iteration limit was reached first";
+      return "the iteration limit was reached";
     case SolveStatus::time_limit:
-      return "the wall-clock limit was reached first";
+      return "the wall-clock limit was reached";
     case SolveStatus::interrupted:
       return "the solve was interrupted before its end";
     case SolveStatus::evaluation_failed:
@@ -34,7 +34,7 @@ const char* describe(SolveStatus status) {
     case SolveStatus::numerical_failure:
       return "the linear algebra or the line search could not make progress";
     case SolveStatus::invalid_problem:
-      return "the problem or the options cannot be accepted by the solver";
+      return "the solver does not accept the problem or the options";
   }
   return "unknown status";
 }

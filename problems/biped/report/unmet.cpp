@@ -35,7 +35,7 @@ class Teller {
     for (const Shortage& s : explanation_.shortages) text += "  " + of(s, s.text()) + "\n";
     for (const SoftShortage& s : explanation_.gives_way)
       text += fmt::format("  {}\n    {}\n", of(s.missed, s.text()), why(s));
-    if (text.empty()) text = "  the constraints can be met, near the guess at least\n";
+    if (text.empty()) text = "  the constraints can be met, at least near the guess\n";
     const char* lead = "it could be met ";
     for (const Remedy& remedy : explanation_.remedies) {
       text += fmt::format("  {}{}\n", lead, of(remedy));
