@@ -1,4 +1,4 @@
-// What settings say of themselves: comments for people, a JSON Schema for editors.
+// Documentation of settings: comments for readers, a JSON Schema for editors.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t widest_line = 100;
 
-// Lines of words, each behind "# ".
+// Wraps a text into lines, each after "# ".
 std::string comment(const std::string& text, std::size_t indentation) {
   std::string lines, line;
   const auto end_line = [&] {
@@ -43,7 +43,7 @@ Json number_schema(const char* type, const Range& range) {
   return schema;
 }
 
-// The object that holds the key, made where it is not there yet.
+// The object that contains the key; created if it does not exist.
 Json& section_of(Json& schema, const std::string& key) {
   Json* section = &schema;
   std::size_t begin = 0;

@@ -1,4 +1,4 @@
-// The values of single settings: read from text, checked, assigned and written back.
+// Values of single settings: parsed from text, checked, assigned and written back.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ namespace {
       fmt::format("{}: '{}' must be {}, not '{}'", given.location, key, what, shortened(shown)));
 }
 
-// The YAML spelling of what is not a number is a number here too, to be refused as not finite.
+// YAML's spelling of NaN and infinity is accepted as a number here and then rejected as not finite.
 std::string_view without_yaml_dot(std::string_view text) {
   const bool negative = text.starts_with('-');
   const std::string_view word = negative ? text.substr(1) : text;
@@ -52,7 +52,7 @@ ParsedNumber parse_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty()) return {};
-  // Too large, or too small to be told from 0.
+  // Too large, or too small to distinguish from 0.
   if (error == std::errc::result_out_of_range) {
     return {true, std::strtod(std::string(text).c_str(), nullptr)};
   }
@@ -84,7 +84,7 @@ std::vector<std::string> split_at_commas(const std::string& text) {
   }
 }
 
-// The fewest digits that read back, "1.0e-08": without the dot readers of YAML 1.1 see a text.
+// The fewest digits that read back, "1.0e-08": without the dot, YAML 1.1 parsers read a text.
 std::string number_text(double number) {
   std::string text = fmt::format("{}", number);
   const std::size_t exponent = text.find('e');
@@ -93,7 +93,7 @@ std::string number_text(double number) {
   return text;
 }
 
-// Quoted as in JSON, which is YAML too: no text can be mistaken for something else.
+// Quoted as in JSON, which is valid YAML: no text can be mistaken for another type.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -145,7 +145,7 @@ class Iteration final : public RealTimeSolver {
 
   RealTimeIterationOptions options_;
   bool is_exact_;
-  std::optional<Curvature> curvature_;               // empty: differences
+  std::optional<Curvature> curvature_;               // empty: finite differences
   std::unique_ptr<DifferencedProgram> differenced_;  // set if the program has no curvature
   QuadraticModel model_;
   std::unique_ptr<QpSolver> qp_;

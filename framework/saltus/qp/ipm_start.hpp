@@ -142,7 +142,7 @@ template <class System>
 void start_warm(System& system, double least_barrier, const AlignedArray& values, Iterate& point,
                 AlignedArray& size) {
   constexpr double barrier_per_multiplier = 3e-4;    // per unit of the row
-  constexpr double largest_slack = 0.1;              // likewise
+  constexpr double largest_slack = 0.1;              // per unit of the row
   constexpr double product_of_slack = 3.0;           // in units of the barrier
   const Lanes least_multiplier = broadcast(1e-100);  // avoids division by zero
   const Lanes one = broadcast(1.0);

@@ -290,7 +290,7 @@ class RiccatiNewton final : public NewtonSystem {
   VectorXd diagonal_;     // of H
   VectorXd row_weights_;  // work space
   VectorXd condensed_;    // weights of the rows, slacks eliminated
-  VectorXd start_part_;   // of J dw: what the step of a given start is to the rows of its stage
+  VectorXd start_part_;   // contribution of the step of a given start to J dw
   std::vector<char> soft_, is_fixed_, is_equality_;
   std::vector<Slack> slacks_;
   std::vector<Start> start_;

@@ -23,16 +23,16 @@ struct RowKernel;
 struct RowBlock {
   int rows = 0, columns = 0;
   int lower_at = -1, upper_at = -1;  ///< first side; -1: no lower (upper) sides
-  int equality_at = -1;              ///< first entry of y; then there are no sides
+  int equality_at = -1;              ///< first entry of y; equalities have no sides
   bool soft = false;
-  bool partial = false;            ///< some of its rows lack one of the sides that others have
+  bool partial = false;            ///< some rows lack a side that other rows have
   const RowBlock* twin = nullptr;  ///< block of the stage before with the same coefficients and
                                    ///< sides
-  int part = 0;                    ///< of the inputs, or 0: the stage's main variables
-  int joined = -1;                 ///< part whose Hessian it adds to, or -1: that of the stage
-  int v_at = 0;                    ///< where the part's variables begin in v
-  const int* column = nullptr;     ///< per column, its offset behind v_at
-  bool contiguous = false;         ///< the columns follow one another
+  int part = 0;                    ///< index of the inputs' part; 0: the stage's main variables
+  int joined = -1;                 ///< part to whose Hessian it contributes; -1: that of the stage
+  int v_at = 0;                    ///< offset of the part's variables in v
+  const int* column = nullptr;     ///< per column, its offset from v_at
+  bool contiguous = false;         ///< the columns are consecutive
   bool diagonal = false;  ///< row i has an entry in column i alone: C is one column of them
   /// Offset in that Hessian of every pair of columns (of every column, if diagonal).
   const int* target = nullptr;

@@ -154,15 +154,15 @@ class SparseNewton final : public NewtonSystem {
   SparsityPattern hessian_pattern_, row_pattern_;
   qp::SparseLdl ldl_;
   std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  // positions in the matrix pattern
-  VectorXd diagonal_;                                         // of H, zeros below
-  VectorXd weighted_;                                         // diagonal with the weights
+  VectorXd diagonal_;                                         // diagonal of H, then zeros
+  VectorXd weighted_;                                         // diagonal_ plus the weights
   VectorXd work_;
   const SparseQp* qp_ = nullptr;
   std::unique_ptr<qp::SparseIndefinite> pivoting_;  // created when first needed
   bool by_pivots_ = false;
   std::vector<char> is_fixed_, has_free_;  // of variables; of rows: true if any variable is free
   double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
-  std::size_t level_ = 0, tried_ = 0;      // of the regularisations
+  std::size_t level_ = 0, tried_ = 0;      // indices of the regularisations
 };
 
 }  // namespace

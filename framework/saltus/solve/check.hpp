@@ -57,7 +57,6 @@ struct ProblemCheck {
 ///
 /// `options` as for MultipleShooting; the default integrator is Runge-Kutta 4 in two steps, as in
 /// solve(). Takes about as long as a solve. Errors of the problem never throw.
-/// has it. Takes about as long as a solve. Throws nothing for what is wrong with the problem.
 ProblemCheck check(const OptimalControlProblem& problem, ShootingOptions options = {});
 
 }  // namespace saltus

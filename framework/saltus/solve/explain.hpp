@@ -50,7 +50,7 @@ Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& 
 
 /// The negotiable constraints as groups of rows and bounds of the shooting's program. The nominal
 /// value of a group is the largest change of its term at w for nominal changes of the variables.
-/// For comparing solvers.
+/// Intended for comparisons of solvers.
 std::vector<ElasticGroup> elastic_groups(MultipleShooting& shooting, const VectorXd& w);
 
 }  // namespace saltus

@@ -15,7 +15,7 @@ namespace {
 using Kind = ProblemChange::Kind;
 using Side = ProblemChange::Side;
 
-constexpr double worth_noting = 1e-9;     // multipliers of nominal values are of order one
+constexpr double worth_noting = 1e-9;     // multipliers in nominal values are of order one
 constexpr double difference_step = 1e-4;  // central differences of smooth functions: error 1e-8
 constexpr double instead_of_zero = 1e-2;  // of the nominal value: size of data that are zero
 

@@ -115,7 +115,7 @@ void merge_repeats(std::vector<SoftShortage>& all) {
   all = std::move(merged);
 }
 
-// ---- problem with other penalties ----
+// ---- problem with other penalties ---------------------------------------------------------------
 
 // Calls edit(penalty or none) for every term in `soft`.
 template <class Edit>
@@ -140,7 +140,7 @@ OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
   return result;
 }
 
-// ---- explanation ----
+// ---- explanation --------------------------------------------------------------------------------
 
 // The cost that increases most if all violated terms are held.
 std::string what_grows(const Solution& free, const Solution& held) {

@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr double armijo = 1e-4;     // of the predicted decrease, customary
+constexpr double armijo = 1e-4;     // fraction of the predicted decrease, the usual value
 constexpr double rounding = 1e-13;  // relative to the merit function
 
 double violation(double value, double lower, double upper) {

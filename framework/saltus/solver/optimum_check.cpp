@@ -36,7 +36,7 @@ constexpr double zero = 1e-7;  // largest value that solvers leave of a zero
 struct Side {
   bool is_equality = false;
   bool is_wrong = false;    // there is no side in the direction of the multiplier
-  double distance = 0.0;    // to the side; infinite where there is none
+  double distance = 0.0;    // to the side; infinite if there is none
   double multiplier = 0.0;  // its magnitude
   // Multiplier over distance: 0 if the side is inactive, infinite if it acts as an equality.
   double weight() const {

@@ -135,7 +135,7 @@ OptimumSystem::OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum,
   check();
 }
 
-// --- what holds ---------------------------------------------------------------------------------
+// --- active sides --------------------------------------------------------------------------------
 
 void OptimumSystem::classify() {
   const NonlinearProgram& p = *program_;
@@ -342,7 +342,7 @@ bool OptimumSystem::newton_step() {
   return true;
 }
 
-// --- can it tell? -------------------------------------------------------------------------------
+// --- reliability ---------------------------------------------------------------------------------
 
 // By Sylvester's law, a matrix with as many negative pivots as rows has a Hessian that is positive
 // definite on the tangent space of the rows.

@@ -13,11 +13,11 @@
 namespace saltus {
 namespace {
 
-constexpr double rounding = 1e-13;       // of a sum, relative to its largest term
+constexpr double rounding = 1e-13;       // relative to the largest term of a sum
 constexpr double smallest_pivot = 1e-6;  // relative to the largest entry of its row
-constexpr double same_slopes = 1e-10;    // relative, of rows that are multiples
-constexpr double same_side = 1e-9;       // relative, of sides that are equal
-constexpr int most_passes = 10;          // over the equalities
+constexpr double same_slopes = 1e-10;    // relative tolerance of rows that are multiples
+constexpr double same_side = 1e-9;       // relative tolerance of equal sides
+constexpr int most_passes = 10;          // limit of the passes over the equalities
 constexpr int no_one = -1;
 
 // value = factor * (value of the root) + offset. The factor of a known variable is 0.
@@ -119,7 +119,7 @@ class Analysis {
     }
   }
 
-  // --- known variables, and variables that are one -------------------------------------------
+  // --- known and merged variables ----------------------------------------------------------------
   Alias resolved(int v) {
     Alias a = alias_[v];
     while (a.factor != 0.0 && alias_[a.root].root != a.root) {
@@ -277,7 +277,7 @@ class Analysis {
     return all.empty() ? no_one : all.back();
   }
 
-  // --- rows that are multiples of one another ------------------------------------------------
+  // --- rows that are multiples of each other -----------------------------------------------------
   void compare_rows() {
     std::map<std::vector<int>, std::vector<int>> affine, nonlinear;
     std::vector<Term> terms;
@@ -507,8 +507,8 @@ class Analysis {
   Presolve result_;
   std::vector<Alias> alias_;
   std::vector<int> joined_by_;  // per merged variable: the row that merges it
-  std::vector<int> known_by_;   // per root: the row that makes it known
-  std::vector<char> defines_;   // rows that make a variable known, or two of them one
+  std::vector<int> known_by_;   // per root: the row that determines it
+  std::vector<char> defines_;   // rows that determine a variable or merge two
   std::vector<char> is_kept_;   // rows that define stages
   Evaluation at_, first_, second_;
   double worst_ = 0.0;  // largest contradiction, relative to its tolerance

@@ -9,11 +9,11 @@
 namespace saltus {
 namespace {
 
-constexpr double shortest_step = 1e-7;   // a step this short means that the model is wrong
+constexpr double shortest_step = 1e-7;   // shorter steps mean that the model is wrong
 constexpr double worthwhile_step = 0.1;  // below it a smaller trust region is tried first
 constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
 constexpr double trust_edge = 0.9;  // longer steps, in radii, count as limited by the trust region
-constexpr int exact_models = 8;     // in smaller trust regions, before they are convexified
+constexpr int exact_models = 8;     // tried in smaller trust regions before convexification
 constexpr double first_shift = 1e-4;  // of convexified models, relative to the largest entry
 constexpr int convex_models = 9;
 // Penalty weights of elastic mode, times the largest gradient and multiplier. They are small enough

@@ -109,9 +109,9 @@ class Steps {
 
   NonlinearProgram& p_;
   VectorXd derivative_;  // largest derivative by each variable; 0: the variable is fixed
-  VectorXd size_;        // of each variable: what steps are measured by; 0: it stays
-  VectorXd way_;         // of each variable so far
-  VectorXd weight_;      // of each row in the violation
+  VectorXd size_;        // scale of the steps of each variable; 0: it is fixed
+  VectorXd way_;         // total movement of each variable
+  VectorXd weight_;      // weight of each row in the violation
   SparsityPattern pattern_;
   std::unique_ptr<qp::SparseLdl> ldl_;
 };

@@ -7,9 +7,9 @@ namespace saltus {
 namespace {
 
 // Powers of the golden ratio 1.618..., relative to the interval or to the previous step.
-constexpr double first_step = 0.05572809000084122;    // ^-6
-constexpr double largest_step = 0.38196601125010515;  // ^-2
-constexpr double most_growth = 4.23606797749979;      // ^3
+constexpr double first_step = 0.05572809000084122;    // golden ratio to the power -6
+constexpr double largest_step = 0.38196601125010515;  // golden ratio to the power -2
+constexpr double most_growth = 4.23606797749979;      // golden ratio to the power 3
 constexpr double most_shrinkage = 0.2360679774997897;
 constexpr double safety = 0.9;
 constexpr double smallest_step = 1e-13;

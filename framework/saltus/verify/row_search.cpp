@@ -9,9 +9,9 @@ namespace {
 
 constexpr int most_pieces = 20000;  // per step
 constexpr double thinnest = 1e-10;  // fraction of a step
-constexpr double share = 0.1;       // of a tolerance: smaller violations need not be found
-constexpr double within = 1.001;    // times what was found: more is searched for
-constexpr int first_samples = 8;    // of a function without steps, in a step
+constexpr double share = 0.1;       // fraction of a tolerance: smaller violations may be missed
+constexpr double within = 1.001;    // times the largest found: larger bounds are searched
+constexpr int first_samples = 8;    // per step, of a function without elementary steps
 constexpr int deepest = 14;         // bisections of the distance between samples
 
 // Maximum of v + s d + c d^2 / 2 over |d| <= r, and its position.

@@ -20,9 +20,9 @@
 namespace saltus {
 namespace {
 
-constexpr double step_tolerance = 1e-9;       // of a step, relative to max(unit, |state|)
+constexpr double step_tolerance = 1e-9;       // per step, relative to max(unit, |state|)
 constexpr double tightest_tolerance = 1e-13;  // tolerance of the open loop if errors grow
-constexpr double quadrature_share = 1e3;      // integrals need fewer digits than states
+constexpr double quadrature_share = 1e3;      // integrals need less accuracy than states
 constexpr int most_events = 1000;             // per interval
 // Fraction of a row's tolerance: smaller defects are solver errors of an equation.
 constexpr double solved = 1e-2;
@@ -418,7 +418,7 @@ class Verifier {
     }
   }
 
-  // ---- the whole ------------------------------------------------------------------------------
+  // ---- cost and open loop -----------------------------------------------------------------------
 
   void compare_cost() {
     for (const auto& flow : flows_) {
