@@ -40,9 +40,9 @@ TEST(NewProject, refuses_names_and_what_exists) {
   };
   for (const char* name : {"2fast", "a b", "über", "a.b", "-x", "_x"})
     EXPECT_TRUE(contains(complaint(name), "is not a valid project name: expected a letter"));
-  EXPECT_TRUE(contains(complaint("test"), "'test' cannot be the name of a project: CMake"));
+  EXPECT_TRUE(contains(complaint("test"), "'test' is not a valid project name: CMake"));
   EXPECT_TRUE(contains(complaint(std::string(65, 'a')), "at most 64 characters"));
-  EXPECT_TRUE(contains(complaint("no/such/folder"), "cannot be made: No such file or directory"));
+  EXPECT_TRUE(contains(complaint("no/such/folder"), "cannot be created: No such file or directory"));
   EXPECT_EQ(complaint("cart/"), "no complaint");
   EXPECT_TRUE(contains(complaint("cart"), "exists already; nothing was changed"));
   folder.file("taken", "mine");
