@@ -1,4 +1,4 @@
-// Everything a run of the quadruped can be told, with its defaults.
+// All settings of a run of the quadruped, with defaults.
 #pragma once
 
 #include <string>
@@ -13,20 +13,20 @@ struct Config {
   PlantSettings plant;
   std::string gait = "trot";
   double duration = 20.0;   // s
-  double roughness = 0.08;  // of the ground: nearly all of it is within so much of level, m
-  double impulse = 16.0;    // of the push, N s
-  double towards = 90.0;    // of the push, from straight ahead to the left, degrees
-  double noise = 0.0;       // of what is measured, in multiples of what config.cpp says
+  double roughness = 0.08;  // of the ground: maximum height almost everywhere, m
+  double impulse = 16.0;    // impulse of the push, N s
+  double towards = 90.0;    // direction of the push, degrees; 0 forward, 90 left
+  double noise = 0.0;       // noise of the measurements, as a multiple of the values in run.cpp
   int seed = 1;
-  int runs = 0;        // of a campaign; 0: one run
-  double scale = 1.0;  // of roughness and push
+  int runs = 0;        // runs of a campaign; 0: one run
+  double scale = 1.0;  // factor on roughness and push
   bool pictures = true;
 };
 
 /// Binds every key to its field, with units, ranges and rules.
 void declare_settings(Settings& settings, Config& config);
 
-/// The named gait's lifts and duty.
+/// Lift-off times and duty factor of a gait by name.
 void apply_gait(const std::string& name, GaitSettings& gait);
 
 }  // namespace saltus::quadruped

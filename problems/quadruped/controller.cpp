@@ -9,11 +9,11 @@
 namespace saltus::quadruped {
 namespace {
 
-// A leg that finds no ground where it should be looks for it so far below, m.
+// A leg without ground contact at the planned height searches so far below, m.
 constexpr double deepest = 0.1;
-// By how much the wanted place runs ahead of a body that is held up, m.
+// Largest distance of the desired position ahead of the body, m.
 constexpr double longest_lead = 0.1;
-constexpr double servo_rate = 20.0;  // at which a swing foot returns to its path, 1/s
+constexpr double servo_rate = 20.0;  // rate at which a swing foot returns to its path, 1/s
 
 MultipleShooting plan(const ControllerSettings& settings, const Gait& gait) {
   return {problem(settings.model, settings.weights, gait.legs_apart()),
@@ -40,8 +40,8 @@ Vec<double, 3> Controller::velocity_wanted(double yaw) const {
           settings_.speed * std::sin(yaw) + settings_.sideways * std::cos(yaw), 0.0};
 }
 
-// Where a leg should land in so many seconds: below its hip, half a stance ahead, and farther where
-// the body is too fast (Raibert).
+// Foothold of a leg that lands after the given time: below its hip, half a stance ahead, and
+// farther if the body is too fast (Raibert).
 Vec<double, 3> Controller::foothold(int leg, const State<double>& x, double seconds) const {
   const double yaw = x[8] + settings_.turn * seconds, c = std::cos(yaw), s = std::sin(yaw);
   const Vec<double, 3> hip = settings_.model.body.hip(leg);
@@ -102,8 +102,8 @@ void Controller::observe(double now, const State<double>& x, const PerLeg<double
   planner_.set_schedule(gait_.contacts());
 }
 
-// Up to the clearance and down again to the landing speed, with which it goes on until there is
-// ground; along the ground from where it was to where it should land.
+// Up to the clearance and down to the landing speed, which continues until ground contact;
+// horizontally from the lift-off to the foothold.
 LegCommand Controller::swing(int leg, double now, const Vec<double, 3>& foot) const {
   const double begin = gait_.lifted_at(leg), length = gait_.due_at(leg) - begin;
   const double s = std::max((now - begin) / length, 0.0);
@@ -115,7 +115,7 @@ LegCommand Controller::swing(int leg, double now, const Vec<double, 3>& foot) co
     path.head<2>() = from.head<2>() + part * (to - from).head<2>();
     rate.head<2>() = slope * (to - from).head<2>();
   }
-  if (s < 1.0) {  // cubics: off the ground and onto it at the landing speed, at rest at the top
+  if (s < 1.0) {  // cubics: lift-off and landing at the landing speed, at rest at the top
     const bool rises = s < 0.5;
     const double q = rises ? 1.0 - 2.0 * s : 2.0 * s - 1.0, half = 0.5 * length;
     const double drop = top - (rises ? from[2] : to[2]), v = settings_.landing_speed * half;

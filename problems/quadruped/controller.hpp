@@ -1,4 +1,4 @@
-// From what is measured to what the robot is told: gait, footholds, the plan's data, swing legs.
+// From the measurement to the commands: gait, footholds, data of the plan, swing legs.
 #pragma once
 
 #include <array>
@@ -14,22 +14,22 @@ struct ControllerSettings {
   Model model;
   Weights weights;
   GaitSettings gait;
-  double period = 0.01;                // of the ticks, s
-  double height = 0.29;                // of the CoM above the feet, m
+  double period = 0.01;                // control period, s
+  double height = 0.29;                // height of the CoM above the feet, m
   double speed = 0.4, sideways = 0.0;  // m/s, in the axes of the body
   double turn = 0.0;                   // rad/s
-  double clearance = 0.08;             // of a swing foot, m
-  double landing_speed = 1.0;   // m/s, downwards; a foot that is late looks for the ground so fast
-  double foothold_gain = 0.12;  // on the error of the velocity, s
-  double longest_step = 0.22;   // of a foot from below its hip, m
+  double clearance = 0.08;             // clearance of a swing foot, m
+  double landing_speed = 1.0;          // m/s, downwards; also the speed of a late foot
+  double foothold_gain = 0.12;         // gain on the velocity error, s
+  double longest_step = 0.22;          // largest distance of a foothold from below the hip, m
 };
 
 class Controller {
  public:
   explicit Controller(const ControllerSettings& settings);
 
-  /// Before the tick at `now`, with the body as measured, the feet as the joints say where they
-  /// are, and which of them feel the ground: the schedule is edited and the data of the tick set.
+  /// Call before the tick at `now` with the measured body, the feet from the joint angles, and
+  /// their contacts. Edits the schedule and sets the data of the tick.
   void observe(double now, const State<double>& x, const PerLeg<double>& feet,
                const Touching& touching);
 
@@ -48,7 +48,7 @@ class Controller {
   RecedingHorizonController planner_;
   Tick<double> tick_;
   PerLeg<double> lifted_from_ = PerLeg<double>::Zero();
-  std::array<double, legs> ground_{};  // height of each foot's last stand, m
+  std::array<double, legs> ground_{};  // height of each foot at its last stance, m
   std::array<bool, legs> stood_{};
   std::array<LegCommand, legs> commands_;
   bool has_begun_ = false;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr int events_per_leg = 8;
-constexpr int events_at_a_time = 16;  // of all legs, in a horizon
+constexpr int events_at_a_time = 16;  // events of all legs within a horizon
 
 JointSchedule standing() {
   std::vector<Schedule> each;
@@ -21,7 +21,7 @@ JointSchedule standing() {
   return {std::move(each), events_at_a_time};
 }
 
-// The first event that leads into the mode of this number: 0 stands, 1 swings.
+// The first event that leads to a mode: 0 stance, 1 swing.
 const Event* next_into(const Schedule& leg, int mode) {
   for (int i = 0; i < static_cast<int>(leg.events().size()); ++i)
     if (leg.number_of_mode(i + 1) == mode) return &leg.events()[i];
@@ -88,7 +88,7 @@ void Gait::put_off(double now, const Touching& touching) {
     if (legs_[leg].stands) wait(now + tick_ - next_lift(leg));
 }
 
-// Every leg lifts later than planned, if that is what it takes.
+// Postpones the lift-off of every leg if necessary.
 void Gait::wait(double seconds) {
   if (!(seconds > 0.0)) return;
   for (int leg = 0; leg < legs; ++leg)
@@ -103,7 +103,7 @@ void Gait::write_ahead(double until) {
     Leg& l = legs_[leg];
     for (;;) {
       const std::span<const Event> events = schedule.events();
-      // A period behind the last swing, or where the gait begins.
+      // One period after the last swing, or at the start of the gait.
       double lift = settings_.begin + settings_.lifts_at[leg] * settings_.period;
       if (l.written > 0) {
         if (events.empty()) break;

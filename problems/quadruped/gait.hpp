@@ -1,5 +1,4 @@
-// When each leg stands and swings: a schedule per leg, written ahead by a clock and edited by what
-// the feet feel.
+// Stance and swing of each leg: one schedule per leg, extended by a clock and edited by contacts.
 #pragma once
 
 #include <array>
@@ -16,44 +15,44 @@ struct GaitSettings {
   std::array<double, legs> lifts_at{0.0, 0.5, 0.5, 0.0};  // fraction of the period: a trot
   double period = 0.45;                                   // s
   double duty = 0.55;                                     // fraction of it in which a leg stands
-  double begin = 0.3;                                     // of the first swing, s
-  double shortest_stance = 0.5;  // of the planned one: after a late landing the gait waits so long
-  bool blind = false;            // to landings: the clock decides
+  double begin = 0.3;                                     // start of the first swing, s
+  double shortest_stance =
+      0.5;             // fraction of the planned stance that the gait waits after a late landing
+  bool blind = false;  // ignores contacts: the clock decides
 };
 
 class Gait {
  public:
-  /// `horizon`, s: how far ahead the schedule is written; `tick`, s: the period of the controller.
+  /// `horizon`: length of the schedule, s; `tick`: control period, s.
   Gait(const GaitSettings& settings, double horizon, double tick);
 
-  /// What the feet say at time `now`, once per tick:
-  ///   a foot that touches the ground in the second half of its swing has landed now;
-  ///   one that is due and does not has not, and its landing is put off until the next tick;
-  ///   while one is overdue no other leg lifts: the whole gait waits.
-  /// Blind, only the clock moves.
+  /// Processes the contacts at time `now`, once per tick. A foot with contact in the second half of
+  /// its swing has landed now. The landing of a due foot without contact is postponed to the next
+  /// tick, and meanwhile no other leg lifts off: the whole gait waits. In blind mode only the clock
+  /// advances.
   void update(double now, const Touching& touching);
 
-  /// From `now` of the last update to the horizon's end.
+  /// Schedule from the last update to the end of the horizon.
   const Schedule& contacts() const { return contacts_.joined(); }
   const JointSchedule& legs_apart() const { return contacts_; }
 
   bool stands(int leg) const { return legs_[leg].stands; }
-  double lifted_at(int leg) const { return legs_[leg].lifted; }  ///< the last time, s
-  double due_at(int leg) const { return legs_[leg].due; }  ///< by the clock, to land from that, s
+  double lifted_at(int leg) const { return legs_[leg].lifted; }  ///< last lift-off, s
+  double due_at(int leg) const { return legs_[leg].due; }  ///< planned landing by the clock, s
   double next_lift(int leg) const;                         ///< s
   double next_landing(int leg) const;                      ///< s
   double period() const { return settings_.period; }
   double stance() const { return settings_.duty * settings_.period; }
-  double waited() const { return waited_; }  ///< in all, s
-  int early() const { return early_; }       ///< landings before their time
-  int late() const { return late_; }         ///< landings after it
+  double waited() const { return waited_; }  ///< total waiting time, s
+  int early() const { return early_; }       ///< early landings
+  int late() const { return late_; }         ///< late landings
 
  private:
   struct Leg {
     bool stands = true;
     double lifted = 0.0, due = 0.0;
     bool is_overdue = false;
-    long written = 0;  // swings
+    long written = 0;  // number of swings
   };
   void land_early(double now, const Touching& touching);
   void put_off(double now, const Touching& touching);

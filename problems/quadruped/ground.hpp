@@ -1,4 +1,4 @@
-// Uneven ground: a sum of waves, drawn at random.
+// Uneven ground: a sum of random waves.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ struct Ground {
   std::array<Wave, 8> waves;
 
   Ground() = default;
-  /// Within `height` (m) of zero nearly everywhere: waves of 0.4 to 1.2 m with a root mean square
-  /// of half of it in all.
+  /// Waves of 0.4 to 1.2 m length with a total root mean square of height / 2, so that the ground
+  /// is within `height` (m) of zero almost everywhere.
   Ground(double height, std::uint64_t seed) {
     Random random(seed);
     for (Wave& wave : waves) {
@@ -37,7 +37,7 @@ struct Ground {
     return z;
   }
 
-  /// How fast the ground below a point rises that moves so along it (m/s).
+  /// Rate at which the ground height below a moving point changes (m/s).
   template <class S>
   S rise(const S& x, const S& y, const S& vx, const S& vy) const {
     S rate(0.0);

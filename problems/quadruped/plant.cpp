@@ -9,7 +9,7 @@
 namespace saltus::quadruped {
 namespace {
 
-// x = (body, places of the feet); u = (forces of legs with ground, velocities of feet without,
+// x = (body, positions of the feet); u = (forces of legs in contact, velocities of other feet,
 // push)
 constexpr int nx = states + 3 * legs;
 constexpr int nu = 3 * legs + 3 * legs + 3;
@@ -25,7 +25,7 @@ std::string name_of(int mode) {
 
 struct Dynamics {
   Body body;
-  int mode;  // bit i: leg i has ground
+  int mode;  // bit i: leg i is in contact
 
   template <class S>
   Vec<S, nx> operator()(const S&, const Vec<S, nx>& x, const Vec<S, nu>& u) const {
@@ -56,7 +56,7 @@ Automaton<nx, nu> automaton(const Body& body, const Ground& ground) {
       const int at = states + 3 * leg;
       return x[at + 2] - ground(x[at], x[at + 1]);
     };
-    // Off a slope, too: a foot that is told to go up, and faster into the hill, stays on the
+    // Also on a slope: a foot that is commanded up, and faster into the hill, stays on the
     // ground.
     const auto told_off_the_ground = [ground, leg](const auto&, const auto& x, const auto& u) {
       const int at = states + 3 * leg, to = 3 * legs + 3 * leg;
@@ -118,9 +118,9 @@ Vec<double, 3> RobotOnGround::force_of_leg(int leg, const State<double>& x,
   return force;
 }
 
-// Its sum over the pieces is the impulse, wherever the push begins and ends.
+// The sum over the pieces is the impulse, for any start and end of the push.
 Vec<double, 3> RobotOnGround::mean_push(double from, double to) const {
-  constexpr double rounding = 1e-9;  // of the ticks' times, s
+  constexpr double rounding = 1e-9;  // rounding of tick times, s
   const double begin = settings_.push_begin, end = begin + settings_.push_duration;
   const Vec<double, 3> force = settings_.push_impulse / settings_.push_duration;
   const double within = std::min(to, end) - std::max(from, begin);

@@ -1,9 +1,9 @@
-// The robot on uneven ground: a hybrid automaton with a mode for every set of feet on the ground.
+// The robot on uneven ground: a hybrid automaton with a mode for every set of feet in contact.
 //
-// A foot in the air moves as its leg is told, until the ground is there: the event "lands". On the
-// ground it sticks, and what its leg does pushes the body: the force that is asked for, cut to what
-// friction and the leg's length allow. A leg that is told to swing meanwhile drags: it is a servo
-// of finite gain. It comes off the ground when it is told to go away from it: the event "lifts".
+// A foot in the air moves as commanded until it touches the ground: the event "lands". In contact
+// it sticks, and its leg pushes the body with the commanded force, limited by friction and the
+// length of the leg. A leg that is commanded to swing in contact drags: it is a servo of finite
+// gain. It leaves the ground when it is commanded away from it: the event "lifts".
 #pragma once
 
 #include <array>
@@ -18,24 +18,24 @@
 
 namespace saltus::quadruped {
 
-/// What a leg is told, until it is told something else.
+/// Command of a leg, valid until the next one.
 struct LegCommand {
-  bool swings = false;                     // else it pushes with the planned force
-  Vec<double, 3> velocity{0.0, 0.0, 0.0};  // of the foot as long as it has no ground, m/s
+  bool swings = false;                     // false: it pushes with the planned force
+  Vec<double, 3> velocity{0.0, 0.0, 0.0};  // velocity of a foot without contact, m/s
 };
 
 struct PlantSettings {
   Body body;
-  double friction = 0.6;                                 // of the ground
-  double leg_length = 0.42;                              // beyond which a leg pushes nowhere, m
-  double servo_gain = 60.0;                              // of a leg that drags, N s/m
+  double friction = 0.6;                                 // friction coefficient of the ground
+  double leg_length = 0.42;                              // a longer leg cannot push, m
+  double servo_gain = 60.0;                              // gain of a dragging leg, N s/m
   double push_begin = 1.0, push_duration = 0.1;          // s
   Vec<double, 3> push_impulse = Vec<double, 3>::Zero();  // on the CoM, N s
 };
 
 class RobotOnGround final : public LoopPlant {
  public:
-  /// Stands level, its CoM `height` (m) above the mean of its feet, which are below the hips.
+  /// The robot starts level, with its CoM `height` (m) above the mean of its feet below the hips.
   RobotOnGround(const PlantSettings& settings, const Ground& ground, double height);
 
   double time() const override { return inner_->time(); }
@@ -44,17 +44,17 @@ class RobotOnGround final : public LoopPlant {
   bool advance(const VectorRef& forces, double length) override;
   std::string failure() const override { return inner_->failure(); }
   std::string mode() const override { return inner_->mode(); }
-  /// With the state of the body.
+  /// Returns the state of the body.
   std::vector<HybridEvent> take_events() override;
   void disturb(const VectorRef& change) override;
   std::string name() const override { return "rigid body on uneven ground"; }
 
   PerLeg<double> feet() const { return inner_->state().tail<3 * legs>().reshaped(3, legs); }
   Touching touching() const;
-  /// The forces of the ground in the last piece, for feet that had ground, N.
+  /// Ground forces of the last piece, for feet in contact, N.
   const PerLeg<double>& forces() const { return forces_; }
   void command(const std::array<LegCommand, legs>& commands) { commands_ = commands; }
-  /// How far the body has turned over, rad, and its CoM above the ground, m.
+  /// Tilt of the body, rad, and height of its CoM above the ground, m.
   double tilt() const;
   double height() const;
 

@@ -1,13 +1,12 @@
-// A quadruped on a gait: which feet stand when is a schedule, with what forces they push is
-// planned.
+// A quadruped with a gait: a schedule defines the contacts, and the forces are planned.
 //
 //   x' = rate(body, x, feet(t), f),   f = (f_FL, f_FR, f_RL, f_RR), forces of the ground, N
 //   min  sum h ( |x - x_wanted(t)|^2_Q + |f|^2_W )
 //   while leg i stands:   |f_ix|, |f_iy| <= mu f_iz,   0 <= f_iz <= f_max
 //   while it swings:      f_i = 0
 //
-// A foot stands where it stands; in the middle of its swing, when it pushes nowhere, its place
-// becomes the next one.
+// A stance foot does not move. In the middle of its swing, when its force is zero, its position
+// changes to the next one.
 #include "problems/quadruped/problem.hpp"
 
 #include "saltus/autodiff/smooth.hpp"
@@ -62,7 +61,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights,
 
   OptimalControlProblem ocp("quadruped");
   ocp.schedule(contacts.joined()).start_at(State<double>::Zero()).then(phase);
-  ocp.costs(CostRule::nodes);  // the sum h (...) above, as discrete-time MPC of quadrupeds has it
+  ocp.costs(CostRule::nodes);  // the sum h (...) above, as in discrete-time MPC of quadrupeds
   return ocp;
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Provenances in a few words: "1980 optimal, 20 step".
+// Counts of the provenances: "1980 optimal, 20 step".
 std::string provenances_in_words(const LoopLog& log) {
   std::string text;
   for (const Provenance p : {Provenance::optimal, Provenance::step, Provenance::feasible,
@@ -92,7 +92,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
   for (int i = 0; i < config.runs; ++i) {
     const Config one = disturbed(config, i, false);
     const RunLog seeing = run(one), blind = run(disturbed(config, i, true));
-    if (NoteSignals::received() != 0) break;  // these two are not whole
+    if (NoteSignals::received() != 0) break;  // these two runs are incomplete
     recovered[0] += seeing.fell ? 0 : 1;
     recovered[1] += blind.fell ? 0 : 1;
     ticks.merge(seeing.log.statistics.all());
@@ -160,7 +160,7 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
   return result.log.completed ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 
-// An interrupt ends the run, not its results.
+// An interrupt ends the run and keeps its results.
 ExitStatus run_to_the_end_or_interrupt(const Config& config, const RunContext& context) {
   ExitStatus status = ExitStatus::ok;
   int signal = 0;

@@ -1,12 +1,12 @@
-// A quadruped trots over uneven ground under control, and is pushed: a second application in
-// receding horizon, on the framework alone.
+// A quadruped trots over uneven ground and is pushed: a second application in receding horizon,
+// which uses only the framework.
 #pragma once
 
 #include "saltus/app/problem_registry.hpp"
 
 namespace saltus::quadruped {
 
-/// `saltus run quadruped`.
+/// Entry for `saltus run quadruped`.
 ProblemEntry entry();
 
 }  // namespace saltus::quadruped

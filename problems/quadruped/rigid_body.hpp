@@ -1,8 +1,8 @@
-// A rigid body that feet push about: the model of the plan, and the body of the plant.
+// A rigid body under the forces of its feet: the model of the plan, and the body of the plant.
 //
 // State x = (position of the CoM m, velocity m/s, roll, pitch, yaw rad, angular velocity rad/s);
-// all in the world but the angular velocity, which is in the axes of the body. R = Rz(yaw)
-// Ry(pitch) Rx(roll) takes those to the world. The legs have no mass.
+// all in world axes except the angular velocity, which is in body axes. R = Rz(yaw) Ry(pitch)
+// Rx(roll) maps body axes to world axes. The legs have no mass.
 #pragma once
 
 #include "saltus/autodiff/math.hpp"
@@ -18,13 +18,13 @@ inline constexpr double gravity = 9.81;  // m/s^2
 template <class S>
 using State = Vec<S, states>;
 template <class S>
-using PerLeg = Mat<S, 3, legs>;  // a column per leg: places (m) or forces (N), in the world
+using PerLeg = Mat<S, 3, legs>;  // one column per leg: positions (m) or forces (N), world axes
 
 struct Body {
   double mass = 12.0;                         // kg
-  Vec<double, 3> inertia{0.07, 0.26, 0.242};  // about its own axes, kg m^2
+  Vec<double, 3> inertia{0.07, 0.26, 0.242};  // about the body axes, kg m^2
 
-  Vec<double, 3> hip(int leg) const {  // from the CoM, in the axes of the body, m
+  Vec<double, 3> hip(int leg) const {  // from the CoM, body axes, m
     return {leg < 2 ? 0.19 : -0.19, leg % 2 == 0 ? 0.11 : -0.11, 0.0};
   }
 };
@@ -40,7 +40,7 @@ Mat<S, 3, 3> rotation(const State<S>& x) {
   return R;
 }
 
-/// x' of a body that is pushed with a force and a torque about its CoM, both in the world (N, Nm):
+/// x' of a body under a force and a torque about its CoM, both in world axes (N, Nm):
 ///   p' = v,   v' = force / m - g e_z,   angles' = E(angles) w,   I w' = R' torque - w x I w.
 template <class S>
 State<S> rate(const Body& body, const State<S>& x, const Vec<S, 3>& force,
@@ -57,7 +57,7 @@ State<S> rate(const Body& body, const State<S>& x, const Vec<S, 3>& force,
   return dx;
 }
 
-/// The same under the forces of its feet.
+/// x' of a body under the forces of its feet.
 template <class S>
 State<S> rate(const Body& body, const State<S>& x, const PerLeg<S>& feet, const PerLeg<S>& forces) {
   Vec<S, 3> force = Vec<S, 3>::Zero(), torque = Vec<S, 3>::Zero();

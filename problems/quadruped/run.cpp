@@ -22,7 +22,7 @@ std::vector<std::string> input_names() {
   return names;
 }
 
-// Standard deviations of what a good estimator leaves.
+// Standard deviations of a good estimator.
 State<double> measurement_noise() {
   State<double> noise;
   noise << Vec<double, 3>::Constant(2e-3), Vec<double, 3>::Constant(0.02),

@@ -101,7 +101,7 @@ const char* word_for(CheckVerdict verdict) {
   return "unknown";
 }
 
-// As page_schema says.
+// The columns are those of page_schema.
 Json page_json(const ProblemCheck& page) {
   Json lines = Json::array();
   for (const CheckLine& line : page.lines)

@@ -1,12 +1,13 @@
-// `saltus check P`: a problem of the library looked at before it is solved.
+// `saltus check P`: analyses a library problem before it is solved.
 #pragma once
 
 #include "saltus/app/program.hpp"
 
 namespace saltus {
 
-/// check [PROBLEM] [--intervals N]: one page with a verdict per line; without a name of all of
-/// them, and then only what is doubtful or unknown. `differs` if anything is doubtful.
+/// check [PROBLEM] [--intervals N]: prints one page with a verdict per line. Without a name it
+/// checks all problems and prints only doubtful and unknown verdicts. Returns `differs` if a
+/// verdict is doubtful.
 Verb check_verb();
 
 }  // namespace saltus

@@ -10,9 +10,9 @@
 namespace saltus {
 
 enum class Scheme { own, runge_kutta4, runge_kutta8, cvodes, arkode, zero_order_hold };
-/// As users write them, for Settings::choice().
+/// The names for Settings::choice().
 const std::vector<std::pair<std::string, Scheme>>& schemes();
-/// `tolerance` is that of CVODES and ARKODE. Empty: the case's own.
+/// `tolerance` is for CVODES and ARKODE. The result is empty for the integrator of the case.
 IntegratorChoice make_scheme(Scheme scheme, double tolerance);
 
 }  // namespace saltus

@@ -14,7 +14,7 @@ bool depends_on_time(const Function& f) {
   return depends;
 }
 
-// How far each state moves along the plan: the measure of disturbances.
+// Range of each state along the plan, the unit of disturbances.
 VectorXd ranges_of(const Trajectory& plan, Eigen::Index states) {
   VectorXd lowest = VectorXd::Constant(states, infinity), highest = -lowest;
   const auto look_at = [&](const VectorXd& x) {
@@ -36,7 +36,7 @@ ControllerOptions controller_options(const LoopConfig& config, double period) {
   return options;
 }
 
-// Switches where the plan has them.
+// The switches are those of the plan.
 void end_phases_as_planned(PhasedPlant& plant, const Trajectory& plan) {
   for (const TrajectoryPiece& piece : plan.pieces()) plant.end_phase_at(piece.phase, piece.end());
 }
@@ -150,7 +150,7 @@ LibraryLoop close_loop(const ReferenceCase& c, const Solution& plan, SolverChoic
   const RealTimeChoice choice{
       .solver = solver, .method = config.method, .tolerance = library_solver_tolerance};
   const ControllerOptions controls = controller_options(config, period);
-  // Where the end is free, a disturbed motion may take longer than planned, but not forever.
+  // With a free end a disturbed motion may take longer than planned, within a limit.
   options.duration = config.duration > 0.0 ? config.duration : 2.0 * length;
   if (result.horizon == Horizon::receding) {
     RecedingHorizonController controller =
@@ -184,7 +184,8 @@ PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const Integrato
   PlanRunOut result;
   for (const TrajectoryPiece& piece : plan.trajectory.pieces()) {
     const bool is_ramp = piece.coefficients.size() > plant.inputs();
-    const int steps = is_ramp ? 16 : 1;  // stairs for ramps: costs are good to 1 / 16^2 of a ramp's
+    // steps in place of ramps: the error of the cost is 1 / 16^2 of a ramp's
+    const int steps = is_ramp ? 16 : 1;
     const double h = piece.length / steps;
     for (int s = 0; s < steps && result.failure.empty(); ++s)
       if (!plant.advance(plan.trajectory.input(piece.start + (s + 0.5) * h), h))

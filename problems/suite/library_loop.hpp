@@ -1,5 +1,5 @@
-// A problem of the library in closed loop: its plan, made once, is where the controller starts; the
-// plant is the problem's own dynamics with another integrator, disturbed.
+// A library problem in closed loop. The controller starts from a plan that is computed once; the
+// plant has the dynamics of the problem, another integrator, and disturbances.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@
 namespace saltus {
 
 enum class Horizon {
-  fitting,    ///< receding for a regulator whose figures do not depend on time, else shrinking
-  shrinking,  ///< to the end that the problem has
-  receding,   ///< always as long as the problem's
-  plan        ///< nothing is solved again: the first plan is run out
+  fitting,    ///< receding for a time-invariant regulator, otherwise shrinking
+  shrinking,  ///< until the end of the problem
+  receding,   ///< with the length of the problem
+  plan        ///< no further solve: the first plan is followed to its end
 };
 const char* describe(Horizon horizon);
 
@@ -26,8 +26,9 @@ struct LoopConfig {
   bool run = false;
   Horizon horizon = Horizon::fitting;
   TickMethod method = TickMethod::optimum;
-  double period = 0.0;       ///< s; 0: a fiftieth of the plan
-  double duration = 0.0;     ///< s; 0: to the problem's end; of a receding horizon twice the plan
+  double period = 0.0;  ///< s; 0: a fiftieth of the plan
+  /// s; 0: to the end of the problem, or twice the plan for a receding horizon
+  double duration = 0.0;
   double deadline = 0.0;     ///< wall clock per tick, s; 0: none
   double disturbance = 0.0;  ///< see declare_loop()
   double noise = 0.0;
@@ -36,30 +37,30 @@ struct LoopConfig {
   double integrator_tolerance = 1e-9;
   int plan_every = 10;  ///< ticks
 };
-/// loop.*, and --loop for the first of them.
+/// Declares the keys loop.*; --loop sets the first of them.
 void declare_loop(Settings& settings, LoopConfig& loop);
 
-/// A sentence why no loop can be closed over the problem; empty: one can.
+/// The reason why the problem has no closed loop; empty if it has one.
 std::string why_no_loop(const OptimalControlProblem& problem);
-/// `fitting` made definite.
+/// Resolves `fitting` to one of the other values.
 Horizon fitting_horizon(const OptimalControlProblem& problem);
 
 struct LibraryLoop {
   LoopLog log;
   Horizon horizon = Horizon::shrinking;
-  double cost = 0.0;  ///< of the motion, see PhasedPlant::cost()
+  double cost = 0.0;  ///< cost of the motion, see PhasedPlant::cost()
   std::vector<PhasedPlant::Miss> misses_at_ends, misses_on_the_way;
-  std::optional<double> over_since;  ///< s; where the last phase ended
+  std::optional<double> over_since;  ///< s; end of the last phase
 };
-/// The plan in the same plant, piece by piece, undisturbed: what the loop can be measured against.
+/// The plan in the same plant without disturbances, as a reference for the loop.
 struct PlanRunOut {
   double cost = 0.0;
   std::vector<PhasedPlant::Miss> misses_at_ends;
-  std::string failure;  ///< a sentence; empty: the plant followed it to its end
+  std::string failure;  ///< one sentence; empty if the plant followed the plan to its end
 };
 PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const IntegratorChoice& scheme);
 
-/// From `plan`, an optimum of the case; `solver` is that of the ticks. Throws DefinitionError when
+/// Starts from `plan`, an optimum of the case; `solver` solves the ticks. Throws DefinitionError if
 /// an integrator does not fit the plant.
 LibraryLoop close_loop(const ReferenceCase& c, const Solution& plan, SolverChoice solver,
                        const LoopConfig& config);

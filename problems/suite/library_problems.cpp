@@ -94,7 +94,7 @@ void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
   declare_loop(s, c.loop);
 }
 
-// With the header again every ten rows, as people know it.
+// Repeats the header every ten rows.
 SolveObserver observer_of(const OptimalControlConfig& config) {
   SolveObserver observer{.should_stop = [] { return NoteSignals::received() != 0; }};
   if (config.monitor)
@@ -105,7 +105,7 @@ SolveObserver observer_of(const OptimalControlConfig& config) {
   return observer;
 }
 
-// Where the solve says, or may mean, that the constraints cannot be met.
+// True if the status means, or may mean, that the constraints are infeasible.
 std::optional<Explanation> explain_case(const ReferenceCase& c, const Solution& solution,
                                         const OptimalControlConfig& config) {
   const bool may_be_infeasible = solution.status == SolveStatus::infeasible ||
@@ -119,7 +119,7 @@ std::optional<Explanation> explain_case(const ReferenceCase& c, const Solution& 
                                                        : std::optional(solution.trajectory)});
 }
 
-// A line per soft term that gives way, where nobody has asked why.
+// One line per violated soft term, if no explanation was requested.
 std::string soft_text(const Solution& solution) {
   constexpr double hardly = 1e-6;  // in units of the terms
   std::string text;

@@ -46,7 +46,7 @@ double largest(const std::vector<PhasedPlant::Miss>& misses) {
   return amount;
 }
 
-// No histogram's bucket: the tick itself.
+// The exact tick, not a bucket of the histogram.
 const LoopTick* worst_tick(const LoopLog& log) {
   const auto worst = std::ranges::max_element(log.ticks, {}, &LoopTick::seconds);
   return worst == log.ticks.end() ? nullptr : &*worst;

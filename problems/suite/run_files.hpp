@@ -1,4 +1,4 @@
-// What a run of a problem of the library leaves, and what it tells on the terminal.
+// The files of a run of a library problem, and its terminal output.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,20 +13,20 @@
 
 namespace saltus {
 
-/// trajectory_NAME.csv and events_NAME.csv; without a name trajectory.csv and events.csv.
+/// Writes trajectory_NAME.csv and events_NAME.csv; without a name trajectory.csv and events.csv.
 void write_recording(const OutputFolder& output, const Recording& recording,
                      const std::string& name = {});
 
-/// What all summaries share: id, name, what it is about, and the versions that made it.
+/// The common part of all summaries: id, name, content, and the versions that made it.
 nlohmann::ordered_json summary_head(const CaseOutcome& outcome, const std::string& summary);
-/// Every checked value beside its reference.
+/// Every checked value with its reference.
 nlohmann::ordered_json checked_json(const CaseOutcome& outcome);
 nlohmann::ordered_json solution_json(const Solution& solution, const Recording& recording);
 
-/// The value that counts beside its reference, and why if it is not met.
+/// The first checked value with its reference, and the reason if it is not met.
 std::string verdict_text(const CaseOutcome& outcome);
 
-/// A closed loop beside the plan that it began with.
+/// A closed loop compared with its initial plan.
 nlohmann::ordered_json loop_json(const ReferenceCase& c, const Solution& plan,
                                  const LibraryLoop& loop, const PlanRunOut& planned);
 std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const PlanRunOut& planned);

@@ -1,4 +1,4 @@
-// `saltus suite`: does the framework reproduce what others published?
+// `saltus suite`: compares the framework with published results.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace saltus {
 
-/// A case of any kind, as the suite runs it.
+/// A case of any kind, for the suite.
 struct SuiteCase {
   std::string id, name;
   std::function<CaseOutcome(SolverChoice)> run;
@@ -22,28 +22,28 @@ struct SuiteCase {
 std::vector<SuiteCase> suite_cases();
 
 struct SuiteRequest {
-  std::string only;  ///< part of an id or name, in any case; empty: all
+  std::string only;  ///< part of an id or name, case-insensitive; empty: all
   SolverChoice solver = SolverChoice::ipopt;
   std::optional<std::filesystem::path> json = {};
-  std::function<bool()> should_stop = {};  ///< asked before every case
+  std::function<bool()> should_stop = {};  ///< evaluated before every case
   bool quiet = false;                      ///< print nothing but errors
-  std::string help = {};                   ///< not empty: asked for, in place of a run
+  std::string help = {};                   ///< not empty: help was requested instead of a run
 };
-/// What follows `suite`. Throws InputError.
+/// Parses the arguments after `suite`. Throws InputError.
 SuiteRequest parse_suite_request(std::span<const std::string> arguments);
 
 struct SuiteReport {
   SolverChoice solver = SolverChoice::ipopt;
   std::vector<CaseOutcome> outcomes;
-  bool was_interrupted = false;  ///< what is there is not all
+  bool was_interrupted = false;  ///< the outcomes are incomplete
 
   int count(Verdict verdict) const;
-  /// solver_failed if a case missed its tolerance or its solver gave up.
+  /// solver_failed if a case missed its tolerance or did not converge.
   ExitStatus exit_status() const;
 };
 
-/// Runs the cases that are wanted; `observe` hears of every one as it ends. A case that throws has
-/// failed. Throws InputError, with the nearest name, if no case is wanted.
+/// Runs the selected cases and calls `observe` after each one. A case that throws counts as failed.
+/// Throws InputError with the nearest name if no case is selected.
 SuiteReport run_suite(std::span<const SuiteCase> cases, const SuiteRequest& request,
                       const std::function<void(const CaseOutcome&)>& observe = {});
 

@@ -1,4 +1,4 @@
-// What the suite found as a table to read and as JSON to keep.
+// The results of the suite as a table and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,15 +8,15 @@
 
 namespace saltus {
 
-/// The head of the table and one line per case: they can be printed while the cases run. The error
-/// is relative to the reference; "digits" is how many agree of how many are known; "between" is the
-/// largest violation of a path constraint between the nodes.
+/// The head of the table and one line per case, which can be printed while the cases run. The error
+/// is relative to the reference. "digits" is the number of correct digits of the known ones.
+/// "between" is the largest violation of a path constraint between the nodes.
 std::string table_head();
 std::string table_line(const CaseOutcome& outcome);
-/// Why cases miss their tolerances, a sentence each, and how many do not.
+/// One sentence per case outside its tolerance, and the number of cases within.
 std::string closing_text(const SuiteReport& report);
 
-/// Everything at full precision, with all checked values.
+/// All results at full precision, with all checked values.
 nlohmann::ordered_json to_json(const SuiteReport& report);
 
 }  // namespace saltus

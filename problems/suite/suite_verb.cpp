@@ -27,7 +27,7 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
   }
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
-  bool begun = false;  // no head above a sentence that there is no such case
+  bool begun = false;  // no table head above an error message
   int signal = 0;
   request.should_stop = [] { return NoteSignals::received() != 0; };
   const SuiteReport report = [&] {
