@@ -1,5 +1,5 @@
-// The same problem by every solver: a crane moves a load by 2 m in 3 s and leaves it at rest. Same
-// optimum, other ways to it.
+// One problem, every solver: a crane moves a load by 2 m in 3 s from rest to rest. All solvers find
+// the same optimum.
 #include <cmath>
 #include <cstdio>
 #include <fstream>

@@ -1,5 +1,5 @@
-// A throw with two bounces into a basket, 4 m away: with which velocity must the ball leave the
-// hand, so that it arrives softly? CVODES finds the impacts and carries derivatives through them.
+// A throw over two bounces into a basket at 4 m. The unknown is the initial velocity with which the
+// ball arrives softly. CVODES locates the impacts and differentiates through them.
 #include <cstdio>
 #include <fstream>
 #include <saltus/integrators/cvodes.hpp>
@@ -11,8 +11,8 @@ using namespace saltus;
 template <class S>
 struct Ball {
   S drag = 0.02;         // 1/m
-  S restitution = 0.75;  // of the speed across the ground
-  S grip = 0.9;          // of the speed along the ground
+  S restitution = 0.75;  // factor on the speed normal to the ground
+  S grip = 0.9;          // factor on the speed along the ground
 
   using Entries = ParameterEntries<&Ball::drag, &Ball::restitution, &Ball::grip>;
 };

@@ -1,4 +1,4 @@
-// A car drives 100 m and stops, as fast as it can: when should the driver shift?
+// A car drives 100 m from rest to rest in minimum time. The unknown is the time of the gear shift.
 #include <cstdio>
 #include <fstream>
 #include <saltus/saltus.hpp>
@@ -6,7 +6,7 @@
 using namespace saltus;
 
 template <class S>
-struct Road {        // what the car meets, by name
+struct Road {        // data of the road, by name
   S slope = 0.0;     // rad
   S headwind = 0.0;  // m/s
 
@@ -54,7 +54,7 @@ int main() {
   recording.input_names = {"throttle", "brake"};
   std::ofstream("car.csv") << recording.trajectory_csv();
 
-  // The same again with other data: the program is built once.
+  // A second solve with other data; the program is built once.
   MultipleShooting shooting{car, {.intervals_per_phase = 30, .integrator = runge_kutta4()}};
   shooting.set_data("road", Road<double>{.slope = 0.05, .headwind = 5.0});
   const Solution uphill = solve(shooting, *make_sqp());

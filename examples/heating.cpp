@@ -1,6 +1,6 @@
-// A heat pump keeps an office warm while it is open; in between, energy is cheap. The controller
-// looks twelve hours ahead through both kinds of events and heats up before the doors open. On the
-// first evening it learns that the second day begins two hours early.
+// A heat pump keeps an office warm during opening hours; energy is cheap at other times. The
+// controller has a horizon of twelve hours across these events and heats before the doors open. On
+// the first evening the opening time of the second day moves two hours ahead.
 #include <cstdio>
 #include <fstream>
 #include <saltus/saltus.hpp>
@@ -9,7 +9,7 @@ using namespace saltus;
 
 template <class S>
 struct House {
-  S losses = 0.12;   // of the air to the outside, 1/h
+  S losses = 0.12;   // heat loss of the air to the outside, 1/h
   S exchange = 0.6;  // between air and walls, 1/h
   S outside = 2.0;   // degrees Celsius
 
@@ -49,7 +49,7 @@ int main() {
   MultipleShooting shooting{office, {.intervals_per_phase = 48, .integrator = zero_order_hold()}};
   RecedingHorizonController controller{std::move(shooting), {.period = period}};
 
-  // The house is not quite the one of the model, and the weather changes.
+  // House and weather differ slightly from the model.
   House<double> true_house{.losses = 0.14, .outside = 0.0};
   IntegratorPlant plant = make_plant<2, 1, size_of<House>>(Warmth{}, runge_kutta4(),
                                                            VectorXd{{16, 16}}, packed(true_house));

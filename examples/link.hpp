@@ -1,5 +1,5 @@
-// What the robot and the controller of link_robot.cpp and link_controller.cpp have in common: the
-// model, two messages, and a UDP socket.
+// The common part of link_robot.cpp and link_controller.cpp: the model, two messages, and a UDP
+// socket.
 #pragma once
 
 #include <poll.h>
@@ -25,27 +25,27 @@ struct Cart {  // x = (position m, speed m/s), u = force per mass, m/s^2
   }
 };
 
-// Plain bytes, as both processes run on one machine; between machines agree on an order of bytes.
+// Plain bytes, because both processes run on one machine; other machines may need a byte order.
 struct Measurement {
-  std::uint32_t kind = 0x4d454131;  // what is not this is not ours
-  std::int32_t number = 0;          // of the period; negative: the robot is done
-  double time = 0.0;                // on the robot's clock, when it was measured, s
+  std::uint32_t kind = 0x4d454131;  // identifies our messages
+  std::int32_t number = 0;          // number of the period; negative: the robot has finished
+  double time = 0.0;                // time of the measurement on the robot's clock, s
   double state[2] = {0.0, 0.0};
 };
 struct Command {
   std::uint32_t kind = 0x434d4431;
-  std::int32_t number = 0;      // of the period for which it is
-  std::int32_t provenance = 0;  // of the input
+  std::int32_t number = 0;      // number of the period of the command
+  std::int32_t provenance = 0;  // provenance of the input
   double input = 0.0;
 };
 
-inline double wall_clock() {  // s; of nobody else
+inline double wall_clock() {  // s
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// On the loopback interface, where the system finds a free port.
+// Opens a socket on the loopback interface with a free port.
 class UdpSocket {
  public:
   UdpSocket() : socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -65,7 +65,7 @@ class UdpSocket {
     getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size);
     return ntohs(own.sin_port);
   }
-  // What cannot be sent is lost, as on any network.
+  // A failed transmission counts as a lost message.
   template <class Message>
   void send(const Message& message, int port) const {
     sockaddr_in there = address(port);
@@ -73,7 +73,7 @@ class UdpSocket {
            sizeof there);
   }
   int sender() const { return sender_; }  // port of the last message received
-  // Waits until `until` on wall_clock() at most. What is no such message is dropped.
+  // Waits at most until `until` on wall_clock(). Drops other messages.
   template <class Message>
   bool receive(Message& message, double until) {
     for (;;) {

@@ -1,16 +1,16 @@
-// A controller as a process of its own: the clock and the measurements are the robot's and come
-// over a socket, some late and some never. Started by link_robot with the robot's port.
+// A controller in a separate process. Clock and measurements are those of the robot and arrive over
+// a socket; some are late, some are lost. link_robot starts this program with the robot's port.
 //
-// Every period of the robot's clock has a tick. It waits for the measurement of its own period; a
-// late one is predicted to the present by the model under the inputs that were sent; without any
-// the plan goes on. A command is sent in time, whatever came.
+// Every period of the robot's clock has a tick, which waits for the measurement of its period. A
+// late measurement is predicted to the present by the model with the inputs that were sent. Without
+// a measurement the plan continues. A command is sent on time in any case.
 #include <cmath>
 
 #include "link.hpp"
 
-constexpr double patience = 0.4 * period;  // a tick waits so long for its measurement, s
-constexpr double longest_silence = 2.0;    // then the robot is gone, s
-constexpr int remembered = 8;              // inputs sent last, for predictions
+constexpr double patience = 0.4 * period;  // waiting time of a tick for its measurement, s
+constexpr double longest_silence = 2.0;    // silence after which the program ends, s
+constexpr int remembered = 8;              // number of sent inputs kept for predictions
 
 OptimalControlProblem regulator() {
   Phase<2, 1> ahead{"ahead", Cart{}, exactly(1.0)};
@@ -36,30 +36,32 @@ int main(int argc, char** argv) {
       {.period = period, .deadline = 0.5 * period}};
   IntegratorPlant model = make_plant<2, 1>(Cart{}, runge_kutta4(), VectorXd{{0.0, 0.0}});
 
-  double sent[remembered] = {};  // by number of the period
+  double sent[remembered] = {};  // indexed by the number of the period
   int in_time = 0, predicted = 0, without = 0;
   const VectorXd unknown = VectorXd::Constant(2, std::nan(""));
   VectorXd state = unknown, input = VectorXd::Zero(1), change(2);
 
-  // The first one says what time it is: `ahead` is from the robot's clock to ours.
+  // The first message synchronises the clocks: `ahead` is the offset from the robot's clock to
+  // ours.
   link.send(Command{.number = -1}, robot);
   Measurement last;
   if (!link.receive(last, wall_clock() + 5.0)) return 1;
   double ahead = wall_clock() - last.time;
-  int used = -1;  // the latest measurement of all so far
+  int used = -1;  // number of the latest measurement
   for (int k = last.number; last.number >= 0; ++k) {
     controller.prepare(period * k);
     Measurement one = last;
     bool is_new = k == last.number;
     while (!is_new && link.receive(one, period * k + ahead + patience)) {
       if (one.number < 0) break;
-      if (one.number <= last.number) continue;  // older than what is known
+      if (one.number <= last.number) continue;  // older than the latest measurement
       last = one;
       is_new = one.number >= k;
-      ahead = std::fmin(ahead, wall_clock() - one.time);  // the fastest message knows best
+      ahead =
+          std::fmin(ahead, wall_clock() - one.time);  // the fastest message gives the best offset
     }
     if (one.number < 0 || wall_clock() > last.time + ahead + longest_silence) break;
-    for (; k < last.number; ++k)  // we were late: these ticks are over, their input went on
+    for (; k < last.number; ++k)  // missed periods, in which the last input was held
       sent[(k + 1) % remembered] = sent[k % remembered];
 
     state = unknown;
@@ -77,7 +79,7 @@ int main(int argc, char** argv) {
     } else {
       ++without;
     }
-    const ControlTick& tick = controller.tick(period * k, state);  // what is prepared stays so
+    const ControlTick& tick = controller.tick(period * k, state);  // keeps the preparation
     sent[k % remembered] = tick.input[0].input()[0];
     link.send(Command{.number = k,
                       .provenance = static_cast<std::int32_t>(tick.provenance),

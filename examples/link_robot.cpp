@@ -1,10 +1,8 @@
-// The robot of link_controller: a cart with a clock of its own, behind a bad connection. Of what it
-// measures every seventh message is lost and every fifth comes a period late, of its commands
-// every ninth is lost. Without a command it keeps the last one, without five of them it stops
-// pushing.
+// The robot of link_controller: a cart with its own clock behind an unreliable connection. Every
+// seventh measurement is lost, every fifth is one period late, and every ninth command is lost.
+// Without a command the robot holds the last one; after five missing commands the input is zero.
 //
-//     link_robot PROGRAM      starts PROGRAM PORT, moves for a second and a half, and says how it
-//     went
+//     link_robot PROGRAM      starts PROGRAM PORT, runs for 1.5 s, and prints the result
 #include <sys/wait.h>
 
 #include <cmath>
@@ -27,7 +25,7 @@ int main(int argc, char** argv) {
   }
 
   constexpr int periods = 75;
-  constexpr int patience = 5;  // periods without a command before it stops pushing
+  constexpr int patience = 5;  // periods without a command after which the input is zero
   IntegratorPlant cart = make_plant<2, 1>(Cart{}, runge_kutta4(), VectorXd{{0.3, 0.0}});
   VectorXd input = VectorXd::Zero(1);
   Command command;
@@ -53,7 +51,7 @@ int main(int argc, char** argv) {
     } else {
       link.send(now, port);
     }
-    // Until the next period: what comes in counts, but for old ones and those that get lost.
+    // Until the next period: accepts commands, except old and lost ones.
     bool is_new = false;
     for (Command one; link.receive(one, begin + period * (k + 1));) {
       if (one.number <= command.number || one.number % 9 == 8) continue;
@@ -78,5 +76,5 @@ int main(int argc, char** argv) {
               lost, late, commands, planned, stops);
   std::printf("from 30 cm to less than 5 cm in %.1f s: %s\n", periods * period,
               left < 0.05 ? "yes" : "no");
-  return status == 0 && left < 0.15 ? 0 : 1;  // a crowded machine is late oftener
+  return status == 0 && left < 0.15 ? 0 : 1;  // a loaded machine is late more often
 }

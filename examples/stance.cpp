@@ -1,9 +1,9 @@
-// Two straight legs and a pelvis stand on both feet: with the ground a closed chain of four bars.
-// Which torques at left ankle and hip sway the pelvis to the right in 0.8 s, so that 70 % of the
-// weight is on the right foot from 0.6 s on, and never more than 90 %?
+// Two straight legs and a pelvis stand on both feet and form a closed chain of four bars with the
+// ground. The torques at left ankle and hip sway the pelvis to the right in 0.8 s. At least 70 % of
+// the weight is on the right foot from 0.6 s on, and never more than 90 %.
 //
-// The chain is cut at the right foot, whose place c(q) = 0 is a constraint of index 3. Its second
-// derivative, with what damps drift, is of index 1:
+// The chain is cut at the right foot. Its position c(q) = 0 is a constraint of index 3. The second
+// derivative, with terms that damp drift, has index 1:
 //   M(q) a + C(q, q') + G(q) = B u + J(q)' F,   J a + J' q' + 2 w J q' + w^2 c = 0,
 // with the accelerations a and the force F on the right foot as algebraic states z.
 #include <cmath>
@@ -29,7 +29,7 @@ struct Motion {  // x = (q | q'), z = (a | F)
   }
 };
 
-// Where the right foot is off its place, m.
+// Position error of the right foot, m.
 const auto gap = [](const auto&, const auto& x) {
   using S = std::decay_t<decltype(x[0])>;
   Vec<S, 2> c{-stance, 0.0};
@@ -72,7 +72,7 @@ struct Chain {
 };
 
 int main() {
-  // Symmetric, both legs leaning inwards; the same, swayed to the right.
+  // Guess: symmetric, both legs leaning inwards; then swayed to the right.
   const double lean = std::acos((stance - length[1]) / 2.0 / length[0]);
   const VectorXd upright{{lean, 0.0, M_PI - lean, 0.0, 0.0, 0.0}};
   const double weight = (mass[0] + mass[1] + mass[2]) * gravity;

@@ -1,4 +1,4 @@
-// What the how-to pages control: a cart that is pulled to a place, against the air.
+// The example of the how-to page: a cart moves over a given distance against air drag.
 #pragma once
 
 #include <cstdio>
@@ -17,7 +17,7 @@ inline constexpr auto position = [](auto, auto x) { return x[0]; };
 inline constexpr auto speed = [](auto, auto x) { return x[1]; };
 inline constexpr auto pull = [](auto, auto, auto u) { return u[0]; };
 
-// From rest to rest, `distance` m in 2 s, with little pull.
+// From rest to rest over `distance` (m) in 2 s with minimum effort.
 inline OptimalControlProblem ride(double distance = 1.0) {
   Phase<2, 1> phase{"ride", Cart{}, exactly(2.0)};
   phase.bound_input(0, between(-3.0, 3.0))

@@ -1,18 +1,18 @@
-// Solves that fail, and what they say.
+// Failed solves and their messages.
 #include "cart.hpp"
 
 int main() {
-  // Farther than the pull can bring it.
+  // The force is too small for this distance.
   const Solution far = solve(ride(5.0));
   std::printf("%s\n\n", far.message.c_str());
 
-  // The least shortage, and remedies.
+  // The smallest relaxation, and possible changes.
   const Explanation why = explain(ride(5.0));
   std::printf("%s", why.text().c_str());
   const Solution longer = solve(changed(ride(5.0), why.remedies.front().changes.front()));
   std::printf("with the first of these: %s\n\n", describe(longer.status));
 
-  // The same, but the place may be missed, at a price: how far does it come, and why no farther?
+  // The same with a soft target: the distance that is reached, and the reason.
   Phase<2, 1> phase{"ride", Cart{}, exactly(2.0)};
   phase.bound_input(0, between(-3.0, 3.0))
       .track("effort", pull, VectorXd::Ones(1))

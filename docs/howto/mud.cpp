@@ -1,4 +1,4 @@
-// A cart that reaches mud: behind 1 m the ground drags, and where that is, is a place and no time.
+// A cart that reaches mud: beyond 1 m the ground drags. The switch depends on the position.
 #include <cstdio>
 #include <saltus/saltus.hpp>
 
@@ -29,7 +29,7 @@ int main() {
 
   const Solution plan = solve(problem);
   std::printf("%s: cost %.4f\n", plan.message.c_str(), plan.cost);
-  // The plan, run out: its inputs in the same dynamics. The default grid has 30 intervals.
+  // Simulates the inputs of the plan in the same dynamics. The default grid has 30 intervals.
   IntegratorPlant cart = nominal_plant(problem, runge_kutta4());
   const double interval = 2.0 / 30;
   for (int k = 0; k < 30; ++k) cart.advance(plan.trajectory.input((k + 0.5) * interval), interval);

@@ -1,4 +1,4 @@
-// Data, an integrator and a plant of your own: a cart on a road whose slope was measured.
+// User-defined data, integrator and plant: a cart on a road with a measured slope.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,16 +7,16 @@
 
 #include "cart.hpp"
 
-// The slope along the road, straight between the points of a table: the first value, and a change
-// of its rate at every point.
+// The slope along the road, linear between the points of a table: the first value, and a change of
+// its rate at every point.
 struct Road {
-  std::vector<double> places, bends;  // m; of the slope's rate, 1/m
+  std::vector<double> places, bends;  // m; changes of the slope's rate, 1/m
   double first = 0.0;
 
   explicit Road(const std::filesystem::path& table) {
     std::ifstream file(table);
     std::string line;
-    std::getline(file, line);  // the titles
+    std::getline(file, line);  // column titles
     double before = 0.0, slope = 0.0, rate = 0.0;
     for (double place; std::getline(file, line);) {
       std::replace(line.begin(), line.end(), ',', ' ');
@@ -31,7 +31,7 @@ struct Road {
       places.push_back(place);
       before = slope;
     }
-    bends.push_back(-rate);  // level in slope behind the last point
+    bends.push_back(-rate);  // constant slope behind the last point
   }
 
   template <class S>
@@ -51,7 +51,7 @@ struct CartOnRoad {  // x = (position m, speed m/s), u = force per mass, m/s^2
   }
 };
 
-// A simulator that Saltus knows nothing of, here with steps of 1 ms and a wheel that rubs.
+// An external simulator, here with steps of 1 ms and friction of the wheel.
 class Simulator final : public LoopPlant {
  public:
   explicit Simulator(const Road& road) : road_(road) {}
@@ -78,7 +78,7 @@ class Simulator final : public LoopPlant {
 int main() {
   const Road road(std::filesystem::path(__FILE__).parent_path() / "road.csv");
 
-  // Ralston's method: of all of second order with two stages the one with the least error.
+  // Ralston's method: the second-order method with two stages and the smallest error bound.
   const ButcherTableau ralston{.name = "Ralston",
                                .order = 2,
                                .a = MatrixXd{{0.0, 0.0}, {2.0 / 3.0, 0.0}},

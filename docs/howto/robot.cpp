@@ -1,9 +1,9 @@
-// A controller on a robot: the loop is yours, the controller answers in time whatever happens.
+// A controller on a robot: your program owns the loop, the controller returns an input every tick.
 #include <cmath>
 
 #include "cart.hpp"
 
-// Your robot. Here it is a simulation, of which every tenth message is lost.
+// Your robot, here a simulation in which every tenth message is lost.
 class Robot {
  public:
   VectorXd measure() {
@@ -28,19 +28,19 @@ int main() {
 
   Robot robot;
   ControllerOptions options{.period = 0.02, .deadline = 0.02};
-  options.fallback_input = VectorXd::Zero(1);  // where there is no plan at all
+  options.fallback_input = VectorXd::Zero(1);  // used without a plan
   options.send = [&](const ControlTick& tick) { robot.apply(tick.input[0].input()); };
   RecedingHorizonController controller{
       MultipleShooting(problem, {.intervals_per_phase = 25, .integrator = runge_kutta4()}),
       options};
 
-  // From here on nothing is allocated, locked or thrown.
+  // From here on there is no allocation, no lock and no exception.
   VectorXd state;
   for (int k = 0; k < 200; ++k) {
     const double now = 0.02 * k;
-    controller.prepare(now);     // while waiting: everything that needs no measurement
+    controller.prepare(now);     // while waiting: work that needs no measurement
     state = robot.measure();     // your clock, your messages
-    controller.feedback(state);  // `send` is called as soon as the input stands
+    controller.feedback(state);  // calls `send` as soon as the input is known
   }
   const LoopStatistics& log = controller.statistics();
   std::printf("20 ticks had no measurement and went on with their plan: %s; none had no plan: %s\n",

@@ -1,9 +1,9 @@
-// Units: what the check says of a problem in unusual ones, and how it is told what is usual.
+// A badly scaled problem, the verdict of the check, and nominal magnitudes.
 #include <saltus/solve/check.hpp>
 
 #include "cart.hpp"
 
-// A satellite is raised by 100 km in an hour; metres and seconds.
+// A satellite rises by 100 km in one hour; units are metres and seconds.
 OptimalControlProblem rise(bool is_told) {
   const auto motion = [](auto, auto x, auto u) { return decltype(x){x[1], u[0]}; };
   Phase<2, 1> phase{"rise", motion, exactly(3600.0)};

@@ -1,4 +1,4 @@
-// The same problem again and again, with other data: each solve begins where the last one ended.
+// Repeated solves with other data: each one starts from the last solution.
 #include "cart.hpp"
 
 int main() {
@@ -6,7 +6,7 @@ int main() {
   const std::unique_ptr<Solver> solver = make_sqp();
   const Solution first = solve(shooting, *solver);
 
-  shooting.start_at(0.0, VectorXd{{0.1, 0.2}});  // what changed
+  shooting.start_at(0.0, VectorXd{{0.1, 0.2}});  // the new start
   const Solution cold = solve(shooting, *solver);
   const Solution warm = solve(shooting, *solver, first.point);
   std::printf("the same cost: %s; fewer iterations: %s\n",
@@ -18,7 +18,7 @@ int main() {
   const Solution refined = solve(finer, *solver, finer.guess_from(first.trajectory));
   std::printf("%.4f on 40 intervals, %.4f on 160\n", first.cost, refined.cost);
 
-  // An easy problem on the way to a hard one.
+  // Easier problems lead to a hard one.
   Solution farther = first;
   for (double distance = 1.2; distance < 2.05; distance += 0.2)
     farther = solve(ride(distance), {.guess = farther.trajectory});

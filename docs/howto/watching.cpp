@@ -1,8 +1,8 @@
-// A solve that is watched, and one that is ended early.
+// An observed solve, and a solve that is stopped early.
 #include "cart.hpp"
 
 int main() {
-  // Every iteration in a table, as one knows it from Ipopt; here only its head and its length.
+  // Prints a table of iterations like that of Ipopt; here only its head and its length.
   int lines = 0;
   const auto print = [&](const std::string& line) {
     if (lines++ == 0) std::printf("%s\n", line.c_str());
@@ -10,7 +10,7 @@ int main() {
   const Solution plan = solve(ride(), {.observer = {.report = table_of_iterations(print)}});
   std::printf("more than one iteration: %s\n", lines > 2 ? "yes" : "no");
 
-  // Or as data; and whoever watches may end it: an interrupt, a better idea.
+  // The observer receives data and may stop the solve.
   double violation = infinity;
   SolveObserver observer;
   observer.report = [&](const SolverIteration& it) { violation = it.violation; };

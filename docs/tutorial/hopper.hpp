@@ -1,4 +1,4 @@
-// The hopper of the tutorial: a body on a leg whose mass is small.
+// The hopper of the tutorial: a body on a light leg.
 #pragma once
 
 #include <cmath>
@@ -12,9 +12,9 @@ using namespace saltus;
 
 inline constexpr double gravity = 9.81;     // m/s^2
 inline constexpr double mass = 10.0;        // kg
-inline constexpr double leg = 0.5;          // m, when it is straight
-inline constexpr double deepest = 0.25;     // m, the body's height in a crouch
-inline constexpr double strongest = 400.0;  // N, what the leg can push with
+inline constexpr double leg = 0.5;          // m, length of the straight leg
+inline constexpr double deepest = 0.25;     // m, lowest height of the body
+inline constexpr double strongest = 400.0;  // N, largest force of the leg
 
 struct Stance {  // x = (height m, speed upwards m/s), u = force of the leg, N
   template <class S>
@@ -23,7 +23,7 @@ struct Stance {  // x = (height m, speed upwards m/s), u = force of the leg, N
   }
 };
 
-struct Flight {  // nothing pushes
+struct Flight {  // no force
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
     return {x[1], S(-gravity)};
@@ -33,14 +33,14 @@ struct Flight {  // nothing pushes
 inline constexpr auto height = [](auto, auto x) { return x[0]; };
 inline constexpr auto speed = [](auto, auto x) { return x[1]; };
 inline constexpr auto force = [](auto, auto, auto u) { return u[0]; };
-// Zero where the leg is straight.
+// Zero if the leg is straight.
 inline constexpr auto off_the_ground = [](auto, auto x) { return x[0] - leg; };
-// How high the body will fly from here, m.
+// Predicted apex of the flight, m.
 inline constexpr auto apex = [](auto, auto x) { return x[0] + x[1] * x[1] / (2.0 * gravity); };
-// The foot has a twentieth of the mass, and stops when it lands.
+// The foot has a twentieth of the mass and stops at landing.
 inline constexpr auto landing = [](auto, auto x) { return decltype(x){x[0], 0.95 * x[1]}; };
 
-// A leg on the ground that pushes at most so much.
+// Stance with a bounded force.
 inline Phase<2, 1> stance(const std::string& name, Bounds duration) {
   Phase<2, 1> phase{name, Stance{}, duration};
   phase.bound_input(0, between(0.0, strongest))
@@ -50,7 +50,7 @@ inline Phase<2, 1> stance(const std::string& name, Bounds duration) {
   return phase;
 }
 
-// Up and down again, until the leg, straight, touches the ground.
+// Flight until the straight leg touches the ground.
 inline Phase<2, 0> flight(const std::string& name) {
   Phase<2, 0> phase{name, Flight{}, between(0.05, 2.0)};
   phase.ends_when("touch-down", off_the_ground, Crossing::falling).guess_duration(0.4);
@@ -60,7 +60,7 @@ inline Phase<2, 0> flight(const std::string& name) {
 inline const std::vector<std::string> state_names{"height [m]", "speed [m/s]"};
 inline const std::vector<std::string> input_names{"force [N]"};
 
-// A table that `saltus plot` draws: FOLDER/trajectory.csv and events.csv.
+// Writes tables for `saltus plot`: FOLDER/trajectory.csv and events.csv.
 inline void write(const OptimalControlProblem& problem, const Trajectory& plan,
                   const std::string& folder) {
   Recording recording = record(problem, plan);

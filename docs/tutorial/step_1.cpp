@@ -1,4 +1,4 @@
-// Step 1: one phase. From a crouch to standing, in half a second, with little force.
+// Step 1: one phase. From a crouch to standing in half a second with minimum effort.
 #include "hopper.hpp"
 
 int main() {

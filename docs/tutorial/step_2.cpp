@@ -1,4 +1,4 @@
-// Step 2: a phase that ends by its state. Push off: when the leg is straight the body is fast.
+// Step 2: a phase that ends by its state. Push off until the leg is straight.
 #include "hopper.hpp"
 
 int main() {

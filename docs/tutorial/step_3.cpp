@@ -1,4 +1,4 @@
-// Step 3: two phases. Push off and fly; how long either lasts is an unknown like others.
+// Step 3: two phases. Push off and fly; both durations are unknowns.
 #include "hopper.hpp"
 
 int main() {

@@ -1,4 +1,4 @@
-// Step 5: a periodic motion. Where a hop begins, and how long it takes, is part of the answer.
+// Step 5: a periodic motion. The start and the duration of a hop are unknowns.
 #include "hopper.hpp"
 
 int main() {

@@ -1,4 +1,4 @@
-// Step 6: control. Four hops and a landing; somebody hits the body while it is in the air.
+// Step 6: control. Four hops and a landing, with a disturbance in flight.
 #include "hopper.hpp"
 
 int main() {
@@ -26,7 +26,7 @@ int main() {
   const Solution plan = solve(problem, {.intervals_per_phase = 15});
   std::printf("plan: %s\n", plan.message.c_str());
 
-  // Every 10 ms what is left of the motion is planned again, from where the body is.
+  // Every 10 ms the rest of the motion is planned from the measured state.
   const ShootingOptions grid{.intervals_per_phase = 15, .integrator = runge_kutta4()};
   ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
                                           return RecedingHorizonController(std::move(rest),
