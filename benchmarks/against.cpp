@@ -25,11 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int turns = 5;
-// Of HPIPM, the loosest first.
+// Tolerances for HPIPM, the loosest first.
 constexpr std::array asked_tolerances{accepted_residual, 0.1 * accepted_residual};
 const std::string run_time_sizes = ",run-time-sizes", warm_name = "sequence/warm";
 
-// The least time of what is done in turns.
+// The minimum time of alternating solves.
 struct Least {
   double microseconds = std::numeric_limits<double>::infinity();
   template <class Work>
@@ -44,7 +44,7 @@ QpResult as_result(const Hpipm& solver, const StageQpResidual& residual) {
   QpResult result;
   result.iterations = solver.iterations();
   result.residual = residual.largest();
-  // The judge alone decides, whatever its status says.
+  // Only the judge decides; the status of the solver is ignored.
   result.status = QpStatus::optimal;
   return result;
 }
@@ -68,7 +68,7 @@ class Counter {
   std::vector<double> ratios_;
 };
 
-// The loosest tolerance with which the judge accepts some instances, untimed.
+// The loosest tolerance with which the judge accepts some instances; not timed.
 double tolerance_for(const HpipmLibrary& library, const Batch& batch, HpipmMode mode) {
   constexpr int instances = 10;
   for (const double tolerance : asked_tolerances) {
@@ -93,7 +93,7 @@ Duel cold(const HpipmLibrary& library, const Batch& batch, bool fixed_sizes, int
       make_riccati_solver(capacity, from_standing(),
                           fixed_sizes ? std::span<const qp::RiccatiKernel>(step_recovery_kernels)
                                       : std::span<const qp::RiccatiKernel>());
-  // Where rows bind its quick mode misses most instances.
+  // With active rows its fast mode misses most instances.
   const HpipmMode mode = batch.name == "recipe/binding" ? HpipmMode::balance : HpipmMode::speed;
   Hpipm theirs(library, capacity, mode, tolerance_for(library, batch, mode));
   Counter counter(batch.name + (fixed_sizes ? "" : run_time_sizes));
@@ -115,7 +115,7 @@ Duel cold(const HpipmLibrary& library, const Batch& batch, bool fixed_sizes, int
   return counter.duel();
 }
 
-// Both start from our solution of the tick before.
+// Both start from our solution of the previous tick.
 Duel warm_from(const HpipmLibrary& library, const RecordedSequence& sequence, Hpipm::Start start,
                double tolerance) {
   const int ticks = static_cast<int>(sequence.problems.size());
@@ -150,7 +150,7 @@ Duel warm_from(const HpipmLibrary& library, const RecordedSequence& sequence, Hp
   return counter.duel();
 }
 
-// HPIPM is given the best of its three starts: one that misses no tick, then the fastest.
+// HPIPM uses the best of its three starts: one that misses no tick, then the fastest.
 Duel warm(const HpipmLibrary& library) {
   const RecordedSequence sequence = read_sequence(data_file("step_recovery_sequence.json"));
   std::vector<Hpipm::Start> starts{Hpipm::Start::own, Hpipm::Start::primal};
@@ -176,7 +176,7 @@ fs::path hpipm_library(const std::optional<fs::path>& given) {
   std::vector<fs::path> folders{program_folder() / "peers"};
   try {
     folders.push_back(cache_folder() / "peers");
-  } catch (const InputError&) {  // no home: then there is none
+  } catch (const InputError&) {  // without a home folder there is none
   }
   for (const fs::path& folder : folders) {
     fs::path file = folder / "acados/acados/install/lib/libhpipm.so";

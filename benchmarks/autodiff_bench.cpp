@@ -1,5 +1,5 @@
-// What does a Jacobian or Hessian of a user's formula cost? Three formulas of different structure,
-// through make_function (sparse passes) and with every input seeded (what the passes save).
+// Measures the cost of Jacobians and Hessians of user formulas: three formulas of different
+// structure, with make_function (sparse passes) and with every input seeded (without the passes).
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -118,7 +118,7 @@ void hessian(benchmark::State& state) {
   state.counters["entries"] = f.hessian_pattern().entries();
 }
 
-// One direction per state and input, as a framework without patterns has to.
+// One direction per state and input, as in a framework without patterns.
 template <class Model>
 void dense_jacobian(benchmark::State& state) {
   constexpr int nx = Model::nx, nu = Model::nu;

@@ -1,4 +1,4 @@
-// Random programs with boxes: is the path for run-time sizes a poor cousin of the fixed ones?
+// Random programs with boxes, to compare run-time sizes with fixed sizes.
 #include <array>
 
 #include "benchmarks/cases.hpp"
@@ -10,9 +10,9 @@ namespace {
 
 constexpr int intervals = 20;
 
-// Dynamics near the limit of stability, the start within one, every third state in a box whose
-// sides lie just outside what some admissible inputs reach: feasible by construction. The cost
-// pulls towards a target beyond the boxes, so that they bind.
+// Dynamics near the limit of stability, a start within one, and a box for every third state whose
+// sides lie just outside the range of some admissible inputs: feasible by construction. The target
+// of the cost is beyond the boxes, so that they are active.
 StageQp box_qp(int nx, int nu, std::uint64_t seed) {
   constexpr double input_limit = 1.0, margin = 0.05;
   Random random(seed);

@@ -13,14 +13,14 @@ namespace {
 constexpr int size = 16, rounds = 16, repetitions = 51;
 using Matrix = std::array<double, size * size>;  // by columns
 
-// Plain loops and no library: the kernel must not change when a library or the solver does.
+// Plain loops without a library: the kernel must not change with a library or the solver.
 void add_product(const Matrix& a, const Matrix& b, Matrix& out) {
   for (int j = 0; j < size; ++j)
     for (int k = 0; k < size; ++k)
       for (int i = 0; i < size; ++i) out[i + size * j] += a[i + size * k] * b[k + size * j];
 }
 
-// Lower factor in place; the upper triangle keeps what it held.
+// Lower factor in place; the upper triangle is unchanged.
 void factor(Matrix& a) {
   for (int j = 0; j < size; ++j) {
     const double root = std::sqrt(a[j + size * j]);
@@ -40,7 +40,7 @@ double calibrate() {
       a[i + size * j] = transposed[j + size * i] = std::cos(1.0 + i + size * j);
   for (int i = 0; i < size; ++i) start[i + size * i] = size;
 
-  volatile double sink = 0.0;  // without a reader the compiler would leave the work out
+  volatile double sink = 0.0;  // otherwise the compiler would remove the computation
   std::vector<double> times;
   for (int repetition = 0; repetition < repetitions; ++repetition) {
     const double begin = thread_microseconds();

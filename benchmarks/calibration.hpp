@@ -1,5 +1,5 @@
-// How fast is this machine just now, at what the solvers do? A fixed amount of small dense algebra,
-// so that times of different machines and hours can be compared.
+// Measures the present speed of the machine: a fixed amount of small dense algebra, so that times
+// of different machines and hours can be compared.
 #pragma once
 
 namespace saltus::bench {

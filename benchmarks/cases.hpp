@@ -1,4 +1,4 @@
-// Which problems are timed, and which times are compared.
+// The timed problems, and the compared times.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace saltus::bench {
 
-/// What is asked for: cases whose name contains `only`, `solves` solves of each at least.
+/// Selects the cases whose name contains `only`, with at least `solves` solves each.
 struct Selection {
   int solves = 1000;
   std::string only = {};
@@ -17,11 +17,11 @@ struct Selection {
   bool wants(const std::string& name) const { return name.find(only) != std::string::npos; }
 };
 
-/// Cases on the same instances, solved in turns so that their times can be compared even on a
-/// machine that is not idle.
+/// Cases on the same instances. They are solved alternately, so that their times can be compared on
+/// a machine with other load.
 struct CaseGroup {
   std::vector<std::string> names;
-  std::function<std::vector<CaseResult>(const Selection&)> run;  ///< those that are wanted
+  std::function<std::vector<CaseResult>(const Selection&)> run;  ///< runs the selected cases
 };
 
 std::vector<CaseGroup> step_recovery_cases();
@@ -34,7 +34,7 @@ std::vector<CaseGroup> latency_cases();
 struct Comparison {
   std::string name, numerator, denominator;
   double scale = 1.0;
-  double limit = 0.0;  ///< what is aimed at
+  double limit = 0.0;  ///< goal
 };
 std::vector<Comparison> comparisons();
 

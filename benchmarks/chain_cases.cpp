@@ -1,4 +1,4 @@
-// The hanging chain: how long do linearisation and quadratic programs of a nonlinear one take?
+// The hanging chain: time of the linearisation and of the quadratic programs.
 #include <algorithm>
 #include <numeric>
 
@@ -20,14 +20,14 @@ std::vector<CaseResult> run(const Selection& selection) {
                                                   qp::riccati_kernel<0, nu, nx>(),
                                                   qp::riccati_kernel<nx, 0, 0>()};
   TrackingProgram program = chain_program(read_chain(data_file("hanging_chain.json")));
-  // The steps of the SQP end far below the tolerance of the nonlinear program.
+  // The last SQP steps are far below the tolerance of the nonlinear program.
   RiccatiOptions options;
   options.tolerance = 0.1 * accepted_residual;
   const auto solver = make_riccati_solver(program.qp(), options, kernels);
 
   Measurement whole(whole_name), linearisation(linearisation_name), qp(qp_name);
   solve_chain(program, *solver);  // cold caches
-  // Several programs are solved on the way: fewer solves of the whole give as many of them.
+  // One solve contains several programs, so fewer solves are needed.
   const int solves = std::max(1, selection.solves / 5);
   for (int i = 1; i <= solves; ++i) {
     const ChainSolve solve = solve_chain(program, *solver);

@@ -40,7 +40,7 @@ ChainSolve solve_chain(TrackingProgram& program, StageQpSolver& solver) {
     const double begin = thread_microseconds();
     program.linearise(point);
     const double linearised = thread_microseconds();
-    // Before the first step there are no multipliers and nothing to check.
+    // Before the first step there are no multipliers to check.
     if (!solve.steps.empty()) {
       solve.residual = kkt_residual(program.qp(), point).largest();
       if (solve.residual <= accepted_residual || solve.steps.size() == most_steps) {

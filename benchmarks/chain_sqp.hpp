@@ -9,19 +9,20 @@
 
 namespace saltus::bench {
 
-/// Q = 2 I with 4 for the end's position, R = 0.02 I; |u| <= 1. From the start of the data.
+/// Q = 2 I with 4 for the position of the end, R = 0.02 I; |u| <= 1. Starts at the start of the
+/// data.
 TrackingProgram chain_program(const ChainData& data);
 
-/// One solution of the nonlinear program from the reference.
+/// One solve of the nonlinear program from the reference.
 struct ChainSolve {
   struct Step {
     double linearisation = 0.0, qp = 0.0;  ///< microseconds
     QpResult result;
-    double qp_residual = 0.0;  ///< of the QP's solution, recomputed
+    double qp_residual = 0.0;  ///< residual of the QP solution, recomputed
   };
   std::vector<Step> steps;
-  double last_linearisation = 0.0;  ///< the one that finds the optimum reached
-  double residual = 0.0;            ///< of the nonlinear program
+  double last_linearisation = 0.0;  ///< microseconds of the linearisation at the optimum
+  double residual = 0.0;            ///< residual of the nonlinear program
 };
 ChainSolve solve_chain(TrackingProgram& program, StageQpSolver& solver);
 

@@ -2,7 +2,7 @@
 //
 //     compare_solvers [FEASIBLE [CONTRADICTORY [FIRST_SEED]]]      (500, 100, 1)
 //
-// One line for every program on which they differ, and the sums.
+// Prints one line per program on which they differ, and the totals.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Solvers that meet the same instances, each with its own measurement.
+// Solvers on the same instances, each with its own measurement.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class Contenders {
  public:
   explicit Contenders(const Selection& selection) : selection_(&selection) {}
 
-  /// Left out unless it is wanted.
+  /// Omitted unless selected.
   void add(const std::string& name, const StageQp& capacity, const RiccatiOptions& options,
            std::span<const qp::RiccatiKernel> kernels) {
     if (selection_->wants(name))
@@ -28,12 +28,12 @@ class Contenders {
   }
   bool empty() const { return all_.empty(); }
 
-  /// Cold solves from the guess by all of them. `about(measurement, point)` adds details.
+  /// Cold solves from the guess by all solvers. `about(measurement, point)` adds details.
   template <class About>
   void solve(const StageQp& qp, const StagePoint& guess, std::uint64_t seed, About&& about) {
     for (Contender& c : all_) {
       StagePoint point = guess;
-      // The first solve of a solver meets cold caches and pages that do not exist yet.
+      // The first solve of a solver has cold caches and unmapped pages.
       if (first_) c.solver->solve(qp, point, false);
       point = guess;
       c.measurement.solve(*c.solver, qp, point, false, seed);

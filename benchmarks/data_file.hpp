@@ -1,4 +1,4 @@
-// Problems that are stored as data: benchmarks/data.
+// Problems stored as data in benchmarks/data.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace saltus::bench {
 
-/// Where this build finds the file.
+/// Path of the file in this build.
 std::filesystem::path data_file(const std::string& name);
-/// Throws InputError naming the file if it is missing or no JSON.
+/// Reads the file. Throws InputError with its name if it is missing or not JSON.
 nlohmann::json read_json(const std::filesystem::path& file);
-/// A list of `size` numbers; throws InputError naming the file otherwise.
+/// Reads a list of `size` numbers; throws InputError with the name of the file otherwise.
 VectorXd vector_of(const nlohmann::json& list, int size, const std::filesystem::path& file);
 
 }  // namespace saltus::bench

@@ -46,11 +46,11 @@ struct HangingChain {
   }
 };
 
-/// Frozen data: at rest with the end at `end_position`, and where the recovery begins.
+/// Frozen data: the state at rest with the end at `end_position`, and the start of the recovery.
 struct ChainData {
   Vec<double, HangingChain::nx> reference, start;
 };
-/// Throws InputError naming the file and what is wrong with it.
+/// Throws InputError with the name of the file and the mistake.
 ChainData read_chain(const std::filesystem::path& file);
 
 }  // namespace saltus::bench

@@ -14,7 +14,7 @@
 
 namespace saltus::bench {
 
-// Of its structures only the sizes are known, from the library itself: versions differ in the rest.
+// Only the sizes of its structures are used, read from the library: versions differ in the rest.
 struct HpipmLibrary::Functions {
   using Size = std::size_t (*)();
   Size dim_strsize, qp_strsize, sol_strsize, arg_strsize, ws_strsize;
@@ -36,7 +36,7 @@ struct HpipmLibrary::Functions {
   void (*ws_create)(void*, void*, void*, void*);
   void (*get)(const char*, void*, void*);
   void (*solve)(void*, void*, void*, void*);
-  // Old versions have none.
+  // Absent in old versions.
   void *lg_mask, *sol_set_pi;
 };
 
@@ -56,7 +56,7 @@ Block block(std::size_t size) {
   return result;
 }
 
-// What a version without masks takes for no side; more than this and it does not converge.
+// The bound that a version without masks treats as absent; with larger values it does not converge.
 constexpr double far_away = 1e6;
 
 }  // namespace
@@ -65,7 +65,7 @@ HpipmLibrary::HpipmLibrary(const std::filesystem::path& file)
     : functions_(std::make_unique<Functions>()) {
   if (!std::filesystem::exists(file))
     throw InputError(fmt::format("there is no library '{}'", file.string()));
-  // Packages have BLASFEO beside it.
+  // In packages BLASFEO is in the same folder.
   const std::filesystem::path blasfeo = file.parent_path() / "libblasfeo.so";
   if (std::filesystem::exists(blasfeo)) dlopen(blasfeo.c_str(), RTLD_NOW | RTLD_GLOBAL);
   handle_ = dlopen(file.c_str(), RTLD_NOW);
@@ -142,7 +142,7 @@ Hpipm::Hpipm(const HpipmLibrary& library, const StageQp& program, HpipmMode mode
   f_.arg_set_default(static_cast<int>(mode), arg);
   for (const char* of : {"tol_stat", "tol_eq", "tol_ineq", "tol_comp"})
     f_.arg_set(of, &tolerance, arg);
-  const int iterations = 100;  // as ours
+  const int iterations = 100;  // as for our solver
   f_.arg_set("iter_max", &iterations, arg);
   m_->ws = block(f_.ws_strsize());
   m_->ws_memory = block(f_.ws_memsize(dim, arg));

@@ -1,5 +1,5 @@
-// HPIPM (github.com/giaf/hpipm) on the programs of our benchmarks, from a shared library that is
-// opened when it is asked for: nothing of it is needed to build.
+// HPIPM (github.com/giaf/hpipm) on the programs of our benchmarks. The shared library is opened at
+// run time; the build does not need it.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,11 @@
 
 namespace saltus::bench {
 
-/// Of its modes those that reach a KKT residual of 1e-8: quick, and careful where rows bind.
+/// The modes that reach a KKT residual of 1e-8: a fast one, and a robust one for active rows.
 enum class HpipmMode { speed = 1, balance = 2 };
 
-/// Its functions. Throws InputError: no such file, no HPIPM, a version that lacks a function.
+/// The functions of the library. Throws InputError if the file is missing, is not HPIPM, or lacks a
+/// function.
 class HpipmLibrary {
  public:
   explicit HpipmLibrary(const std::filesystem::path& file);
@@ -29,20 +30,21 @@ class HpipmLibrary {
   std::unique_ptr<Functions> functions_;
 };
 
-/// A solver for programs with the sizes of `program`: a fixed start, which is eliminated, and rows,
-/// but no bounds and nothing soft.
+/// A solver for programs with the sizes of `program`: a fixed start, which is eliminated, and hard
+/// rows, but no bounds and no soft rows.
 class Hpipm {
  public:
   Hpipm(const HpipmLibrary& library, const StageQp& program, HpipmMode mode, double tolerance);
   ~Hpipm();
 
-  /// Takes the program's data in.
+  /// Copies the data of the program.
   void load(const StageQp& qp);
-  /// Where a warm solve begins.
+  /// Sets the start of a warm solve.
   void start_at(const StageQp& qp, const StagePoint& point);
-  /// From its own start, from start_at()'s states and inputs, or from all of it.
+  /// Solves from the solver's own start, from the states and inputs of start_at(), or from the
+  /// whole point.
   enum class Start { own, primal, primal_and_dual };
-  /// Whether this version has the last of them.
+  /// True if this version supports the last kind of start.
   bool takes_multipliers() const;
   void solve(Start start = Start::own);
   int iterations() const;
@@ -52,7 +54,7 @@ class Hpipm {
   struct Memory;
   const HpipmLibrary::Functions& f_;
   std::unique_ptr<Memory> m_;
-  std::vector<int> rows_;  ///< per stage
+  std::vector<int> rows_;  ///< rows per stage
 };
 
 }  // namespace saltus::bench

@@ -11,7 +11,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-// Far below the changes between neighbours in the sweep that are to be resolved.
+// Far below the changes between neighbours of the sweep.
 constexpr double solver_tolerance = 1e-10;
 
 MultipleShooting transcribe_variant(const SweepVariant& variant) {
@@ -36,7 +36,7 @@ std::string SweepVariant::name() const {
 }
 
 std::vector<SweepVariant> sweep_variants() {
-  constexpr double published_wrench_change = 1e-4;  // of the first author's controller
+  constexpr double published_wrench_change = 1e-4;  // from the first author's controller
   std::vector<SweepVariant> variants;
   for (const auto& [step, intervals] : {std::pair{0.01, 15}, {0.05, 3}, {0.05, 15}})
     for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
@@ -56,7 +56,7 @@ SweepPoint ImpactSweep::solve(double impact_time) {
   shooting_.retime("impact", impact_time);
   bool is_warm = last_.ok();
   if (is_warm) {
-    // States and inputs by their times, multipliers as they stand: the rows keep their order.
+    // States and inputs by their times, multipliers unchanged: the rows keep their order.
     NlpPoint start = last_.point;
     start.w = shooting_.guess_from(last_.trajectory).w;
     last_ = saltus::solve(shooting_, *solver_, start);

@@ -1,4 +1,4 @@
-// How do the optimal cost and the first wrench change with the time of the impact?
+// Change of the optimal cost and the first wrench with the time of the impact.
 //
 // The data of instance ICUB-1 with the event "impact" moved to any time: exactly, or rounded to the
 // grid as a controller without nodes at events would do it.
@@ -13,7 +13,7 @@
 
 namespace saltus::push_recovery {
 
-/// What may be chosen about the controller of a sweep; the rest is that of ICUB-1.
+/// Options of the controller of a sweep; everything else is as in ICUB-1.
 struct SweepVariant {
   double step = 0.01;                    ///< dt, s
   int intervals = 15;                    ///< N
@@ -30,7 +30,7 @@ struct SweepVariant {
 std::vector<SweepVariant> sweep_variants();
 
 struct SweepPoint {
-  double impact_time = 0.0;  ///< as asked for, s
+  double impact_time = 0.0;  ///< requested time, s
   SolveStatus status = SolveStatus::invalid_problem;
   double cost = 0.0;
   VectorXd first_input;  ///< both wrenches of the first interval, N and Nm
@@ -68,7 +68,7 @@ std::vector<double> sweep_times(double step);
 /// The largest difference between neighbours of a sweep, and where it is.
 struct Change {
   double cost = 0.0;
-  double input = 0.0;                         ///< of any entry of the first input, N or Nm
+  double input = 0.0;  ///< largest difference of an entry of the first input, N or Nm
   std::size_t cost_step = 0, input_step = 0;  ///< between points i and i + 1
 };
 Change largest_change(const std::vector<SweepPoint>& points);

@@ -1,4 +1,4 @@
-// How smooth are cost and first input over the time of the impact? The whole sweep, as CSV.
+// Prints cost and first input over the time of the impact as CSV.
 //
 //   impact_sweep [STEP_MS] > sweep.csv
 //
@@ -21,7 +21,7 @@ namespace {
 using namespace saltus;
 using namespace saltus::push_recovery;
 
-// False if a solve failed.
+// Returns false if a solve failed.
 bool sweep(const SweepVariant& variant, double step, bool rounded) {
   ImpactSweep problem(variant);
   std::vector<SweepPoint> points;

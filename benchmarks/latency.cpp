@@ -40,7 +40,7 @@ LatencyReport measure_latency(const Selection& selection,
     if (std::none_of(group.names.begin(), group.names.end(),
                      [&](const std::string& name) { return selection.wants(name); }))
       continue;
-    // The clock of a processor wanders: the kernel is timed beside every group.
+    // The clock of a processor varies, so the kernel is timed with every group.
     calibrations.push_back(calibrate());
     for (CaseResult& result : group.run(selection)) {
       if (observe) observe(result);

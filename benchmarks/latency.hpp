@@ -1,4 +1,4 @@
-// `saltus bench latency`: how fast are the structured solvers on this machine?
+// `saltus bench latency`: measures the structured solvers on this machine.
 #pragma once
 
 #include <filesystem>
@@ -16,15 +16,15 @@ namespace saltus::bench {
 struct LatencyReport {
   double calibration_us = 0.0;
   std::vector<CaseResult> cases;
-  std::vector<Comparison> comparisons;  ///< those whose cases were timed
+  std::vector<Comparison> comparisons;  ///< comparisons whose cases were timed
 
   const CaseResult* find(const std::string& name) const;
   double ratio(const Comparison& comparison) const;
   int failures() const;
 };
 
-/// Runs the cases that are wanted; `observe` hears of every one as it ends. Throws InputError if
-/// there is none, or a file of recorded problems is missing.
+/// Runs the selected cases and calls `observe` after each one. Throws InputError if there is none,
+/// or if a file of recorded problems is missing.
 LatencyReport measure_latency(const Selection& selection,
                               const std::function<void(const CaseResult&)>& observe = {});
 
@@ -32,10 +32,10 @@ struct LatencyRequest {
   Selection selection;
   std::optional<std::filesystem::path> json = {};
   bool against_hpipm = false;
-  std::optional<std::filesystem::path> library = {};  ///< of HPIPM
-  std::string help = {};                              ///< not empty: asked for, in place of a run
+  std::optional<std::filesystem::path> library = {};  ///< path of HPIPM
+  std::string help = {};  ///< not empty: help was requested instead of a run
 };
-/// What follows `bench latency`. Throws InputError.
+/// Parses the arguments after `bench latency`. Throws InputError.
 LatencyRequest parse_latency_request(std::span<const std::string> arguments);
 
 /// The verb `bench`.

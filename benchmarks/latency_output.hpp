@@ -1,4 +1,4 @@
-// Measured latencies as a table to read and as JSON to keep.
+// Measured latencies as a table and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,11 +8,11 @@
 
 namespace saltus::bench {
 
-/// The head of the table and one line per case: they can be printed while the cases run.
+/// The head of the table and one line per case, which can be printed while the cases run.
 std::string table_head();
 std::string table_line(const CaseResult& result);
-/// What is known at the end: times relative to the calibration kernel, comparisons, details and
-/// every solve that failed.
+/// The closing text: times relative to the calibration kernel, comparisons, details and every
+/// failed solve.
 std::string closing_text(const LatencyReport& report);
 
 /// Machine, build, calibration_us, cases, comparisons.

@@ -43,7 +43,7 @@ ExitStatus run_latency(std::span<const std::string> arguments) {
   if (request.against_hpipm) return run_against_hpipm(request);
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
-  bool begun = false;  // no head above a sentence that nothing was measured
+  bool begun = false;  // no table head above an error message
   const LatencyReport report = measure_latency(request.selection, [&](const CaseResult& result) {
     fmt::print("{}{}", begun ? "" : table_head(), table_line(result));
     begun = true;

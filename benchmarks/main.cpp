@@ -1,4 +1,4 @@
-// The program `saltus-bench`, which `saltus bench` becomes: problems never know benchmarks.
+// The program `saltus-bench`, which `saltus bench` executes: problems do not depend on benchmarks.
 #include <vector>
 
 #include "benchmarks/suite/bench_verb.hpp"

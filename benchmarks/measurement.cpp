@@ -9,8 +9,8 @@
 namespace saltus::bench {
 namespace {
 
-// An interior-point method leaves products of 1e-8 and less: multipliers of sides that do not bind
-// are below the tolerance over their distance, which is far more than this for all but a few.
+// An interior-point method leaves products of 1e-8 and less: multipliers of inactive sides are
+// below the tolerance over their distance, which is far larger than this for all but a few.
 constexpr double binding_multiplier = 1e-4;
 
 int count_binding(const VectorXd& multipliers, int size) {

@@ -10,16 +10,16 @@
 
 namespace saltus::bench {
 
-/// KKT residual above which a solve counts as failed, whatever its solver says.
+/// KKT residual above which a solve counts as failed, whatever the status of its solver.
 inline constexpr double accepted_residual = 1e-8;
 
 struct Failure {
-  std::uint64_t seed = 0;  ///< which instance of its case
+  std::uint64_t seed = 0;  ///< instance of the case
   QpStatus status = QpStatus::invalid_problem;
   double residual = 0.0;
 };
 
-/// A further figure of a case, e.g. how many rows bind on average.
+/// Another value of a case, for example the mean number of active rows.
 struct Detail {
   std::string name;
   double value = 0.0;
@@ -41,12 +41,12 @@ class Measurement {
   explicit Measurement(std::string name) { result_.name = std::move(name); }
 
   const std::string& name() const { return result_.name; }
-  /// Solves and counts it. Only the solver's time is taken.
+  /// Solves and counts the solve. Only the time of the solver is measured.
   void solve(StageQpSolver& solver, const StageQp& qp, StagePoint& point, bool warm,
              std::uint64_t seed);
-  /// Counts what was solved and timed elsewhere.
+  /// Counts a solve that was timed elsewhere.
   void count(double microseconds, const QpResult& result, double residual, std::uint64_t seed);
-  /// Adds to a figure of which the mean over all solves is told.
+  /// Adds to a value whose mean over all solves is reported.
   void detail(const std::string& name, double value);
 
   CaseResult result() const;
@@ -57,7 +57,7 @@ class Measurement {
   double iterations_ = 0.0;
 };
 
-/// How many rows of a group, or bounds of the program, have a multiplier that is not zero.
+/// Number of rows of a group, or bounds of the program, with a non-zero multiplier.
 int binding_rows(const StageQp& qp, const StagePoint& point, int stage, int group);
 int binding_bounds(const StageQp& qp, const StagePoint& point);
 

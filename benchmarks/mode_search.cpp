@@ -3,9 +3,10 @@
 //   mode_search PROBLEM PHASES STARTS [cold] > results.csv      one line per start
 //   mode_search PROBLEM PHASES STARTS speed                     200 nodes against warm solves
 //   mode_search PROBLEM PHASES TICKS loop                       receding horizon, one line per tick
-//   mode_search fishing PHASES                                  the nonlinear one, up to so many
+//   mode_search fishing PHASES                                  the nonlinear problem, at most
+//   PHASES
 //
-// PROBLEM: walls, thermostats or tanks. compare_mode_search.py solves the same starts by SCIP.
+// PROBLEM is walls, thermostats or tanks. compare_mode_search.py solves the same starts with SCIP.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,8 +31,8 @@ using namespace saltus;
 struct Family {
   const char* name;
   ModeGraph (*graph)(const VectorXd& start);
-  VectorXd low, high;  // of the starts
-  double sample;       // s, h; of the loop
+  VectorXd low, high;  // range of the starts
+  double sample;       // s or h; sample time of the loop
 };
 
 std::vector<Family> families() {
@@ -82,7 +83,7 @@ void each_start(const Family& family, int phases, int starts, bool warm) {
   }
 }
 
-// A search that is stopped after 200 nodes, in CPU time, against the programs that it solved.
+// CPU time of a search with 200 nodes against that of the programs that it solved.
 void speed(const Family& family, int phases, int starts) {
   Random random(seed);
   SequenceSearch search(family.graph(family.low),

@@ -1,5 +1,5 @@
-// What threads bring: evaluation with derivatives of a problem of the library on a long grid by one
-// thread and by several, taken in turns, and the whole solve by each.
+// Effect of threads: alternating evaluation with derivatives of a library problem on a long grid by
+// one thread and by several, and a whole solve with each.
 //
 //     parallel_intervals [CASE] [INTERVALS] [THREADS]
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ struct Evaluated {
   friend bool operator==(const Evaluated&, const Evaluated&) = default;
 };
 
-// Everything that an iteration asks for, s of wall clock.
+// All evaluations of an iteration, s of wall-clock time.
 double evaluate(NonlinearProgram& p, const VectorXd& w, const VectorXd& lambda, Evaluated& e) {
   const WallClock::time_point begin = WallClock::now();
   p.prepare_derivatives(w.data(), 1.0, lambda.data(), Curvature::exact);

@@ -14,7 +14,7 @@ using walking::FootState;
 using Vector2 = Vec<double, 2>;
 using Vector3 = Vec<double, 3>;
 
-// Along the polynomial of fifth order to rest at `to` in `left` seconds; moves on by h.
+// Follows the polynomial of fifth order to rest at `to` in `left` seconds for the time h.
 struct SwingFoot {
   Vector3 position, velocity = Vector3::Zero(), acceleration = Vector3::Zero();
 

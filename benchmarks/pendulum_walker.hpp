@@ -1,5 +1,5 @@
-// A pendulum with a flywheel that steps as its planner says: the plant on which planners of steps
-// are compared, and nothing but them counts.
+// A pendulum with a flywheel that follows its planner of steps: the plant for the comparison of
+// planners alone.
 #pragma once
 
 #include <functional>

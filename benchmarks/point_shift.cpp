@@ -5,7 +5,7 @@
 namespace saltus::bench {
 namespace {
 
-// Groups are told apart by their position in the stage and their shape.
+// Position in the stage and shape identify a group.
 void shift_groups(const Stage& old, const StagePoint::AtStage& source, const Stage& s,
                   StagePoint::AtStage& out) {
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
@@ -26,7 +26,7 @@ void shift_by_one_stage(const StageQp& from, const StagePoint& solution, const S
   for (int k = 0; k <= N; ++k) {
     const Stage& s = to.stages[k];
     StagePoint::AtStage& p = out.stages[k];
-    // The last stage of a program has no inputs: the one before it stays where it is.
+    // The last stage of a program has no inputs: the previous one is unchanged.
     const int earlier = k >= N - 1 ? k : k + 1;
     const Stage& old = from.stages[earlier];
     const StagePoint::AtStage& source = solution.stages[earlier];

@@ -1,4 +1,4 @@
-// The published-style numeric instances of the push recovery problem, as problems and solutions.
+// Numeric instances of the push recovery problem with their solutions.
 #pragma once
 
 #include <cmath>

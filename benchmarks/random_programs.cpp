@@ -18,7 +18,7 @@ namespace {
 class Dice {
  public:
   explicit Dice(unsigned seed) : generator_(seed) {}
-  // Not std::uniform_real_distribution: its numbers are those of the library that implements it.
+  // Not std::uniform_real_distribution: its numbers depend on the standard library.
   double between(double low, double high) {
     return low + (high - low) * (static_cast<double>(generator_() >> 11) * 0x1.0p-53);
   }
@@ -110,7 +110,7 @@ RandomProgram make(Dice& dice, bool contradicts) {
     const bool jumps = p > 0 && dice.says(0.7);
     if (jumps) x = reset(0.0, x);
 
-    // The trajectory that meets everything, with the scheme and on the grid of the program.
+    // A feasible trajectory, with the scheme and the grid of the program.
     std::vector<State> nodes{x};
     const double h = T / intervals;
     for (int n = 0; n < intervals; ++n) {
@@ -155,7 +155,7 @@ RandomProgram make(Dice& dice, bool contradicts) {
       }
       phase.bound_state(i, between(low - dice.between(0.05, 0.5), high + dice.between(0.05, 0.5)));
     }
-    if (dice.says(0.5)) {  // outside of a disc
+    if (dice.says(0.5)) {  // outside a disc
       const double a = dice.between(-1.0, 1.0), b = dice.between(-1.0, 1.0);
       const auto distance = [=](const auto&, const auto& state) {
         return (state[0] - a) * (state[0] - a) + (state[1] - b) * (state[1] - b);
@@ -164,7 +164,7 @@ RandomProgram make(Dice& dice, bool contradicts) {
       for (const State& node : nodes) least = std::min(least, distance(0.0, node));
       phase.keep("disc", distance, at_least(dice.between(0.3, 0.95) * least));
     }
-    if (dice.says(0.5)) {  // inside of a curved region
+    if (dice.says(0.5)) {  // inside a curved region
       const double a = dice.between(-1.0, 1.0), b = dice.between(-1.0, 1.0);
       const auto edge = [=](const auto&, const auto& state) {
         return state[0] + a * state[1] * state[1] + b * sin(2.0 * state[nx - 1]);
@@ -182,7 +182,7 @@ RandomProgram make(Dice& dice, bool contradicts) {
 
     if (p == contradicting) {
       result.contradiction = "contradiction";
-      if (kind == 0)  // further than the inputs reach
+      if (kind == 0)  // beyond the reach of the inputs
         phase.reach(
             "contradiction", [](const auto&, const auto& state) { return state[0]; },
             at_least(200.0));

@@ -21,7 +21,7 @@ using namespace saltus::bench;
 constexpr int nx = HangingChain::nx, nu = HangingChain::nu, unknowns = 3 * HangingChain::between;
 using State = Vec<double, nx>;
 
-// Newton's method for the positions in which nothing accelerates, from a chain that hangs a little.
+// Newton's method for the equilibrium positions, from a slightly hanging chain.
 State at_rest(const Function& dynamics) {
   VectorXd z = VectorXd::Zero(1 + nx + nu);
   for (int i = 0; i <= HangingChain::between; ++i) {

@@ -2,8 +2,8 @@
 //
 // The plant is the full centroidal model, H' = sum tau_i + (x_i - x) x f_i with the moving CoM x,
 // integrated by RK4 in substeps; the controller plans with H' linearised about the CoM of its
-// start. What the controller sees is the state of the plant plus noise, uniform within 1 mm,
-// 5 mm/s and 0.02 Nms.
+// start. The controller receives the state of the plant with noise, uniform within 1 mm, 5 mm/s and
+// 0.02 Nms.
 //
 // Usage: record_sequence FILE
 #include <fmt/format.h>
@@ -71,7 +71,7 @@ int main(int argc, char** argv) try {
   if (argc != 2) throw InputError("record_sequence needs one argument, the file to write");
   const std::filesystem::path file = argv[1];
   const OutputFolder folder(file.has_parent_path() ? file.parent_path() : ".");
-  // One problem per line.
+  // Writes one problem per line.
   const nlohmann::ordered_json data = record();
   std::string text = fmt::format("{{\n  \"about\": {},\n  \"intervals\": {},\n  \"problems\": [\n",
                                  data["about"].dump(), data["intervals"].dump());

@@ -1,4 +1,4 @@
-// Consecutive problems of a robot that recovers, recorded once (record_sequence.cpp) and stored.
+// Consecutive problems of a recovering robot, recorded once by record_sequence.cpp.
 #pragma once
 
 #include <filesystem>
@@ -21,10 +21,10 @@ struct RecordedSequence {
   }
 };
 
-/// Throws InputError naming the file and what is wrong with it.
+/// Throws InputError with the name of the file and the mistake.
 RecordedSequence read_sequence(const std::filesystem::path& file);
 
-/// Landing in 22 ticks seen from tick 0, then both feet.
+/// At tick 0 the landing is 22 ticks ahead; then both feet stand.
 inline int landing_at(int tick) { return tick < 22 ? 22 - tick : 0; }
 
 }  // namespace saltus::bench

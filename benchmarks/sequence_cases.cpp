@@ -1,4 +1,4 @@
-// The recorded recovery: how long does a warm solve take, and how long would a cold one?
+// The recorded recovery: time of warm and of cold solves.
 #include "benchmarks/cases.hpp"
 #include "benchmarks/data_file.hpp"
 #include "benchmarks/point_shift.hpp"
@@ -13,7 +13,7 @@ const std::string warm_name = "sequence/warm", cold_name = "sequence/cold";
 std::vector<CaseResult> run(const Selection& selection) {
   const RecordedSequence sequence = read_sequence(data_file("step_recovery_sequence.json"));
   const int ticks = static_cast<int>(sequence.problems.size());
-  // With both feet from the start every stage is at its largest.
+  // With both feet from the start every stage has its largest size.
   const StageQp capacity = step_recovery_qp({sequence.intervals, 0}, nominal_start());
   const auto warm_solver = make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
   const auto cold_solver = make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
@@ -27,7 +27,7 @@ std::vector<CaseResult> run(const Selection& selection) {
   for (int round = 0; round < rounds; ++round) {
     StageQp before = sequence.program(0);
     take_inputs(standing_guess(before), point);
-    warm_solver->solve(before, point, /*warm=*/false);  // cold and not counted
+    warm_solver->solve(before, point, /*warm=*/false);  // cold, not counted
     for (int tick = 1; tick < ticks; ++tick) {
       StageQp qp = sequence.program(tick);
       const StagePoint guess = standing_guess(qp);

@@ -1,4 +1,4 @@
-// What is told of many times: median, 99th percentile, largest.
+// Statistics of times: median, 99th percentile, maximum.
 #pragma once
 
 #include <vector>

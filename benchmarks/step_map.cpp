@@ -1,4 +1,4 @@
-// How far can a pendulum be pushed, in which direction, by what its planner of steps may choose?
+// Largest push of a pendulum per direction, depending on the freedom of its planner of steps.
 // Prints CSV: direction (deg), then the largest impulse (N s) that was recovered with
 // time and place fixed, place free, time free, both free, several steps; and the bound of the
 // pendulum for 0 to 3 steps. `step_map [left|both] [directions]`
@@ -20,7 +20,7 @@ namespace saltus::push_recovery {
 namespace {
 
 constexpr double usual_time = 0.6, shortest_time = 0.3;  // s
-const Vec<double, 2> usual_place(0.0, 0.15);             // of centres, m
+const Vec<double, 2> usual_place(0.0, 0.15);             // distance of the centres, m
 constexpr double reach_forward = 0.25, reach_near = 0.13, reach_far = 0.31;
 
 struct Variant {
@@ -39,7 +39,7 @@ StepModel model_of(const Variant& v, const WalkerOptions& walker) {
   m.sole = m.standing_sole = walker.half_sole.array() - 0.002;
   m.lent = walker.lent;
   m.lent_rate = walker.lent_rate;
-  constexpr double fixed = 1e-3;  // m, s: half the width that is left
+  constexpr double fixed = 1e-3;  // m, s: half of the remaining width
   const double x = v.free_place ? reach_forward : fixed,
                y0 = v.free_place ? reach_near : usual_place[1] - fixed,
                y1 = v.free_place ? reach_far : usual_place[1] + fixed;
@@ -58,7 +58,7 @@ StepModel model_of(const Variant& v, const WalkerOptions& walker) {
 
 // --- the bound: sets of capture points from which it can be stopped ------------------------------
 
-// N s, from rest in the middle of what stands; places are those of the soles' centres.
+// N s, from rest in the middle of the stance; positions are those of the centres of the soles.
 double bound(int steps, double angle, const WalkerOptions& walker) {
   const double omega = pendulum_frequency(walker.height), duration = PendulumPush{}.duration;
   const double decay = (1.0 - std::exp(-omega * duration)) / (omega * duration);
@@ -86,7 +86,7 @@ double bound(int steps, double angle, const WalkerOptions& walker) {
 
 // --- the map ------------------------------------------------------------------------------------
 
-// By bisection to half an N s; survival is taken to be monotone in the size of the push.
+// Bisection to half an N s; survival is assumed monotone in the size of the push.
 double largest(StepChoice& planner, const WalkerOptions& walker, double angle) {
   constexpr double most = 32.0, resolution = 0.5;  // N s
   double survived = 0.0, fallen = most;
@@ -116,7 +116,7 @@ void print_map(WalkerOptions walker, int directions) {
   for (int i = 0; i < directions; ++i) {
     fmt::print("{:.2f}", 360.0 * i / directions);
     std::vector<double> radius;
-    // Forwards is as backwards: soles and reach are symmetric about their centres.
+    // Forwards equals backwards: soles and reach are symmetric about their centres.
     const int image = (directions + directions / 2 - i) % directions;
     const bool is_image = directions % 2 == 0 && image < i;
     for (std::size_t j = 0; j < planners.size(); ++j)
@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
   saltus::push_recovery::WalkerOptions walker;
   walker.right_stands = argc > 1 && std::string(argv[1]) == "both";
   walker.duration = 3.5;
-  walker.lent = 1e-4;  // as good as nothing: the bound knows no flywheel
+  walker.lent = 1e-4;  // negligible: the bound has no flywheel
   walker.lent_rate = 0.05;
   saltus::push_recovery::print_map(walker, argc > 2 ? std::max(3, std::atoi(argv[2])) : 16);
 }

@@ -1,4 +1,4 @@
-// The batches of step recovery programs that are timed: horizon, landing and push of each.
+// The timed batches of step recovery programs: horizon, landing and push of each.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct Batch {
   std::string name;
   StepRecovery options;
   Bounds push = between(0.2, 0.3);  // m/s
-  int fewer = 1;                    // of so many solves one
+  int fewer = 1;                    // divisor of the number of solves
   bool with_run_time_sizes = false;
 };
 

@@ -1,4 +1,4 @@
-// The recipe's batches: how long does a cold solve of the step recovery take?
+// The batches of the recipe: time of a cold solve of the step recovery.
 #include "benchmarks/cases.hpp"
 #include "benchmarks/contenders.hpp"
 #include "benchmarks/step_recovery_batches.hpp"
@@ -19,7 +19,7 @@ std::vector<CaseResult> run(const Batch& batch, const Selection& selection) {
   for (int seed = 1; seed <= solves && !contenders.empty(); ++seed) {
     const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
     contenders.solve(qp, standing_guess(qp), seed, [&](Measurement& m, const StagePoint& point) {
-      // Capture-point rows are the group after those of the feet.
+      // The group of capture-point rows follows those of the feet.
       int binding = 0;
       for (int k = std::max(batch.options.landing, 1); k < qp.intervals(); ++k)
         binding += binding_rows(qp, point, k, 2);

@@ -26,7 +26,7 @@ Mat<double, 3, 3> cross_matrix(const Vec<double, 3>& a) {
   return m;
 }
 
-// Friction (8 edges), centre of pressure, torsion, least normal force: rows <= limits.
+// Friction (8 edges), centre of pressure, torsion, minimum normal force: rows <= limits.
 void cone(MatrixXd& rows, VectorXd& limits) {
   constexpr double friction = 0.4, least_force = 10.0;
   Mat<double, cone_rows, 6> C = Mat<double, cone_rows, 6>::Zero();

@@ -1,6 +1,5 @@
-// The step recovery of a humanoid as a quadratic program in stages: the instance on which solvers
-// are compared. All numbers of the recipe are here; they are not those of the push_recovery
-// problem.
+// The step recovery of a humanoid as a quadratic program in stages, for the comparison of solvers.
+// This file has all numbers of the recipe; they differ from those of the push_recovery problem.
 #pragma once
 
 #include <array>
@@ -19,7 +18,7 @@ struct StepRecovery {
   int landing = 7;  ///< first stage with both feet; > intervals: the landing is beyond the horizon
 
   static constexpr double mass = 33.0, tick = 0.01;                  // kg, s
-  static constexpr double force_unit = 100.0, torque_unit = 10.0;    // of the inputs; N, Nm
+  static constexpr double force_unit = 100.0, torque_unit = 10.0;    // units of the inputs; N, Nm
   static constexpr std::array<double, 3> left_foot{0.0, 0.07, 0.0};  // m
   static constexpr std::array<double, 3> right_foot{0.05, -0.15, 0.0};
 };
@@ -28,14 +27,14 @@ CentroidalState nominal_start();
 /// Pushed towards -y within 0.4 rad by a speed in m/s (of the recipe unless said), position within
 /// (10, 5, 5) mm of the nominal one, angular momentum within (0.4, 0.4, 0.1) Nms.
 CentroidalState random_start(std::uint64_t seed, const Bounds& push = between(0.2, 0.3));
-/// So fast that the capture point meets the edge of the hull after the landing at stage 7 of 15;
-/// all have a solution, and in 994 of the first 1000 seeds a row binds.
+/// Pushes for which the capture point reaches the edge of the hull after the landing at stage 7 of
+/// 15. All have a solution, and in 994 of the first 1000 seeds a row is active.
 inline constexpr Bounds binding_push{0.9, 1.0};
 
 /// Inputs are wrenches divided by 100 N and 10 Nm: stance foot, then the other one.
 StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start);
 
-/// A point with the weight on the feet that stand and zero states.
+/// A point with the weight on the stance feet and zero states.
 StagePoint standing_guess(const StageQp& qp);
 
 }  // namespace saltus::bench

@@ -1,4 +1,4 @@
-// A nonlinear tracking problem as the quadratic programs of its linearisations about plans.
+// A nonlinear tracking problem as quadratic programs, linearised about plans.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace saltus::bench {
 struct Tracking {
   int nx = 0, nu = 0, intervals = 0, substeps = 1;
   double sample = 0.0;  ///< s
-  Function dynamics;    ///< of (t | x | u)
+  Function dynamics;    ///< function of (t | x | u)
   VectorXd state_weight = {}, input_weight = {};
   VectorXd state_lower = {}, state_upper = {}, input_lower = {}, input_upper = {};
 };
@@ -28,10 +28,10 @@ class TrackingProgram {
   void follow(int stage, const VectorXd& reference);
   /// All stages at their references, inputs zero.
   StagePoint reference_point() const;
-  /// Puts the dynamics about the point into qp(), which is in absolute variables: its KKT residual
-  /// at that point is the one of the nonlinear program.
+  /// Writes the dynamics linearised at the point into qp(), which has absolute variables: its KKT
+  /// residual at that point is that of the nonlinear program.
   void linearise(const StagePoint& about);
-  /// Where the model is one sample later.
+  /// State of the model one sample later.
   VectorXd next(const VectorXd& state, const VectorXd& input);
 
  private:

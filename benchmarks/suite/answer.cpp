@@ -128,7 +128,7 @@ struct Answerer::State {
                       {"warm", false},
                       {"kind", "nonlinear"}});
     }
-    // The head of every report of ours: processor, compiler, flags.
+    // The head of every report: processor, compiler, flags.
     const Json head = to_json(LatencyReport{});
     return {{"version", version()},
             {"commit", commit()},
@@ -138,7 +138,7 @@ struct Answerer::State {
             {"solvers", {"riccati", "sparse", "ipopt"}}};
   }
 
-  // Of a file, where one is named.
+  // The program of a file, if one is given.
   std::pair<QpProblem, const QpInstance*> asked_for(const nlohmann::json& request) {
     if (!request.contains("file")) {
       const auto name = wanted<std::string>(request, "problem");
@@ -225,7 +225,7 @@ struct Answerer::State {
     return answer;
   }
 
-  // Of a point that anybody found, from the program and nothing else.
+  // Judges a point of any origin from the program alone.
   static Json judged(NonlinearProblem& problem, const NlpPoint& point) {
     NonlinearProgram& program = problem.shooting().nlp();
     double objective = std::numeric_limits<double>::quiet_NaN();

@@ -1,19 +1,19 @@
-// `saltus bench answer`: the program's side of the benchmark suite. One request in JSON per line of
-// the standard input, one answer per line of the output, so that the script that runs the suite can
-// take turns between our solvers and others.
+// `saltus bench answer`: the part of the benchmark suite in this program. It reads one JSON request
+// per line of the standard input and writes one answer per line, so that the script of the suite
+// can alternate between our solvers and others.
 //
 //   {"do": "describe"}
 //       version, compiler, flags, processor; problems and solvers
 //   {"do": "export", "problem": NAME, "instance": I, "file": FILE}
-//       writes the program as every solver reads it
+//       writes the program for all solvers
 //   {"do": "solve", "problem": NAME, "instance": I, "solver": NAME, "start": "cold"|"warm",
 //    "tolerance": 1e-8}
-//       what the solver says and the judge's figures, of quadratic programs its point, too; "file"
-//       in place of problem and instance: a program of qp_file.hpp
+//       status of the solver and values of the judge, for quadratic programs also the point; "file"
+//       instead of problem and instance: a program of qp_file.hpp
 //   {"do": "judge", "problem": NAME, "w": [], "lambda": [], "z": []}
-//       of a nonlinear problem: cost and KKT residual of a point that anybody found
+//       for a nonlinear problem: cost and KKT residual of a point of any origin
 //
-// A request that cannot be met is answered by {"error": sentence}.
+// The answer to an invalid request is {"error": sentence}.
 #pragma once
 
 #include <iosfwd>
@@ -33,7 +33,7 @@ class Answerer {
   std::unique_ptr<State> state_;
 };
 
-/// Until the input ends.
+/// Answers requests until the input ends.
 void answer_requests(std::istream& in, std::ostream& out);
 
 }  // namespace saltus::bench

@@ -1,6 +1,6 @@
-// `latency` and `answer` are carried out here; the rest is scripts in Python (suite/scripts), where
-// the other solvers are. They are run by the interpreter of the peers' environment where there is
-// one, else by the system's, which then finds our solvers only.
+// This file executes `latency` and `answer`. Everything else is Python (suite/scripts), which has
+// the other solvers. The scripts run with the interpreter of the peers' environment, or otherwise
+// with that of the system, which finds our solvers only.
 #include "benchmarks/suite/bench_verb.hpp"
 
 #include <fmt/format.h>
@@ -46,17 +46,17 @@ constexpr const char* help =
     "  reproduce  the tables of the pages again, and what differs\n"
     "  peers      installs the solvers of others into an environment of their own\n";
 
-// Of `./saltus setup --with-peers` beside the program, of `saltus bench peers` in the cache.
+// `./saltus setup --with-peers` installs beside the program, `saltus bench peers` into the cache.
 std::vector<fs::path> peer_folders() {
   std::vector<fs::path> folders{program_folder() / "peers"};
   try {
     folders.push_back(cache_folder() / "peers");
-  } catch (const InputError&) {  // no home: then there is none
+  } catch (const InputError&) {  // without a home folder there is none
   }
   return folders;
 }
 
-// The process becomes the script.
+// The process executes the script.
 [[noreturn]] void run_script(std::span<const std::string> arguments) {
   if (const std::string refusal = refusal_of_python(); !refusal.empty()) throw InputError(refusal);
   const std::string script = data_file("benchmarks/suite/scripts/bench.py").string();

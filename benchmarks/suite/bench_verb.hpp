@@ -1,4 +1,4 @@
-// The verb `bench`: how fast are our solvers, alone (`latency`) and beside others?
+// The verb `bench`: measures our solvers alone (`latency`) and compares them with others.
 #pragma once
 
 #include "saltus/app/program.hpp"

@@ -40,7 +40,7 @@ struct Car {
     return rate;
   }
 
-  /// At so many samples from the beginning.
+  /// State after the given number of samples.
   static VectorXd reference(int samples) {
     const double x = speed * sample * samples;
     VectorXd at(nx);
@@ -70,7 +70,7 @@ TrackingProgram car_program() {
   return program;
 }
 
-// One program per tick, then the model itself moves on with the first input.
+// One program per tick; then the model advances with the first input.
 std::vector<ClosedLoop::Tick> recorded(TrackingProgram program, int ticks,
                                        const std::function<void(TrackingProgram&, int)>& follow) {
   std::vector<ClosedLoop::Tick> all;
@@ -96,7 +96,7 @@ std::vector<ClosedLoop::Tick> recorded(TrackingProgram program, int ticks,
   return all;
 }
 
-// Recorded when the first instance is asked for.
+// Recorded at the first request.
 ClosedLoop loop_of(const std::string& name, int ticks, int intervals,
                    std::function<std::vector<ClosedLoop::Tick>()> record) {
   const auto known = std::make_shared<std::vector<ClosedLoop::Tick>>();

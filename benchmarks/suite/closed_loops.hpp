@@ -1,5 +1,5 @@
-// The quadratic programs that a nonlinear model predictive controller solves in closed loop, one
-// per tick: the dynamics linearised about the plan of the tick before, one stage earlier.
+// The quadratic programs of a nonlinear model predictive controller in closed loop, one per tick.
+// The dynamics are linearised about the previous plan, one stage earlier.
 #pragma once
 
 #include <functional>
@@ -12,14 +12,14 @@ namespace saltus::bench {
 struct ClosedLoop {
   struct Tick {
     StageQp qp;
-    StagePoint warm;  ///< the optimum of the tick before, one stage earlier
+    StagePoint warm;  ///< previous optimum, one stage earlier
   };
   std::string name = {};
   int ticks = 0, intervals = 0;
   std::function<Tick(int number)> tick = {};  ///< from 1
 };
 
-/// The chain of masses (hanging_chain.hpp) is brought to rest.
+/// The chain of masses (hanging_chain.hpp) returns to rest.
 ClosedLoop chain_loop();
 /// A car at 12 m/s changes to the left lane and back.
 ClosedLoop car_loop();

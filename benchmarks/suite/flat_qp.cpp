@@ -1,5 +1,5 @@
 // Dynamics k are the rows A x_k + B u_k - x_(k+1) = -b, whose multiplier is the costate. Entries
-// that are zero in all stages' data are left out: solvers without stages live from that.
+// that are zero in all stages are omitted, which solvers without stages need.
 #include "benchmarks/suite/flat_qp.hpp"
 
 #include <algorithm>
@@ -101,7 +101,7 @@ SparseQp flatten(const StageQp& qp) {
 
 namespace {
 
-// Where stages begin in the flat program, and which stage a variable is of.
+// Start of each stage in the flat program, and the stage of a variable.
 struct Layout {
   std::vector<int> variable, row, stage_of;
 
@@ -243,7 +243,7 @@ PrimalDualPoint flatten(const StageQp& qp, const StagePoint& point) {
     }
     first += s.nx + s.nu;
   }
-  // A fixed start has no bounds to hold it: its multiplier is what makes the Lagrangian stationary.
+  // A fixed start has no bounds: its multiplier makes the Lagrangian stationary.
   if (qp.fixed_start) {
     const Stage& s = qp.stages[0];
     const StagePoint::AtStage& p = point.stages[0];

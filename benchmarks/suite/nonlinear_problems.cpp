@@ -21,11 +21,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double time_limit = 60.0;  // s: a solve must not hold up those that follow it
+constexpr double time_limit = 60.0;  // s: a long solve must not block the next ones
 
 Json list(const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
-// Infinity has no word in JSON.
+// JSON has no infinity.
 Json sides(const VectorXd& v) {
   Json all = Json::array();
   for (const double side : v) all.push_back(std::isfinite(side) ? Json(side) : Json());
@@ -68,7 +68,7 @@ Json pattern_json(const SparsityPattern& pattern) {
   return {{"row", row}, {"col", col}};
 }
 
-// Values and derivatives by our own means.
+// Values and derivatives of our program.
 Json check_json(ShootingProgram& program, const VectorXd& w, Random& random) {
   const int n = program.variables(), m = program.rows();
   VectorXd gradient(n), rows(m), lambda = random.vector(m);
@@ -123,7 +123,8 @@ Json NonlinearProblem::file() {
 
   Json checks = Json::array();
   Random random(1);
-  constexpr double radius = 1e-3;  // in scaled variables; the air's density is steep in altitude
+  // in scaled variables; the density of air depends strongly on the altitude
+  constexpr double radius = 1e-3;
   for (int k = 0; k < 3; ++k) {
     const VectorXd w = start + (k == 0 ? 0.0 : radius) * random.vector(program.variables());
     Json check = check_json(program, w, random);

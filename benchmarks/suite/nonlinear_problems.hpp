@@ -1,5 +1,5 @@
-// The nonlinear problems of the suite: those of the library, each as the shooting program that our
-// own solvers see, and as a file for solvers of others.
+// The nonlinear problems of the suite: those of the library, each as the shooting program of our
+// solvers and as a file for other solvers.
 #pragma once
 
 #include <memory>
@@ -13,10 +13,10 @@
 
 namespace saltus::bench {
 
-/// What stands before the name of a case: "library/brachistochrone".
+/// Prefix of the names: "library/brachistochrone".
 inline constexpr const char* library_prefix = "library/";
 
-/// A case, with its program once that was asked for.
+/// A case, with its program after the first request.
 class NonlinearProblem {
  public:
   explicit NonlinearProblem(const ReferenceCase& c);
@@ -26,16 +26,16 @@ class NonlinearProblem {
   bool is_linear_quadratic() { return shooting_.nlp().is_linear_quadratic(); }
   int intervals() const;
 
-  /// The program as elementary steps, with values and derivatives at some points to compare with:
-  /// the format is told in nonlinear_program.py. Throws DefinitionError, in a sentence, where it
-  /// cannot be written so.
+  /// The program as elementary steps, with values and derivatives at some points for comparison;
+  /// nonlinear_program.py defines the format. Throws DefinitionError if the program cannot be
+  /// written as steps.
   nlohmann::ordered_json file();
 
   struct Solved {
     NlpResult result;
-    double microseconds = 0.0;  ///< of the thread
+    double microseconds = 0.0;  ///< CPU time of the thread
   };
-  /// Cold, from the case's guess: the second of two solves, so that memory is there.
+  /// Solves cold from the guess of the case; returns the second of two solves, with warm memory.
   Solved solve(SolverChoice choice, double tolerance);
 
  private:
@@ -43,9 +43,9 @@ class NonlinearProblem {
   MultipleShooting shooting_;
 };
 
-/// Names of all that are nonlinear, with the prefix.
+/// Names of all nonlinear problems, with the prefix.
 std::vector<std::string> nonlinear_names();
-/// The case of a name with the prefix. Throws InputError with the nearest name.
+/// The case with this name, including the prefix. Throws InputError with the nearest name.
 const ReferenceCase& nonlinear_case(const std::string& name);
 
 }  // namespace saltus::bench

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 Json list(const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
-// Infinity has no word in JSON.
+// JSON has no infinity.
 Json sides(const VectorXd& v) {
   Json all = Json::array();
   for (const double side : v) all.push_back(std::isfinite(side) ? Json(side) : Json());
@@ -70,7 +70,7 @@ struct Entries {
 SparseQp program_of(const nlohmann::json& json) {
   if (json.at("format") != "saltus-qp 1") throw DefinitionError("its format is not 'saltus-qp 1'");
   const int n = json.at("variables").get<int>(), rows = json.at("rows").get<int>();
-  // Before anything of that size is made: as many as the lists have.
+  // Before allocating: the sizes must agree with the lists.
   const auto count = [&](const char* key) { return static_cast<int>(json.at(key).size()); };
   if (n != count("gradient") || n != count("lower") || n != count("upper") ||
       rows != count("row_lower") || rows != count("row_upper"))

@@ -1,4 +1,4 @@
-// Quadratic programs as files that our solvers and those of others read: JSON, "saltus-qp 1".
+// Files of quadratic programs for our solvers and others: JSON, "saltus-qp 1".
 //
 // hessian (lower triangle) and jacobian are lists row, col, value; sides that are null do not
 // exist. `stages` holds states, inputs and rows besides the dynamics of each stage, in the order of
@@ -18,8 +18,8 @@ nlohmann::ordered_json program_json(const QpProblem& problem, int number,
                                     const QpInstance& instance);
 nlohmann::ordered_json point_json(const PrimalDualPoint& point);
 
-/// With its stages, if it says that it has them. Throws InputError naming the file and what is
-/// wrong with it.
+/// Reads a program, with its stages if the file has them. Throws InputError with the name of the
+/// file and the mistake.
 QpInstance read_program(const std::filesystem::path& file);
 
 }  // namespace saltus::bench

@@ -28,7 +28,7 @@ QpInstance in_stages(StageQp qp, StagePoint guess) {
   return instance;
 }
 
-// Cold starts at the static wrench and the states that it leads to.
+// Cold starts at the static wrench and the resulting states.
 RiccatiOptions standing_start() {
   RiccatiOptions options;
   options.start = QpStart::guess;
@@ -50,7 +50,7 @@ QpProblem recipe(const Batch& batch) {
   return problem;
 }
 
-// The warm start of tick k is the optimum of tick k - 1, one stage earlier: the same for everybody.
+// The warm start of tick k is the optimum of tick k - 1, one stage earlier, for all solvers.
 QpProblem recorded_recovery() {
   const auto sequence = std::make_shared<const RecordedSequence>(
       read_sequence(data_file("step_recovery_sequence.json")));
@@ -77,7 +77,7 @@ QpProblem recorded_recovery() {
   return problem;
 }
 
-// Of tick k, about the plan of tick k - 1; so the warm start.
+// Program and warm start of tick k, from the plan of tick k - 1.
 QpProblem closed_loop(ClosedLoop loop, const std::string& about,
                       std::span<const qp::RiccatiKernel> kernels) {
   QpProblem problem{.name = loop.name,

@@ -1,4 +1,4 @@
-// The quadratic programs of the benchmark suite by name: families of which an instance is a number.
+// The quadratic programs of the benchmark suite by name: families of numbered instances.
 #pragma once
 
 #include <functional>
@@ -12,28 +12,28 @@
 
 namespace saltus::bench {
 
-/// One program. What falls into stages has them, and a guess; `flat` is always there.
+/// One program. `flat` always exists; stages and a guess exist if the program has stages.
 struct QpInstance {
   std::optional<StageQp> stages = {};
-  StagePoint guess = {};                ///< of a cold start, where the program has stages
-  std::optional<StagePoint> warm = {};  ///< primal and dual, of a warm start
+  StagePoint guess = {};                ///< cold start, if the program has stages
+  std::optional<StagePoint> warm = {};  ///< primal and dual warm start
   SparseQp flat = {};
 };
 
 struct QpProblem {
   std::string name = {};   ///< "recipe/kI=7"
   std::string about = {};  ///< one sentence
-  int instances = 0;       ///< numbered from 1; 0: as many as one asks for
+  int instances = 0;       ///< numbered from 1; 0: unlimited
   int horizon = 0;         ///< intervals; 0: no stages
   bool has_warm_start = false;
-  RiccatiOptions options = {};                      ///< how our own solver starts best
+  RiccatiOptions options = {};                      ///< best start of our solver
   std::span<const qp::RiccatiKernel> kernels = {};  ///< sizes known to the compiler
   std::function<QpInstance(int number)> instance = {};
 };
 
-/// All of them. Throws InputError if a file of recorded problems is missing.
+/// All families. Throws InputError if a file of recorded problems is missing.
 std::vector<QpProblem> qp_problems();
-/// Throws InputError with the nearest name.
+/// The family of this name. Throws InputError with the nearest name.
 const QpProblem& find_problem(const std::vector<QpProblem>& problems, const std::string& name);
 
 }  // namespace saltus::bench

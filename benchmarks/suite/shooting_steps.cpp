@@ -15,7 +15,7 @@
 namespace saltus::bench {
 namespace {
 
-using Steps = std::vector<int>;  // of a FormulaSteps
+using Steps = std::vector<int>;  // indices of a FormulaSteps
 
 FormulaSteps with_inputs(int count) {
   FormulaSteps f;
@@ -34,12 +34,12 @@ int product(FormulaSteps& f, double a, int b) {
   return a == 1.0 ? b : f.add(Operation::multiply, f.add_constant(a), b);
 }
 
-// sum = -1: nothing yet
+// sum = -1: empty
 int sum(FormulaSteps& f, int sum, int term) {
   return sum < 0 ? term : f.add(Operation::add, sum, term);
 }
 
-// What a cost term adds: the formula, or half the weighted square of what it differs from its
+// Value of a cost term: the formula, or half the weighted square of its difference from the
 // reference.
 FormulaSteps cost_steps(const Term& term) {
   FormulaSteps formula = steps_of(term.function);
@@ -150,7 +150,7 @@ FormulaSteps interval_steps(const Integrator& integrator, const std::vector<Form
 }
 
 enum class Kind { interval, row, cost, cost_times_length, jump, change, penalty, link };
-// What a block stands for: blocks with the same kind, phase and term share their function.
+// Key of a block: blocks with the same kind, phase and term share their function.
 using Meaning = std::tuple<Kind, int, int>;
 
 class Writer {

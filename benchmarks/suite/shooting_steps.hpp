@@ -1,5 +1,5 @@
-// The functions of a shooting program as elementary steps: dynamics together with their integrator,
-// costs, constraints and jumps, so that others can solve the same program by their own means.
+// The functions of a shooting program as elementary steps: dynamics with their integrator, costs,
+// constraints and jumps, so that other solvers can solve the same program.
 #pragma once
 
 #include <vector>
@@ -11,13 +11,13 @@ namespace saltus::bench {
 
 struct ShootingSteps {
   std::vector<FormulaSteps> functions;
-  std::vector<int> function_of;  ///< per block of the program: index into `functions`, -1: a block
-                                 ///< none of whose outputs counts
+  std::vector<int> function_of;  ///< index into `functions` per block of the program; -1: no output
+                                 ///< of the block is used
 };
 
-/// Every function is compared with the program's own. Throws DefinitionError, in a sentence, for
-/// what cannot be written as steps: implicit integrators, events inside intervals, algebraic
-/// equations, references that vary in time.
+/// Compares every function with that of the program. Throws DefinitionError for functions that
+/// cannot be written as steps: implicit integrators, events inside intervals, algebraic equations,
+/// references that vary in time.
 ShootingSteps shooting_steps(const ShootingProgram& program, const IntegratorScheme& scheme,
                              const VectorXd& start);
 

@@ -6,7 +6,7 @@ namespace saltus::bench {
 
 namespace {
 
-// The chain's and the car's; the fixed start has no states, the end no inputs.
+// Sizes of the chain and the car; the fixed start has no states, the end no inputs.
 constexpr qp::RiccatiKernel chain_kernels[] = {qp::riccati_kernel<21, 3, 21>(),
                                                qp::riccati_kernel<0, 3, 21>(),
                                                qp::riccati_kernel<21, 0, 0>()};

@@ -1,4 +1,4 @@
-// The kernels of fixed sizes for our own families of programs, compiled once for the suite.
+// Kernels of fixed sizes for our families of programs, compiled once for the suite.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@ struct RiccatiKernel;
 
 namespace saltus::bench {
 
-std::span<const qp::RiccatiKernel> sized_kernels();  ///< of the step recovery
+std::span<const qp::RiccatiKernel> sized_kernels();  ///< kernels of the step recovery
 std::span<const qp::RiccatiKernel> chain_sizes();
 std::span<const qp::RiccatiKernel> car_sizes();
 
