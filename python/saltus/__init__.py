@@ -1,8 +1,8 @@
-"""Runs of Saltus in Python: load their tables, make them, draw them, hand them to other tools.
+"""Runs of Saltus in Python: load tables, run the program, draw pictures, convert to other formats.
 
     import saltus
-    run = saltus.load("results/demo")                    # a folder that a run left
-    run = saltus.run("push_recovery", push__impulse=6)   # makes one with the program, and loads it
+    run = saltus.load("results/demo")                    # the folder of a run
+    run = saltus.run("push_recovery", push__impulse=6)   # runs the program and loads the result
     height = run.trajectory["height"]                    # arrays by name, with or without the unit
     run.to_mat("demo.mat")                               # robot-log-visualizer, MATLAB
     run.to_mcap("demo.mcap")                             # Foxglove, PlotJuggler

@@ -1,4 +1,4 @@
-"""Processes that end when the one that started them does, however that came about."""
+"""Child processes that end with their parent, for any reason."""
 
 import ctypes
 import signal
@@ -8,6 +8,6 @@ _SET_SIGNAL_OF_PARENTS_DEATH = 1  # prctl(2)
 
 
 def end_with_parent():
-    """To be called in the child: at its begin, or as preexec_fn where no threads run. Linux only; elsewhere nothing."""
+    """Call it at the start of the child, or as preexec_fn without threads. No effect outside Linux."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_SIGNAL_OF_PARENTS_DEATH, signal.SIGTERM, 0, 0, 0)

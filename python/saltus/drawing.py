@@ -1,13 +1,13 @@
-"""What the scripts that draw share: matplotlib without a display, and pictures written whole."""
+"""Common parts of the drawing scripts: matplotlib without a display, and atomic writing of pictures."""
 
 import os
 import sys
 
 
 def keep_fonts_in_cache():
-    """What matplotlib finds out about fonts takes it a second: kept in the user's own cache.
+    """Keeps matplotlib's font cache in the user's cache folder, which saves a second per run.
 
-    Without a folder that can be written it makes one of its own for each run."""
+    Without a writable folder matplotlib creates a temporary one for each run."""
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     folder = os.path.join(cache, "saltus", "matplotlib")
     try:
@@ -24,7 +24,7 @@ try:
 except ModuleNotFoundError:
     print("no pictures: this python3 has no matplotlib; install python3-matplotlib and use "
           "/usr/bin/python3", file=sys.stderr)
-    sys.exit(3)  # said: the program that called adds nothing
+    sys.exit(3)  # the message is printed; the calling program adds nothing
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402, F401
@@ -33,6 +33,6 @@ from .whole_file import whole_file  # noqa: E402
 
 
 def save_picture(figure, path, dpi=110):
-    """A PNG file that is never half written."""
+    """Writes a PNG file atomically."""
     with whole_file(path) as partial:
         figure.savefig(partial, dpi=dpi, format="png")

@@ -1,4 +1,4 @@
-"""Runs for other people's tools: MAT v7.3 as robometry writes it, MCAP with JSON messages.
+"""Converts runs to other formats: MAT v7.3 in robometry's layout, MCAP with JSON messages.
 
 Usage: python3 -m saltus.logs FOLDER mat|mcap|FILE.mat|FILE.mcap...
 
@@ -22,16 +22,16 @@ except ModuleNotFoundError:
 from .results import load  # noqa: E402
 from .whole_file import whole_file  # noqa: E402
 
-ROOT = "robot_logger_device"  # where robot-log-visualizer looks
+ROOT = "robot_logger_device"  # the name that robot-log-visualizer expects
 
 
 # ---- MAT v7.3 ------------------------------------------------------------------------------------
 
-# HDF5 behind 512 bytes of MATLAB's own. Arrays stand there with their dimensions reversed.
+# HDF5 behind a MATLAB header of 512 bytes. The dimensions of arrays are reversed.
 
 
 def _name(text):
-    """As MATLAB's fields are called: letters, digits and _."""
+    """Converts a name to a MATLAB field name: letters, digits and _."""
     name = re.sub(r"\W", "_", text, flags=re.ASCII)
     return name if name[:1].isalpha() else "x" + name
 
@@ -76,16 +76,16 @@ class _MatFile:
 
 
 def _joints(run):
-    """Names of a robot's joints, and the table that has their positions q_NAME."""
+    """Names of the robot's joints, and the table with their positions q_NAME."""
     body = run.tables.get("body", {})
     return [name[len("q_"):] for name in body if name.startswith("q_")], body
 
 
 def write_mat(run, path):
-    """Every column of numbers of every table: robot_logger_device.TABLE.COLUMN, and what a column is of.
+    """Writes every numeric column of every table as robot_logger_device.TABLE.COLUMN, with its element names.
 
-    A robot's joints are together in joints_state, too, where robot-log-visualizer finds them. It cannot
-    read tables of one row, so these are left out.
+    The joints of a robot are also in joints_state, where robot-log-visualizer expects them. It cannot read
+    tables of one row, so these are omitted.
     """
     import h5py
 
@@ -127,7 +127,7 @@ def _schema(title, table):
 
 
 def write_mcap(run, path):
-    """A channel per table, a message per row; what is no number is null. Times are those of the run."""
+    """Writes one channel per table and one message per row; missing numbers are null. Times are those of the run."""
     from mcap.writer import Writer
 
     with whole_file(path) as partial:
@@ -168,7 +168,7 @@ def main(folder, names):
             return SAID
     try:
         status, run = 0, load(folder)
-    except ValueError as error:  # bytes that are no text, rows of other lengths, JSON cut off
+    except ValueError as error:  # invalid text, rows of different lengths, truncated JSON
         print(f"{folder}: its tables are damaged: {error}", file=sys.stderr)
         return SAID
     for file in files:

@@ -2,13 +2,13 @@
 
 import sys
 
-# As framework/saltus/app/python_script.cpp understands them.
-SAID = 3  # cannot be done, and a sentence said why
+# Exit status for framework/saltus/app/python_script.cpp.
+SAID = 3  # impossible, and the reason is printed
 NOT_WRITTEN = 4
 
 
 def on_folder(main, usage, what):
-    """Calls main(folder); `what` says which folder is meant when a file is missing in it."""
+    """Calls main(folder). If a file is missing, the message names the folder by `what`."""
     if len(sys.argv) != 2:
         sys.exit(usage)
     try:

@@ -1,5 +1,5 @@
-"""All pictures of a folder again, from its tables: of any run, of a legged robot's with report and replay, of the
-quadruped's runs and campaigns, of a survival map.
+"""Draws all pictures of a folder from its tables: of any run, of a legged robot with report and replay, of runs and
+campaigns of the quadruped, and of a survival map.
 
 Usage: python3 -m saltus.plot FOLDER
 """
@@ -23,7 +23,7 @@ def _summary(folder):
 
 
 def _drawers(folder):
-    """What draws the folder's tables, in order."""
+    """The modules that draw the tables of the folder, in order."""
     names = os.listdir(folder)
     if "map.csv" in names:
         from .walking import plot_map
@@ -43,7 +43,7 @@ def _drawers(folder):
 def redraw(folder):
     """Draws everything; returns the files that were written. FileNotFoundError if there is nothing to draw."""
     folder = os.path.abspath(folder)
-    begin = time.time() - 0.01  # of a file system's clock
+    begin = time.time() - 0.01  # resolution of the file system's clock
     for draw in _drawers(folder):
         draw(folder)
     drawn = [os.path.join(folder, name) for name in sorted(os.listdir(folder)) if name.endswith(ENDINGS)]

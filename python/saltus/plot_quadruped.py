@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Picture of a run of the quadruped: the way over the ground, who stands when, body, solve times.
+"""Draws a run of the quadruped: path over the ground, contacts, body, solve times.
 
 Usage: python3 -m saltus.plot_quadruped RESULTS, a folder with trajectory.csv, feet.csv, ticks.csv and summary.json;
-writes quadruped.png beside them. Where the run is a campaign, campaign.csv is drawn as campaign.png.
+writes quadruped.png into it. For a campaign, campaign.csv is drawn as campaign.png.
 """
 
 import json
@@ -14,11 +14,11 @@ from .on_folder import on_folder
 from .tables import read_table
 
 LEGS = {"FL": "tab:blue", "FR": "tab:orange", "RL": "tab:green", "RR": "tab:red"}
-WINDOW = 1.6  # s of the gait that are shown
+WINDOW = 1.6  # s, length of the gait that is shown
 
 
 def spans(times, flags):
-    """[(begin, length)] while the flag is set."""
+    """[(begin, length)] of the times in which the flag is set."""
     found, begin = [], None
     for t, flag in zip(times, flags):
         if flag and begin is None:

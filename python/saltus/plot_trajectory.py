@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Draws a run of any problem: states and inputs over time, modes shaded, events marked.
 
-Usage: python3 -m saltus.plot_trajectory RESULTS, a folder with trajectory.csv ("t [s]", perhaps "mode", states,
-inputs) and perhaps events.csv and summary.json; writes trajectory.png beside it. Of a case with
-several motions every trajectory_NAME.csv gets its picture. A closed loop is a run like any other;
-its ticks.csv adds where the inputs came from and how long the controller took, its plans.csv, thin, what it had in mind.
+Usage: python3 -m saltus.plot_trajectory RESULTS, a folder with trajectory.csv ("t [s]", optionally "mode", states,
+inputs) and optionally events.csv and summary.json; writes trajectory.png into it. For a case with several motions
+every trajectory_NAME.csv has its picture. For a closed loop, ticks.csv adds the provenance of the inputs and the
+computing times, and plans.csv adds the plans as thin lines.
 """
 
 import glob
@@ -19,11 +19,11 @@ from .tables import read_table
 SHADES = ["#dbe9f6", "#fde6cf", "#dff0d8", "#f3dcef", "#fff3bf", "#e2e2e2", "#d5f0f0", "#f6d8d8"]
 PROVENANCES = {"optimal": "tab:green", "step": "tab:blue", "feasible": "tab:olive",
                "shifted": "tab:orange", "fallback": "tab:red"}
-MOST_LABELS = 6  # of modes or events that are named in a picture
+MOST_LABELS = 6  # largest number of modes or events with a label
 
 
 def mode_spans(times, modes):
-    """[(begin, end, mode)]: neighbouring samples of one mode."""
+    """[(begin, end, mode)] of consecutive samples of one mode."""
     spans = []
     for t, mode in zip(times, modes):
         if spans and spans[-1][2] == mode:
@@ -48,7 +48,7 @@ def mark(axes, events):
 
 
 def split_columns(table, summary):
-    """Names of states and of inputs: the program says how many columns are states."""
+    """Names of states and of inputs; summary.json has the number of states."""
     names = [name for name in table if name not in ("t [s]", "mode")]
     states = summary.get("states")
     if states is None:
@@ -57,7 +57,7 @@ def split_columns(table, summary):
 
 
 def jumps_at(times, values):
-    """Breaks a line where a value jumps in no time, so that jumps are not drawn as ramps."""
+    """Interrupts a line at a jump, so that jumps are not drawn as ramps."""
     t, v = [], []
     for i, time in enumerate(times):
         if i > 0 and time == times[i - 1] and values[i] != values[i - 1]:
@@ -81,7 +81,7 @@ def draw_ticks(axes, ticks):
 
 
 def draw_plans(axes, plans, name):
-    """Every plan that was kept, from the tick that made it to its end."""
+    """Every stored plan, from its tick to its end."""
     if name not in plans:
         return
     for made_at in dict.fromkeys(plans["made at [s]"]):
@@ -169,7 +169,7 @@ def draw_motion(folder, table_file, summary):
             draw_ticks(axes, ticks)
         else:
             color = "tab:blue" if kind == "state" else "tab:red"
-            held = kind == "input" and ticks  # from sample to sample; plans say where they bend
+            held = kind == "input" and ticks  # constant between samples; plans have their own nodes
             draw_plans(axes, plans, name)
             axes.plot(*jumps_at(t, table[name]), color=color, linewidth=1.2,
                       drawstyle="steps-post" if held else "default")
@@ -177,7 +177,7 @@ def draw_motion(folder, table_file, summary):
             axes.ticklabel_format(axis="y", useOffset=False)
             known = [value for value in table[name] if not math.isnan(value)]
             if known and max(known) - min(known) <= 1e-9 * max(1.0, abs(known[0])):
-                axes.set_ylim(known[0] - 1.0, known[0] + 1.0)  # constant but for rounding
+                axes.set_ylim(known[0] - 1.0, known[0] + 1.0)  # constant up to rounding
         if summary.get("logarithmic_time"):
             axes.set_xscale("log")
         else:

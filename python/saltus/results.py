@@ -16,7 +16,7 @@ _WITH_UNIT = re.compile(r"(.*\S) \[(.*)\]$")
 
 
 class SaltusError(RuntimeError):
-    """The program ended with another status than 0; its sentence, and `status`."""
+    """The program ended with a status other than 0; has its message and `status`."""
 
     def __init__(self, sentence, status):
         super().__init__(sentence)
@@ -24,10 +24,10 @@ class SaltusError(RuntimeError):
 
 
 class Table(collections.abc.Mapping):
-    """Columns of a CSV file by name, in their order: arrays of numbers (what is empty is NaN) or of texts.
+    """Columns of a CSV file by name, in order: arrays of numbers (empty cells are NaN) or of texts.
 
     `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m". Columns that
-    differ by their unit alone keep it in their names.
+    differ only in their unit keep it in their names.
     """
 
     def __init__(self, columns):
@@ -64,7 +64,7 @@ class Table(collections.abc.Mapping):
 
 
 class Run:
-    """A folder that a run left: every table as a `Table`, summary.json as `summary`."""
+    """The folder of a run: every table as a `Table`, summary.json as `summary`."""
 
     def __init__(self, folder):
         self.folder = os.path.abspath(folder)
@@ -89,21 +89,21 @@ class Run:
             return file.read()
 
     def timed_tables(self):
-        """Those whose rows are instants, by name."""
+        """The tables whose rows are instants, by name."""
         return {name: table for name, table in self.tables.items() if "t" in table and len(table.time)}
 
     def plot(self):
-        """Draws all pictures of the folder again, and returns their paths."""
+        """Draws all pictures of the folder again and returns their paths."""
         from .plot import redraw
         return redraw(self.folder)
 
     def to_mat(self, path):
-        """A MAT file (v7.3) in the layout of robometry; needs h5py."""
+        """Writes a MAT file (v7.3) in the layout of robometry; needs h5py."""
         from .logs import write_mat
         write_mat(self, path)
 
     def to_mcap(self, path):
-        """An MCAP file of JSON messages with their schemas; needs the package mcap."""
+        """Writes an MCAP file of JSON messages with schemas; needs the package mcap."""
         from .logs import write_mcap
         write_mcap(self, path)
 
@@ -112,7 +112,7 @@ class Run:
 
 
 def load(folder):
-    """What a run left in the folder. FileNotFoundError if there is nothing."""
+    """Loads the run in the folder. Raises FileNotFoundError if there is none."""
     return Run(folder)
 
 
@@ -124,10 +124,10 @@ def _program():
 
 
 def run(problem, out=None, config=None, **settings):
-    """`saltus run problem`, then load(). Settings by keyword, with __ for the dot: push__impulse=6.
+    """Executes `saltus run problem`, then load(). Settings are keywords with __ for the dot: push__impulse=6.
 
-    Without `out` the results are in results/PROBLEM. SaltusError with the program's sentence if it
-    refuses, or a solver gave up.
+    Without `out` the results are in results/PROBLEM. Raises SaltusError with the program's message if
+    the program rejects the settings or the solver does not converge.
     """
     words = [_program(), "run", problem]
     if config is not None:

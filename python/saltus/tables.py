@@ -15,9 +15,9 @@ def without_unit(column):
 
 
 def read_table(path):
-    """Columns by name, in their order: numbers where all entries are (empty ones are NaN)."""
+    """Columns by name, in order; numeric if all entries are (empty ones are NaN)."""
     if os.path.exists(path) and not os.path.isfile(path):
-        raise ValueError(f"{path} is no file")  # a device has no end
+        raise ValueError(f"{path} is no file")  # a device has no end of file
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     if not rows:
@@ -36,5 +36,5 @@ def read_table(path):
 
 
 def read_by_names(path):
-    """The same by names without units."""
+    """The columns by names without units."""
     return {without_unit(column): entries for column, entries in read_table(path).items()}

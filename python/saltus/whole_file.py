@@ -1,4 +1,4 @@
-"""Files that are never seen half written, whoever else writes into the folder."""
+"""Atomic writing of files, also with several writers in one folder."""
 
 import contextlib
 import os
@@ -8,10 +8,10 @@ import socket
 
 @contextlib.contextmanager
 def whole_file(path):
-    """The name of an empty file beside `path`, of this user alone: what stands there at the end becomes `path` in one step.
+    """Yields the name of an empty file beside `path`, private to this user, whose content replaces `path` in one step.
 
-    With an error or an interruption `path` is as it was. OSError names `path`. What a killed process leaves is hidden, and
-    ends with its machine's name, its number and .part: the next run into the folder on that machine clears it.
+    After an error or an interruption `path` is unchanged. OSError names `path`. The file of a killed process is hidden and
+    ends with the name of its machine, its number and .part. The next run into the folder on that machine removes it.
     """
     folder, name = os.path.split(os.path.abspath(path))
     host = socket.gethostname()[:16].replace(".", "-") or "host"  # as framework/saltus/core/temporary_file.cpp has it

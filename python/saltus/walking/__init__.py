@@ -1,1 +1,1 @@
-"""What is drawn of legged robots: pictures, report, replay, film, survival maps."""
+"""Output for legged robots: pictures, report, replay, film, survival maps."""

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Two runs of the push recovery, one above the other: the MPC against the baseline, for example.
+"""Draws two runs of push recovery for comparison, for example the MPC and the baseline.
 
-Usage: python3 -m saltus.walking.compare_runs A B [PICTURE], two folders with results; writes PICTURE, or compare.png in A.
-Vertical forces as planned, of each run in a panel of its own: the band is 5 % of the weight about
-the mean of the last second, the triangle marks from where on the force stays in it (force_settling
-of summary.json). Below, the CoM and the capture point of both runs, y, with the hull of the soles.
+Usage: python3 -m saltus.walking.compare_runs A B [PICTURE], two folders with results; writes PICTURE, or compare.png
+in A.
+Each run has a panel with its planned vertical forces. The band is 5 % of the weight about the mean of the
+last second; the triangle marks the time from which the force stays inside (force_settling of summary.json).
+The lower panels have the CoM and the capture point of both runs, y, with the hull of the soles.
 """
 
 import json
@@ -18,7 +19,7 @@ from . import events, ground
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
 STYLES = (("tab:purple", "-"), ("tab:olive", "--"))  # of the runs in the common panels
-WITHIN = 0.05  # of the weight; settling.hpp
+WITHIN = 0.05  # fraction of the weight; settling.hpp
 OVER = 1.0  # s
 GRAVITY = 9.81
 
@@ -38,14 +39,14 @@ class Run:
             self.times = self.trajectory["t"]
             self.planned = {foot: self.trajectory[f"{foot}_fz"] for foot in COLORS}
         self.touchdown = self.summary["touchdown_s"]
-        self.settled_from = self.summary.get("icp_settling_from_s", self.touchdown)  # older ones: touch-down
+        self.settled_from = self.summary.get("icp_settling_from_s", self.touchdown)  # older runs: touch-down
         self.name = NAMES[self.summary["controller"]]
         engine = self.summary["plant"].split(",")[0]
         self.title = f"{self.name}, {events.impulse_in_words(self.summary)}, {engine}"
 
 
 def mean_of_the_end(times, values):
-    """Each value is held until the next."""
+    """Holds each value until the next."""
     begin = times[-1] - OVER
     total = length = 0.0
     for now, following, value in zip(times, times[1:], values):
@@ -88,14 +89,14 @@ def draw_both(axes, runs, column, label, begin, end):
         axes.plot(times, values, color=color, linestyle=line, label=run.name)
         shown += [y for t, y in zip(times, values) if begin <= t <= end]
         edges += [point[1] for piece in ground.intervals(run.summary, begin, end) for point in piece[3]]
-    # Who falls goes far away from what stands.
+    # The CoM of a falling robot goes far beyond the support.
     axes.set_ylim(max(min(shown) - 0.01, min(edges, default=0.0) - 1.0),
                   min(max(shown) + 0.01, max(edges, default=0.0) + 1.0))
     axes.set_ylabel(label)
 
 
 def draw_edges(axes, run, style, end):
-    """Of what stands: one sole, or the hull of two."""
+    """Extent of the support: one sole, or the hull of two."""
     color, _ = style
     is_named = False
     for first, last, feet, corners in ground.intervals(run.summary, run.trajectory["t"][0], end):

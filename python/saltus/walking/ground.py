@@ -1,8 +1,8 @@
-"""What stands when, of summary.json."""
+"""Stance feet over time, from summary.json."""
 
 
 def intervals(summary, begin, end):
-    """(from, until, number of feet, corners) of what stands one after the other within [begin, end], s and m."""
+    """(from, until, number of feet, corners) of the successive supports within [begin, end], s and m."""
     records = summary["ground"]
     ends = [record["from_s"] for record in records[1:]] + [float("inf")]
     for record, until in zip(records, ends):
@@ -12,6 +12,6 @@ def intervals(summary, begin, end):
 
 
 def stood_at_first(summary):
-    """In words, what the robot stands on at the start."""
+    """The initial support in words."""
     first = summary["ground"][0]
     return "both feet" if first["left"] and first["right"] else "left foot" if first["left"] else "right foot"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A film of a run on the whole body, from its replay.
+"""Makes a film of a run on the whole body from its replay.
 
-Usage: python3 -m saltus.walking.movie RESULTS, a folder with replay.html; writes movie.mp4 beside it, or movie.gif where
-there is no ffmpeg. Needs Chromium, which draws the replay without a window.
+Usage: python3 -m saltus.walking.movie RESULTS, a folder with replay.html; writes movie.mp4 into it, or movie.gif
+without ffmpeg. Needs Chromium, which draws the replay without a window.
 """
 
 import base64
@@ -20,21 +20,21 @@ from ..on_folder import on_folder
 from ..whole_file import whole_file
 
 RATE = 20  # pictures per second
-SIZE = (640, 532)  # of the window, pixels; 52 of them are the replay's bar
-PATIENCE = 20  # s for each picture; without a graphics card it takes about one
-BEFORE, AFTER = 0.5, 2.0  # s of the first push, and of the last landing or push, that are shown
+SIZE = (640, 532)  # of the window, pixels; the bar of the replay takes 52
+PATIENCE = 20  # s per picture; without a graphics card it takes about one
+BEFORE, AFTER = 0.5, 2.0  # s shown before the first push, and after the last landing or push
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
 def span(folder):
-    """Of the run what is worth seeing, in s."""
+    """The interval of the run that is shown, s."""
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     return events.span(summary, BEFORE, AFTER)
 
 
 def pictures_of(page, begin, end, rate=RATE):
-    """JPEG files, so many per second."""
+    """JPEG files at a given rate."""
     browser = next((path for path in map(shutil.which, BROWSERS) if path), None)
     if browser is None:
         sys.exit("no movie: there is no Chromium; install the package chromium")
@@ -70,7 +70,7 @@ def write_gif(pictures, path):
         from PIL import Image
     except ModuleNotFoundError:
         sys.exit("no movie: install the package ffmpeg, or python3-pil for a GIF")
-    step = 2  # every other picture, half the size
+    step = 2  # every second picture, half the size
     frames = [Image.open(io.BytesIO(p)).resize((SIZE[0] // 2, SIZE[1] // 2)) for p in pictures[::step]]
     frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:],
                    duration=1000 * step // RATE, loop=0)

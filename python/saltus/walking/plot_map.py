@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Polar picture of a survival map.
+"""Draws a survival map as a polar picture.
 
-Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
-time, or one where the planner of steps decides about it; the angle is the direction towards which the robot is pushed,
-forward is up and left is left; the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each
-controller recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound; where the planner
-decides the title says which share of its area was reached.
+Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png into it. There is one panel
+per step
+time, or one if the planner decides the step time. The angle is the direction of the push, with forward up and left to
+the left; the radius is the impulse. Filled cells: the MPC recovered. Lines: the impulse up to which each controller
+recovered every push; dots: further recovered pushes. Dashed: the bound of the plain pendulum. If the planner decides
+the step time, the title has the fraction of the bound's area that was reached.
 """
 
 import csv
@@ -21,13 +22,13 @@ STYLES = {
     "capture_point": {"color": "tab:orange", "label": "capture point"},
     "none": {"color": "tab:green", "label": "no step"},
 }
-# Dots of different controllers stand beside each other, fractions of a cell's width.
+# Offset of the dots of different controllers, in fractions of a cell's width.
 OFFSETS = {"mpc": -0.2, "capture_point": 0.0, "none": 0.2}
 
 
 def read_cells(path):
-    """{(controller, step time): {direction in rad: {impulse: (outcome, bound)}}}; the last line of
-    a cell counts."""
+    """{(controller, step time): {direction in rad: {impulse: (outcome, bound)}}}; uses the last line of
+    each cell."""
     cells = {}
     with open(path, newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
@@ -48,13 +49,13 @@ def unbroken(pushes):
 
 
 def area(radii):
-    """Of the polygon with these radii, evenly spread."""
+    """Area of the polygon with these radii at equal angles."""
     pairs = zip(radii, radii[1:] + radii[:1])
     return 0.5 * math.sin(2.0 * math.pi / len(radii)) * sum(a * b for a, b in pairs)
 
 
 def share_of_bound(rays, width):
-    """Of the bound's area that was reached; None unless directions are all there."""
+    """Fraction of the bound's area that was reached; None if directions are missing."""
     if len(rays) < 3 or abs(len(rays) * width - 2.0 * math.pi) > 1e-6:
         return None
     angles = sorted(rays)
@@ -88,7 +89,7 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
                          color=STYLES["mpc"]["color"], alpha=0.18, linewidth=0)
             elif outcome == "failed":
                 axes.plot(angle, impulse, "x", color="black", markersize=4)
-    # Lines that coincide stay visible: the later ones are narrower.
+    # Later lines are narrower, so that coinciding lines remain visible.
     for key, linewidth in zip(shown, (3.4, 2.2, 1.2)):
         rays = cells.get(key)
         if not rays:
@@ -107,7 +108,7 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
             axes.plot(*closed(rays, bound_of, width),
                       linestyle=style, color="black", linewidth=1.0,
                       label="pendulum's bound" + ("" if style == "--" else ", no step"))
-    axes.set_theta_zero_location("N")  # forward is up; angles count to the left, as seen from above
+    axes.set_theta_zero_location("N")  # forward is up; angles increase to the left, seen from above
     axes.set_thetagrids(range(0, 360, 45),
                         ["forward", "", "left", "", "back", "", "right", ""])
     axes.set_ylim(0.0, outermost)
@@ -142,7 +143,7 @@ def main(folder):
     figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * max(len(step_times), 2), 5.6),
                                   subplot_kw={"projection": "polar"}, squeeze=False)
     for axes, step_time in zip(panels[0], step_times):
-        is_free = has_steps and step_time == 0.0  # the planner of steps decides: all of its bound is shown
+        is_free = has_steps and step_time == 0.0  # the planner decides the step time: the whole bound is shown
         outermost = max(impulses[-1], *map(bound_of, rays)) if is_free else impulses[-1]
         draw_panel(axes, cells, step_time, width, edges, 1.08 * outermost)
         axes.set_title(free_title(cells.get(("mpc", 0.0), {}), width, impulses[-1]) if is_free

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Pictures of a push recovery run, after the figures of the paper.
+"""Draws a run of push recovery, with the figures of the paper.
 
 Usage: python3 -m saltus.walking.plot_run RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
-capture_point.png, from_above.png and forces.png beside them, step_plans.png where steps were planned
-(plans.csv). A run on the whole body (body.csv, robot.json) also gets measured_forces.png, feet.png and
-torques.png, one by measured senses estimate.png.
+capture_point.png, from_above.png and forces.png into it, and step_plans.png if steps were planned (plans.csv).
+A run on the whole body (body.csv, robot.json) also has measured_forces.png, feet.png and torques.png, and with
+measured sensors estimate.png.
 """
 
 import json
@@ -16,7 +16,7 @@ from ..tables import read_by_names
 from . import events, ground
 
 FEET = (("left", "tab:blue"), ("right", "tab:orange"))
-STANDING = {1: ("stance sole", ":"), 2: ("hull of both soles", "--")}  # by the number of feet
+STANDING = {1: ("stance sole", ":"), 2: ("hull of both soles", "--")}  # by number of stance feet
 
 
 def mark_events(axes, summary):
@@ -52,7 +52,7 @@ def draw_measured_forces(body, summary, folder, begin, end, what):
         axes.step(body["t"], body[f"{foot}_planned_fz"], where="post", color=color, linestyle="--",
                   label=f"{foot}, planned")
     mark_events(axes, summary)
-    # Single samples of a landing are far above everything else.
+    # Single samples at a landing are far above all others.
     shown = [f for foot in ("left", "right") for kind in ("filtered", "planned")
              for t, f in zip(body["t"], body[f"{foot}_{kind}_fz"]) if begin <= t <= end]
     highest = max(shown, default=1.0)
@@ -116,7 +116,7 @@ def draw_estimate(table, body, summary, folder, begin, end, what):
 
 
 def draw_capture_point(table, summary, folder, begin, end, what):
-    """Lateral and forward, with the extent of what stands in that direction."""
+    """Lateral and forward motion, with the extent of the support in that direction."""
     t = table["t"]
     standing = list(ground.intervals(summary, begin, end))
     figure, panels = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True, constrained_layout=True)
@@ -137,19 +137,19 @@ def draw_capture_point(table, summary, folder, begin, end, what):
             edges += extent
         mark_events(axes, summary)
         shown = edges + [v for s, v in zip(t, table["icp_" + axis]) if begin <= s <= end]
-        # Who falls goes far away from what stands.
+        # The CoM of a falling robot goes far beyond the support.
         axes.set_ylim(max(min(shown) - 0.03, min(edges, default=0.0) - 1.0),
                       min(max(shown) + 0.05, max(edges, default=0.0) + 1.0))
     save(figure, panels[0], folder, "capture_point.png", begin, end)
 
 
 def closed(corners):
-    """x and y of a polygon's edge, back to its first corner."""
+    """x and y of the closed outline of a polygon."""
     return [[p[entry] for p in corners + corners[:1]] for entry in (0, 1)]
 
 
 def draw_from_above(table, summary, folder, begin, end, what):
-    """A floor plan: feet, hull, ways of CoM and capture point. y to the left, as the robot sees it."""
+    """View from above: feet, hull, paths of CoM and capture point; y to the left, as seen by the robot."""
     figure, axes = plt.subplots(figsize=(5.6, 6.0), constrained_layout=True)
     axes.set_title(f"From above, {what}")
     axes.set_xlabel("y [m]")
@@ -164,7 +164,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
         x, y = closed(summary["hull"])
         axes.plot(y, x, color="tab:green", linestyle="--", label="hull of both soles")
     steps = [s for s in summary.get("steps", []) if s["touchdown_s"] is not None]
-    if len(steps) > 1:  # which landing was where
+    if len(steps) > 1:  # labels of the landings
         for number, step in enumerate(steps, start=1):
             x, y = step["landed_at_m"][:2]
             axes.annotate(str(number), (y, x), color="tab:" + ("blue" if step["foot"] == "left" else "orange"))
@@ -183,7 +183,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
                   sum(p[entry] for p in corners) / len(corners) for entry in (0, 1)]
     reach = max(0.25, *(abs(p[entry] - middle[entry]) + 0.05 for p in corners for entry in (0, 1)))
     is_named = False
-    for push in events.pushes(summary):  # an arrow to where the CoM was, along the ground
+    for push in events.pushes(summary):  # an arrow to the CoM, projected on the ground
         length = sum(v * v for v in push["direction"][:2]) ** 0.5 if push["direction"] else 0.0
         if length == 0.0:
             continue
@@ -206,7 +206,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
 
 
 def step_alternatives(plans):
-    """One list per tick of (steps, foot, cost, x, y, landing) of what was looked at."""
+    """One list per tick of the considered plans (steps, foot, cost, x, y, landing)."""
     names = ("steps", "right_foot", "cost", "place_x", "place_y", "landing")
     count = sum(name.endswith("_cost") for name in plans)
     columns = [[plans[f"alternative_{i + 1}_{name}"] for name in names] for i in range(count)]
@@ -215,7 +215,7 @@ def step_alternatives(plans):
 
 
 def draw_step_plans(plans, summary, folder, begin, end, what):
-    """What the planner of steps had to choose from: places, costs, and the time to the landing."""
+    """Alternatives of the planner of steps: positions, costs, and time to the landing."""
     shown = [i for i, t in enumerate(plans["t"]) if begin <= t <= end]
     considered = step_alternatives(plans)
     figure, (above, cost, landing) = plt.subplots(3, 1, figsize=(6.4, 9.0), constrained_layout=True,
@@ -295,10 +295,10 @@ def main(folder):
 
     if "step_plans" in summary:
         plans = read_by_names(os.path.join(folder, "plans.csv"))
-        if any(step_alternatives(plans)):  # a formula has none
+        if any(step_alternatives(plans)):  # the formula has no alternatives
             draw_step_plans(plans, summary, folder, begin, end, what)
 
-    if "body" not in summary:  # a body.csv that lies here is of an older run
+    if "body" not in summary:  # body.csv belongs to an older run
         return
     body = read_by_names(os.path.join(folder, "body.csv"))
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:

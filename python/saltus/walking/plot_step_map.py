@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Pushes that a pendulum survives, over their direction, by what its planner of steps may choose.
+"""Draws the pushes that a pendulum survives over their direction, depending on the freedom of its planner.
 
-Usage: python3 -m saltus.walking.plot_step_map MAP.CSV PICTURE.PNG, with what the program step_map of benchmarks/ prints.
+Usage: python3 -m saltus.walking.plot_step_map MAP.CSV PICTURE.PNG, with the output of the program step_map of
+benchmarks/.
 """
 
 import csv
@@ -38,7 +39,7 @@ def main(source, target):
     for key, (label, colour) in VARIANTS.items():
         axes.plot(angles, [float(row[key]) for row in rows], color=colour, linewidth=2.0,
                   label=f"{label} ({float(area[key]):.0f} (N s)²)")
-    axes.set_theta_zero_location("N")  # forward is up, the left foot's side to the left
+    axes.set_theta_zero_location("N")  # forward is up, the side of the left foot is left
     axes.set_title("largest impulse survived, N s; forward is up")
     axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.08, 1.0))
     save_picture(figure, target)

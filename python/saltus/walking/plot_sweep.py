@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Cost and first input over the time of the impact: node at the event against rounding to the grid.
+"""Draws cost and first input over the time of the impact: a node at the event against rounding to the grid.
 
 Usage: python3 -m saltus.walking.plot_sweep SWEEP.CSV PICTURE.PNG, with the file that the program impact_sweep of
 benchmarks/ writes.

@@ -1,6 +1,6 @@
-// The program of the replay page: builds the robot from its joints, puts it into the pose of any
-// instant, and draws the forces on it. The page defines robot, meshes, packed_meshes, scene_data,
-// motion and packed.
+// The program of the replay page: builds the robot from its joints, sets its pose at any time, and
+// draws the forces on it. The page defines robot, meshes, packed_meshes, scene_data, motion and
+// packed.
 "use strict";
 
 // ---- Motion: channel by channel, low + step * level -------------------------------------------
@@ -13,7 +13,7 @@ function at_frame(name, frame) {
   const c = channel[name];
   return c.low + c.step * levels.getUint16(2 * (c.index * motion.frames + frame), true);
 }
-// Linear between frames: slow motion shall not stutter.
+// Linear interpolation between frames for smooth slow motion.
 function value(name, position) {
   const frame = Math.min(Math.floor(position), motion.frames - 1);
   const next = Math.min(frame + 1, motion.frames - 1);
@@ -38,12 +38,12 @@ const world = new THREE.Scene();
 world.background = new THREE.Color(0xf4f6f8);
 const camera = new THREE.PerspectiveCamera(35, 1, 0.05, 50);
 const orbit = new THREE.OrbitControls(camera, renderer.domElement);
-orbit.maxPolarAngle = 0.49 * Math.PI;  // the floor is seen from above
-const size = at_frame("com_z", 0) / 0.56;  // of the robot, against iCub's
+orbit.maxPolarAngle = 0.49 * Math.PI;  // the floor is only visible from above
+const size = at_frame("com_z", 0) / 0.56;  // relative to iCub
 const centre = new THREE.Vector3(0, -0.1, 0.42).multiplyScalar(size);
 const cameras = { oblique: [2.1, -1.1, 0.95], front: [2.5, -0.1, 0.55], side: [0.0, -2.6, 0.55],
                   top: [-0.01, -0.1, 2.6] };
-const moved = new THREE.Vector3();  // how far all of this has followed the robot
+const moved = new THREE.Vector3();  // how far the scene has followed the robot
 function look_from(name) {
   camera.position.set(...cameras[name]).multiplyScalar(size).add(moved);
   orbit.target.copy(centre).add(moved);
@@ -70,7 +70,7 @@ grid.add(new THREE.GridHelper(4, 40, 0xcfd8dc, 0xcfd8dc), new THREE.GridHelper(4
 grid.rotation.x = Math.PI / 2;
 world.add(grid);
 
-// Who walks stays in view. Who sways moves in it, and the grid goes by whole metres: both are seen.
+// A walking robot stays in view; a swaying one moves in it. The grid follows in whole metres.
 const start = vector("com_", 0), leash = 0.3 * size;
 function follow(com) {
   const ahead = com.clone().sub(start).sub(moved).setZ(0);
@@ -91,14 +91,14 @@ function polygon(corners, color, height, opacity) {
     const edge = new THREE.LineLoop(
       new THREE.BufferGeometry().setFromPoints(corners.map(c => new THREE.Vector3(...c, 0))),
       new THREE.LineBasicMaterial({ color: 0x388e3c, depthTest: false }));
-    edge.renderOrder = 1;  // seen through the feet
+    edge.renderOrder = 1;  // visible through the feet
     group.add(fill, edge);
   }
   group.position.z = height;
   world.add(group);
   return group;
 }
-// What stands, one record after the other.
+// The supports, one record after the other.
 const grounds = scene_data.ground.map(record => polygon(record.corners, 0xa5d6a7, 0.003, 0.6));
 
 // ---- Robot: a frame per joint, and in it the link that the joint turns ------------------------
@@ -128,7 +128,7 @@ function capsule(parent, from, to, radius, material) {
 const xyz = list => new THREE.Vector3(...list);
 const rotation = q => new THREE.Quaternion(q[1], q[2], q[3], q[0]);
 const links = robot.bodies.map(body => {
-  const frame = new THREE.Group(), link = new THREE.Group();  // the joint, and what it turns
+  const frame = new THREE.Group(), link = new THREE.Group();  // the joint, and the link that it moves
   frame.position.copy(xyz(body.position));
   frame.quaternion.copy(rotation(body.rotation));
   frame.add(link);
@@ -188,7 +188,7 @@ function draw_looks(l) {
 }
 
 // ---- Shapes without any: schematic, made from joint distances and masses ----------------------
-const short = 0.03;  // m: joints nearer than this are one joint to the eye
+const short = 0.03;  // m: nearer joints look like one joint
 // The mass of bodies that sit at one point belongs to the last of them.
 function thickness(index, length) {
   let mass = links[index].body.mass / Math.max(1, links[index].children.length);
@@ -210,8 +210,8 @@ const sole_frames = ["left_sole", "right_sole"].map(name => {
   plate.position.set((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height / 2);
   return frame;
 });
-// The trunk: the highest of the bodies above the base that carry several limbs. What lies between
-// base and trunk is one spine to the eye.
+// The trunk: the highest body above the base that carries several limbs. The bodies between base
+// and trunk are drawn as one spine.
 pose(0);
 const height_of = l => new THREE.Vector3().setFromMatrixPosition(l.link.matrixWorld).z;
 const trunk = links.slice(1)
@@ -231,8 +231,8 @@ function draw_hub(l, end, bar, stem) {
   return middle;
 }
 
-// A head, so that one sees where the robot looks; that of the model is frozen to the trunk and has
-// no place of its own here. Axes of the world at the start: x forward.
+// A head that shows the heading of the robot; the model's head is frozen to the trunk. World axes
+// at the start: x forward.
 function draw_head(neck) {
   const head = new THREE.Group();
   head.position.copy(neck);
@@ -254,7 +254,7 @@ function draw_link(l, i) {
   const sole = sole_frames.find(s => s.parent === l.link);
   if (sole) return capsule(l.link, origin, sole.position.clone().multiplyScalar(0.75), 0.025,
                            light_grey);
-  // A rod's CoM lies half-way to its end.
+  // The CoM of a rod is halfway to its end.
   if (l.children.length === 0) {
     const end = xyz(l.body.com).multiplyScalar(2);
     if (end.length() > short) capsule(l.link, origin, end, thickness(i, end.length()), light_grey);
@@ -279,8 +279,8 @@ links.forEach((l, i) => {
   }
 });
 
-// ---- What is drawn with it --------------------------------------------------------------------
-// Arrows in front of the robot: forces are what one wants to see.
+// ---- Forces, feet and points ------------------------------------------------------------------
+// Arrows are drawn in front of the robot.
 function make_arrow(color, radius) {
   const group = new THREE.Group();
   const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.9,
@@ -332,7 +332,7 @@ const com_trail = trail(0x1565c0, i => vector("com_", i).setZ(0.005));
 const icp_trail =
   trail(0xef6c00, i => new THREE.Vector3(value("icp_x", i), value("icp_y", i), 0.006));
 
-// Places that the planner of steps has in mind: those considered, small, and the chosen one.
+// Positions considered by the planner of steps (small), and the chosen one.
 function place_mark(radius, color) {
   const disc = new THREE.Mesh(new THREE.CircleGeometry(radius, 24),
                               new THREE.MeshBasicMaterial({ color, depthTest: false, transparent: true,
@@ -348,7 +348,7 @@ const considered_marks = Array.from({ length: most_places }, () => place_mark(0.
 const chosen_mark = place_mark(0.018, 0x7b1fa2);
 const plan_lasts = 0.015;  // s: a tick and a half
 
-// Returns what there is to say of it.
+// Returns a description.
 function show_plan(time) {
   let last = plans.length - 1;
   while (last >= 0 && plans[last][0] > time + 1e-6) --last;
@@ -365,7 +365,7 @@ function show_plan(time) {
   return `\n${chosen[0] > 0.5 ? "right" : "left"} foot lands in ${left.toFixed(2)} s`;
 }
 
-// What a planner could not keep to stands there until there is something else, or for so long (s).
+// A violated requirement is shown until the next one, or for this time (s).
 const unmet_lasts = 1.5;
 const unmet_text = document.getElementById("unmet");
 function show_unmet(time) {
@@ -376,7 +376,7 @@ function show_unmet(time) {
 function draw_force(arrow, side, position) {
   const foot = side === 0 ? "left" : "right", name = e => value(`${foot}_filtered_${e}`, position);
   const force = new THREE.Vector3(name("fx"), name("fy"), name("fz"));
-  const loaded = force.z > 5;  // N: below there is no centre of pressure worth the name
+  const loaded = force.z > 5;  // N: below this the centre of pressure is meaningless
   const place = loaded ? new THREE.Vector3(-name("ty") / force.z, name("tx") / force.z, 0)
                        : new THREE.Vector3();
   const sole = sole_frames[side];
@@ -444,7 +444,7 @@ function set_playing(on) {
   last = null;
   refresh();
 }
-// #t=1.0 holds the replay there; #t=1.0&view=front also chooses the view.
+// #t=1.0 pauses the replay at this time; #t=1.0&view=front also selects the view.
 function from_address() {
   const wish = new URLSearchParams(location.hash.slice(1));
   if (wish.has("view") && cameras[wish.get("view")]) {
@@ -478,7 +478,7 @@ function resize() {
 }
 window.onresize = resize;
 orbit.addEventListener("change", () => { if (!playing) renderer.render(world, camera); });
-// The first pictures take long on slow machines; a clock that ran along would not start at zero.
+// The first frames are slow on slow machines; a running clock would not start at zero.
 const longest_gap = 250;  // ms
 let drawn = 0;
 function tick(now) {
@@ -492,11 +492,11 @@ function tick(now) {
   }
   requestAnimationFrame(tick);
 }
-// #movie=20&from=2&to=5 draws so many pictures per second into the page: saltus movie reads them.
+// #movie=20&from=2&to=5 draws 20 pictures per second into the page; saltus movie reads them.
 function film(rate, from, to) {
   const frame = t => Math.min(Math.max((t - motion.start) * motion.rate, 0), motion.frames - 1);
   const pictures = [];
-  sun.castShadow = false;  // half the time where no graphics card helps
+  sun.castShadow = false;  // saves half of the time without a graphics card
   for (let p = frame(from); p <= frame(to); p += motion.rate / rate) {
     go(p);
     pictures.push(renderer.domElement.toDataURL("image/jpeg", 0.92).split(",")[1]);

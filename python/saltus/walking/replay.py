@@ -1,7 +1,7 @@
-"""Packs a run on the whole body into one page in which the robot moves.
+"""Packs a run on the whole body into one page with an animated robot.
 
-The page is replay_template.html with three.js, replay.js, the robot's shape and the motion put in:
-100 frames per second, every channel quantised to 16 bits between its least and largest value.
+The page is replay_template.html with three.js, replay.js, the shape of the robot and the motion: 100 frames per
+second, every channel quantised to 16 bits between its smallest and largest value.
 """
 
 import array
@@ -17,7 +17,7 @@ from . import events, replay_meshes
 from ..tables import without_unit
 
 FRAME_RATE = 100.0  # 1/s
-LEVELS = 65535  # of a channel
+LEVELS = 65535  # quantisation levels of a channel
 THREE = "/usr/share/javascript/three"  # of the Debian package libjs-three
 COPYRIGHT = "/usr/share/doc/libjs-three/copyright"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -26,7 +26,7 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty")
 
 
 def read_rows(path):
-    """Names without their units, and rows of numbers."""
+    """Names without units, and rows of numbers."""
     with open(path, newline="", encoding="utf-8") as file:
         reader = csv.reader(file)
         header = [without_unit(column) for column in next(reader)]
@@ -34,7 +34,7 @@ def read_rows(path):
 
 
 def frame_indices(times):
-    """The sample nearest to each frame."""
+    """Index of the sample nearest to each frame."""
     indices, i = [], 0
     count = int((times[-1] - times[0]) * FRAME_RATE + 1e-6) + 1
     for frame in range(count):
@@ -46,7 +46,7 @@ def frame_indices(times):
 
 
 def channels_of(robot, body, trajectory):
-    """Names of the channels in the page and the columns they come from."""
+    """Names of the channels in the page and their columns."""
     joints = [entry["joint"] for entry in robot["bodies"] if entry["joint"]]
     chosen = [(body, "base_" + e) for e in ("x", "y", "z", "qw", "qx", "qy", "qz")]
     chosen += [(body, "q_" + joint) for joint in joints]
@@ -59,14 +59,14 @@ def channels_of(robot, body, trajectory):
 
 
 def quantise(values):
-    """(least value, step, levels); a constant channel has step zero."""
+    """(smallest value, step, levels); a constant channel has step zero."""
     low, high = min(values), max(values)
     step = (high - low) / LEVELS
     return low, step, [round((v - low) / step) if step > 0.0 else 0 for v in values]
 
 
 def pack(channels, indices):
-    """Channel by channel, each all frames, as little-endian uint16."""
+    """All frames, channel by channel, as little-endian uint16."""
     data, table = array.array("H"), []
     for name, column in channels:
         low, step, levels = quantise([column[i] for i in indices])
@@ -83,7 +83,7 @@ def script(path):
 
 
 def licence():
-    """What the licence of three.js asks to be kept with it."""
+    """The licence notice of three.js, which must accompany it."""
     if not os.path.exists(COPYRIGHT):
         return "three.js, copyright the three.js authors, MIT licence"
     with open(COPYRIGHT, encoding="utf-8") as file:
@@ -93,13 +93,13 @@ def licence():
 
 
 def json_text(value):
-    """For a script element, which no "<" of a name can end or hide."""
+    """JSON for a script element, with "<" escaped."""
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def step_plans(folder):
-    """Of each tick in which steps were planned: its time, the chosen step (foot is right, x, y, landing) or null, and
-    the places (x, y) that were considered."""
+    """For each tick with planned steps: its time, the chosen step (foot is right, x, y, landing) or null, and the
+    positions (x, y) that were considered."""
     path = os.path.join(folder, "plans.csv")
     if not os.path.exists(path):
         return []
@@ -119,7 +119,7 @@ def step_plans(folder):
 
 
 def page(folder, summary):
-    """The text of replay.html. Raises FileNotFoundError when three.js is not installed."""
+    """The text of replay.html. Raises FileNotFoundError if three.js is not installed."""
     library = script(os.path.join(THREE, "three.min.js"))
     controls = script(os.path.join(THREE, "examples/js/controls/OrbitControls.js"))
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:

@@ -1,8 +1,8 @@
-"""Finds the meshes that a URDF names, reads them, and makes them small enough for a page.
+"""Finds and reads the meshes of a URDF and reduces them to the size of a page.
 
-STL, binary or text. All corners that lie in one cell of a cubic grid become one, their mean;
-triangles whose corners meet vanish (vertex clustering, Rossignac and Borrel 1993). The cells grow
-until the whole robot has few enough triangles. Corners are quantised to 16 bits within their box.
+STL, binary or text. All corners in one cell of a cubic grid are replaced by their mean, and degenerate triangles are
+removed (vertex clustering, Rossignac and Borrel 1993). The cells grow until the whole robot has few enough triangles.
+Corners are quantised to 16 bits within their box.
 """
 
 import base64
@@ -10,19 +10,19 @@ import os
 import re
 
 FINEST_CELL = 0.002  # m
-MOST_TRIANGLES = 120000  # of all meshes together: at most 1.5 MB in the page
-MOST_CORNERS = 65535  # of one mesh: indices have 16 bits
+MOST_TRIANGLES = 120000  # total of all meshes: at most 1.5 MB in the page
+MOST_CORNERS = 65535  # per mesh: indices have 16 bits
 LEVELS = 65535
-LONGEST = 1 << 26  # bytes of a mesh, as in robots/saltus/robots/model/mesh.cpp
+LONGEST = 1 << 26  # bytes per mesh, as in robots/saltus/robots/model/mesh.cpp
 REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
 
 
 class MeshError(Exception):
-    """Why a mesh cannot be drawn, and what to do about it."""
+    """The reason why a mesh cannot be drawn, with the remedy."""
 
 
 def parents(folder):
-    """The folder and all above it."""
+    """The folder and all its parents."""
     folder = os.path.abspath(folder)
     while True:
         yield folder
@@ -32,40 +32,40 @@ def parents(folder):
 
 
 def named_folders(environment):
-    """Where ROS and Gazebo look for packages."""
+    """The search paths of ROS and Gazebo for packages."""
     for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"):
         for folder in filter(None, environment.get(variable, "").split(os.pathsep)):
             yield os.path.abspath(folder)
 
 
 def lies_in(folder, path):
-    """By their names: what links in the file system lead to is for who made them."""
+    """Compares paths by name and does not resolve links in the file system."""
     folder, path = os.path.normpath(folder), os.path.normpath(path)
     return os.path.commonpath([folder, path]) == folder
 
 
 def folders_around(urdf):
-    """That of the URDF and those above it, but none at the top of the file system, which hold more than robots."""
+    """The folder of the URDF and its parents, except those at the top of the file system."""
     own, *above = parents(os.path.dirname(urdf))
     return [own] + [folder for folder in above
                     if os.path.dirname(os.path.dirname(folder)) != os.path.dirname(folder)]
 
 
 def folders_of_robot(urdf):
-    """That of the URDF and the two above it, where packages keep robots/NAME/ beside meshes/."""
+    """The folder of the URDF and its two parents, because packages have robots/NAME/ beside meshes/."""
     return folders_around(urdf)[:3]
 
 
 def find(reference, urdf, environment=os.environ):
-    """The file that package://NAME/REST, model://NAME/REST, file://PATH or a path stands for.
+    """The file of package://NAME/REST, model://NAME/REST, file://PATH or a path.
 
-    No name leads out of its package, and paths must lie in folders of the robot or in named ones:
-    a URDF from elsewhere opens no other files of its reader (as in robots/saltus/robots/model/mesh.cpp).
+    Names must stay inside their package, and paths inside the folders of the robot or named folders: a URDF from
+    elsewhere cannot open other files (as in robots/saltus/robots/model/mesh.cpp).
     """
     if reference.startswith("file://"):
         reference = reference[len("file://"):]
     parts = re.match(r"(?:package|model)://(?!\.\.?/)([^/]+)/(.+)", reference)
-    tries = []  # files, with the folders of which one must hold them
+    tries = []  # files, with the folders of which one must contain them
     if parts:
         name, rest = parts.groups()
         for folder in [*folders_around(urdf), *named_folders(environment)]:
@@ -115,7 +115,7 @@ def read_stl(path):
 
 
 def cluster(corners, cell):
-    """Corners (k x 3) and triangles (m x 3 indices) after all in a cell of this size are one."""
+    """Corners (k x 3) and triangles (m x 3 indices) after clustering with this cell size."""
     import numpy
     points = corners.reshape(-1, 3)
     cells = numpy.floor((points - points.min(axis=0)) / cell).astype(numpy.int64)
@@ -135,7 +135,7 @@ def cluster(corners, cell):
 
 
 def simplify(meshes):
-    """All meshes with the smallest cell that keeps them within the limits."""
+    """All meshes, clustered with the smallest cell that meets the limits."""
     cell = FINEST_CELL
     while True:
         small = [cluster(corners, cell) for corners in meshes]
@@ -161,10 +161,9 @@ def pack(meshes):
 
 
 def take_in(robot, environment=os.environ):
-    """Gives every visual of robot.json that is a mesh its index in the table of packed meshes.
+    """Assigns every mesh of robot.json its index in the table of packed meshes.
 
-    Returns table, packed meshes, and a warning or None. Links of which no visual can be drawn keep
-    only their boxes.
+    Returns table, packed meshes, and a warning or None. Links without a drawable visual keep only their boxes.
     """
     index, meshes, refused = {}, [], {}
     visuals = [(visual, look) for body in robot["bodies"] for look in body.get("looks", [])
@@ -175,7 +174,7 @@ def take_in(robot, environment=os.environ):
             continue
         try:
             corners = read_stl(find(visual["mesh"], robot["urdf"], environment))
-            # A mirror image, by an odd number of negative scales, turns its triangles round.
+            # An odd number of negative scales mirrors the mesh and reverses its triangles.
             scale = visual["size"]
             corners = corners * scale
             if scale[0] * scale[1] * scale[2] < 0.0:

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""One page about a push recovery run, and a replay of it when it was run on the whole body.
+"""Writes a report of a push recovery run, and a replay for runs on the whole body.
 
-Usage: python3 -m saltus.walking.report RESULTS, a folder with summary.json and what plot_run.py drew; writes report.html
-and, of a run on the whole body (body.csv, robot.json), replay.html. Both open without a network.
+Usage: python3 -m saltus.walking.report RESULTS, a folder with summary.json and the pictures of plot_run.py; writes
+report.html and, for a run on the whole body (body.csv, robot.json), replay.html. Both open without a network.
 """
 
 import base64
@@ -109,7 +109,7 @@ FIGURES = [
         ("body.plant_s_per_s", "Simulator", "s", 1, 3),
     ]),
 ]
-NULL_MEANS = {  # where null is an answer; elsewhere the row is left out
+NULL_MEANS = {  # meaning of null; other rows are omitted if null
     "icp_settling_s": "never",
     "force_settling.planned_left_s": "never",
     "force_settling.planned_right_s": "never",
@@ -179,7 +179,7 @@ def settings_table(summary):
 
 
 def unmet(summary):
-    """What planners could not keep to, and what would have helped."""
+    """Violated requirements of the planners, and possible changes."""
     told = [entry["text"] for entry in summary.get("unmet", []) if "text" in entry]
     if not told:
         return ""
@@ -198,7 +198,7 @@ def picture(folder, name, caption):
 
 
 def pushes(summary):
-    """How large, when, where to and on what."""
+    """Size, time, direction and link of the push."""
     told = []
     for push in events.pushes(summary):
         text = f"push of {push['impulse_ns']:g} N s in {push['duration_s']:g} s at {push['start_s']:g} s"
@@ -211,7 +211,7 @@ def pushes(summary):
 
 
 def provenance(summary):
-    """What made this run, so that it can be made again with config.yaml."""
+    """Versions and command of this run, to repeat it with config.yaml."""
     made = summary.get("saltus")
     if not made:
         return ""
@@ -254,7 +254,7 @@ def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     page = None
-    if "body" in summary:  # else a body.csv that lies here is of an older run
+    if "body" in summary:  # otherwise body.csv belongs to an older run
         try:
             page = replay.page(folder, summary)
         except FileNotFoundError as error:
