@@ -9,6 +9,7 @@
 
 #include "saltus/saltus.hpp"
 #include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 namespace saltus {
 namespace {
@@ -263,6 +264,68 @@ TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
       EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << unit << ": " << plan.message;
       EXPECT_NEAR(plan.cost / unit, 2.0, 1e-5) << name_of(choice) << " " << unit;
     }
+}
+
+// An arm of two links whose hand stays on a line: equations of sines and cosines, as in whole-body
+// problems, from a guess that stands still.
+OptimalControlProblem arm() {
+  const auto hand = [](const auto& x) {
+    using S = std::decay_t<decltype(x[0])>;
+    return Vec<S, 2>{cos(x[0]) + 0.8 * cos(x[0] + x[1]), sin(x[0]) + 0.8 * sin(x[0] + x[1])};
+  };
+  const double elbow = 1.2, turn = 0.3;
+  const double x0 = std::cos(turn) + 0.8 * std::cos(turn + elbow),
+               y0 = std::sin(turn) + 0.8 * std::sin(turn + elbow);
+  Phase<2, 2> phase{"arm", [](auto, auto, auto u) { return decltype(u){u}; }, between(0.5, 4.0)};
+  phase.bound_input(0, between(-2.0, 2.0))
+      .bound_input(1, between(-2.0, 2.0))
+      .keep(
+          "line", [=](auto, auto x) { return hand(x)[1] - 0.5 * (hand(x)[0] - x0); }, exactly(y0))
+      .reach(
+          "there", [=](auto, auto x) { return hand(x)[0]; }, exactly(x0 - 1.2))
+      .minimise("effort", [](auto, auto, auto u) { return u.dot(u) + 0.1; })
+      .guess_state(Guess::constant(Vec<double, 2>{turn, elbow}))
+      .guess_duration(1.0);
+  OptimalControlProblem problem("arm");
+  problem.start_at({turn, elbow}).then(phase);
+  return problem;
+}
+
+// Wherever a solve is stopped: the residual that it reports decides whether it is called an optimum
+// (good or bad), and all of its iterations are counted.
+TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
+  constexpr double tolerance = 1e-6, acceptable = 100.0 * tolerance;
+  for (const SolverChoice choice : all_solvers)
+    for (const Curvature curvature : {Curvature::exact, Curvature::gauss_newton})
+      for (const int most : {1, 2, 3, 5, 7, 9, 12, 15, 20, 30, 50}) {
+        const auto solver =
+            choice == SolverChoice::ipopt
+                ? make_ipopt(
+                      {.tolerance = tolerance, .max_iterations = most, .curvature = curvature})
+                : make_sqp({.tolerance = tolerance,
+                            .max_iterations = most,
+                            .curvature = curvature,
+                            .qp = choice == SolverChoice::sparse ? sparse_qp() : riccati_qp()});
+        int iterations = 0;
+        solver->set_observer({.report = [&](const SolverIteration& now) {
+          iterations += now.number > 0 && !now.is_restoring ? 1 : 0;
+        }});
+        MultipleShooting shooting(arm(), {.intervals_per_phase = 12, .integrator = runge_kutta4()});
+        const Solution plan = solve(shooting, *solver);
+        SCOPED_TRACE(std::string(name_of(choice)) + " " + std::to_string(most) + ": " +
+                     plan.message);
+        const bool is_called_stationary = plan.ok() || plan.status == SolveStatus::coarse_grid ||
+                                          plan.status == SolveStatus::no_minimum ||
+                                          plan.status == SolveStatus::wrong_crossing;
+        if (is_called_stationary) {
+          EXPECT_LE(plan.kkt.scaled(), acceptable);
+        }
+        if (plan.status == SolveStatus::iteration_limit) {
+          EXPECT_EQ(plan.message.find("the iteration limit was reached first"), 0u);
+        }
+        // The first report of each attempt is that of its start.
+        EXPECT_GE(plan.iterations, iterations - 4);
+      }
 }
 
 }  // namespace
