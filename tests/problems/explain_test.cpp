@@ -8,11 +8,15 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "problems/library/catalogue.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/push_recovery/step_program.hpp"
 #include "saltus/solve/explain.hpp"
+#include "saltus/solve/what_is_asked.hpp"
+#include "saltus/solver/elastic_program.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
 
@@ -251,7 +255,10 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
 
   // The same program by Ipopt, from the point found and from the problem's guess.
   const VectorXd guess = shooting.initial_guess().w;
-  ElasticProgram elastic(shooting.nlp(), elastic_groups(shooting, guess), guess);
+  std::vector<ElasticGroup> groups;
+  for (AskedFor& asked : what_is_asked(shooting.editable_program(), guess))
+    groups.push_back(std::move(asked.group));
+  ElasticProgram elastic(shooting.nlp(), std::move(groups), guess);
   const auto ipopt = make_ipopt({.tolerance = 1e-9, .max_iterations = 1000});
   const NlpResult other = ipopt->solve(elastic, elastic.start(guess), false);
   ASSERT_TRUE(is_success(other.status)) << describe(other.status);

@@ -5,7 +5,14 @@
 #include "saltus/core/types.hpp"
 
 // types.hpp must precede all other Eigen headers.
-#include <Eigen/Geometry>  // cross products in formulas
+// Formulas may contain cross products and inverses. All of <Eigen/Geometry> takes a twentieth of
+// the time to compile a first program; include it for rotations.
+#include <Eigen/LU>
+#if EIGEN_VERSION_AT_LEAST(3, 4, 90)
+#include <Eigen/Geometry>
+#else
+#include <Eigen/src/Geometry/OrthoMethods.h>
+#endif
 
 namespace Eigen {
 

@@ -9,6 +9,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/presolve.hpp"
+#include "saltus/transcription/plan_shift.hpp"
 #include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
@@ -81,7 +82,7 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
     : shooting_(std::make_unique<MultipleShooting>(std::move(shooting))),
       solver_(std::move(solver)),
       options_(std::move(options)),
-      shift_(shooting_->program()),
+      shift_(std::make_unique<PlanShift>(shooting_->program())),
       check_(shooting_->nlp()) {
   const PhaseDefinition& first = shooting_->problem().phases().front();
   if (const int threads = shooting_->options().threads; threads != 1)
@@ -132,7 +133,7 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   initial_.z = VectorXd::Zero(nlp.variables());
   plan_ = guess_ = point_ = initial_;
   scale_ = scale_of(*shooting_, initial_.w);
-  shift_.remember(shooting_->program(), initial_.w);
+  shift_->remember(shooting_->program(), initial_.w);
   fallback_ = options_.fallback_input;
   now_ = shooting_->data().start_time - options_.period;
   tick_.input = held_input_for(*shooting_);
@@ -143,6 +144,12 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
     : RecedingHorizonController(std::move(shooting), nullptr, std::move(options)) {
   solver_ = make_real_time_iteration(shooting_->nlp());
 }
+
+RecedingHorizonController::~RecedingHorizonController() = default;
+RecedingHorizonController::RecedingHorizonController(RecedingHorizonController&&) noexcept =
+    default;
+RecedingHorizonController& RecedingHorizonController::operator=(
+    RecedingHorizonController&&) noexcept = default;
 
 MultipleShooting& RecedingHorizonController::checked() const {
   if (!shooting_) throw DefinitionError("controller: it has been moved from");
@@ -196,7 +203,7 @@ void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   plan_.w = shooting_->guess_from(plan).w;
   plan_.lambda.setZero(initial_.lambda.size());
   plan_.z.setZero(initial_.z.size());
-  shift_.remember(shooting_->program(), plan_.w);
+  shift_->remember(shooting_->program(), plan_.w);
   guess_ = plan_;
   tick_.provenance = Provenance::shifted;
   last_plan_ = Plan::adopted;
@@ -246,7 +253,7 @@ void RecedingHorizonController::prepare(double t) noexcept {
     preparation_ = Preparation::impossible;
   }
   if (last_plan_ != Plan::none) {
-    shift_.apply(shooting_->program(), plan_, guess_);
+    shift_->apply(shooting_->program(), plan_, guess_);
   } else {  // the problem's guess counts from where the horizon begins, whenever that is
     guess_ = initial_;
     const NonlinearProgram& nlp = shooting_->nlp();
@@ -294,7 +301,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (!accepted) tick_.objective = tick_.kkt = tick_.violation = infinity;
   if (accepted) {
     std::swap(plan_, point_);
-    shift_.remember(shooting_->program(), plan_.w);
+    shift_->remember(shooting_->program(), plan_.w);
     last_plan_ = Plan::solved;
     made_at_ = now_;
     failures_ = 0;
@@ -357,7 +364,7 @@ RecedingHorizonController::Judge RecedingHorizonController::solve(const VectorRe
   const WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   // Of a linear-quadratic program the guess is a start and nothing else.
   const bool as_it_was = last_plan_ != Plan::none && failures_ == 0 && nlp.is_linear_quadratic() &&
-                         shift_.is_same_horizon(shooting_->program(), plan_.w);
+                         shift_->is_same_horizon(shooting_->program(), plan_.w);
   point_ = restarts() ? initial_ : as_it_was ? plan_ : guess_;
   const bool warm = last_plan_ == Plan::solved && !restarts();
   const TickResult r = solver_->feedback(nlp, point_, warm, deadline);

@@ -16,9 +16,10 @@
 #include "saltus/solver/kkt.hpp"
 #include "saltus/solver/program_scale.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
-#include "saltus/transcription/plan_shift.hpp"
 
 namespace saltus {
+
+class PlanShift;
 
 /// Source of the input of a tick. A plan of the current tick is judged for the program itself,
 /// regardless of the model that was solved. Residuals must be small in the units of the program
@@ -116,6 +117,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// Uses the real-time iteration with the Riccati recursion. For other solvers see
   /// any_real_time_solver.hpp.
   RecedingHorizonController(MultipleShooting shooting, ControllerOptions options);
+  ~RecedingHorizonController();
+  RecedingHorizonController(RecedingHorizonController&&) noexcept;
+  RecedingHorizonController& operator=(RecedingHorizonController&&) noexcept;
 
   /// Transcription of the problem, for changes of data and schedule between ticks.
   MultipleShooting& shooting() { return checked(); }
@@ -208,7 +212,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   std::unique_ptr<MultipleShooting> shooting_;
   std::unique_ptr<RealTimeSolver> solver_;
   ControllerOptions options_;
-  PlanShift shift_;
+  std::unique_ptr<PlanShift> shift_;
   KktCheck check_;
   std::optional<ProgramScale> scale_;  // scale of its values if badly scaled
   NlpPoint initial_;                   // start of the first solve

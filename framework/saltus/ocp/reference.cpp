@@ -63,4 +63,6 @@ double Reference::rate(double t, int i) const {
   return (values_(i, s + 1) - values_(i, s)) / (times_[s + 1] - times_[s]);
 }
 
+bool Reference::is_finite() const { return values_.allFinite(); }
+
 }  // namespace saltus

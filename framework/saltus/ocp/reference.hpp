@@ -29,7 +29,7 @@ class Reference {
   /// True if it depends on time.
   bool varies() const { return times_.size() > 1; }
   /// True if all its numbers are finite.
-  bool is_finite() const { return values_.allFinite(); }
+  bool is_finite() const;
   /// Number of entries.
   int size() const { return static_cast<int>(values_.rows()); }
   /// Entry i at time t. NaN if t is NaN and the reference varies. Throws DefinitionError if there

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <numbers>
 #include <utility>
 
 #include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
 #include "saltus/transcription/present_problem.hpp"
 
 namespace saltus {
@@ -37,6 +39,32 @@ constexpr double too_late = 0.01;
 struct Command {
   double start = 0.0;
   VectorXd input;
+};
+
+// White Gaussian noise, independent of the standard library: the Box-Muller formula with the
+// Mersenne twister.
+class GaussianNoise {
+ public:
+  // Equal seeds give equal numbers.
+  explicit GaussianNoise(std::uint64_t seed) : random_(seed) {}
+  // Returns a number with standard deviation 1.
+  double operator()() {
+    if (has_spare_) {
+      has_spare_ = false;
+      return spare_;
+    }
+    const auto uniform = [this] { return random_.uniform(0.0, 1.0) + 0x1.0p-53; };  // in (0, 1]
+    const double radius = std::sqrt(-2.0 * std::log(uniform()));
+    const double angle = 2.0 * std::numbers::pi * uniform();
+    spare_ = radius * std::sin(angle);
+    has_spare_ = true;
+    return radius * std::cos(angle);
+  }
+
+ private:
+  Random random_;
+  double spare_ = 0.0;
+  bool has_spare_ = false;
 };
 
 class Loop {

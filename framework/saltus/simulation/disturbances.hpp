@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 
-#include "saltus/core/random.hpp"
 #include "saltus/core/types.hpp"
 
 namespace saltus {
@@ -27,21 +26,6 @@ struct Disturbances {
   /// Delay of the input in seconds. Until then `first_input` is applied.
   double input_delay = 0.0;
   VectorXd first_input = {};  ///< input before the first one arrives (nu); empty: zero
-};
-
-/// White Gaussian noise, independent of the standard library: the Box-Muller formula with the
-/// Mersenne twister.
-class GaussianNoise {
- public:
-  /// Equal seeds give equal numbers.
-  explicit GaussianNoise(std::uint64_t seed) : random_(seed) {}
-  /// Returns a number with standard deviation 1.
-  double operator()();
-
- private:
-  Random random_;
-  double spare_ = 0.0;
-  bool has_spare_ = false;
 };
 
 }  // namespace saltus

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "saltus/core/error.hpp"
@@ -134,7 +135,8 @@ std::string LoopLog::summary_json() const {
   return text + "\n}\n";
 }
 
-void LoopLog::write(const std::filesystem::path& folder) const {
+void LoopLog::write(const std::string& path) const {
+  const std::filesystem::path folder(path);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   write_file(folder / "trajectory.csv", recording.trajectory_csv());

@@ -1,7 +1,6 @@
 // Log of a closed-loop run: motion of the plant, ticks of the controller, plans and events.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,7 +79,7 @@ struct LoopLog {
   std::string summary_json() const;
   /// Writes trajectory.csv, events.csv, ticks.csv, summary.json and, if plans were stored,
   /// plans.csv. Creates the folder. Throws InputError naming the file that cannot be written.
-  void write(const std::filesystem::path& folder) const;
+  void write(const std::string& folder) const;
 };
 
 }  // namespace saltus

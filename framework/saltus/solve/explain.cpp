@@ -44,11 +44,4 @@ Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& 
   return explanation;
 }
 
-std::vector<ElasticGroup> elastic_groups(MultipleShooting& shooting, const VectorXd& w) {
-  std::vector<ElasticGroup> groups;
-  for (AskedFor& asked : what_is_asked(shooting.editable_program(), w))
-    groups.push_back(std::move(asked.group));
-  return groups;
-}
-
 }  // namespace saltus

@@ -24,7 +24,6 @@
 #include <vector>
 
 #include "saltus/solve/explanation.hpp"
-#include "saltus/solver/elastic_program.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -47,10 +46,5 @@ struct ExplainOptions {
 /// Throws DefinitionError for invalid problems or options. If functions are not convex, the
 /// relaxation is a local minimum near the guess.
 Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& options = {});
-
-/// The negotiable constraints as groups of rows and bounds of the shooting's program. The nominal
-/// value of a group is the largest change of its term at w for nominal changes of the variables.
-/// Intended for comparisons of solvers.
-std::vector<ElasticGroup> elastic_groups(MultipleShooting& shooting, const VectorXd& w);
 
 }  // namespace saltus

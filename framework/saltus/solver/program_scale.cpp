@@ -43,6 +43,10 @@ std::vector<StageStructure::SoftRow> soft_rows(const NonlinearProgram& program) 
 
 }  // namespace
 
+bool ProgramScale::is_one() const {
+  return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
+}
+
 VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
                             const std::vector<int>& quantity_of, VectorXd size) {
   const SparsityPattern& pattern = program.jacobian_pattern();

@@ -14,9 +14,7 @@ struct ProgramScale {
   VectorXd variables = {};  ///< empty: all 1
 
   /// True if all factors are 1.
-  bool is_one() const {
-    return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
-  }
+  bool is_one() const;
 };
 
 /// Groups of variables with one unit, such as a component of the state along all phases.

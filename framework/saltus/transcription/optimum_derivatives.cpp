@@ -10,6 +10,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
+#include "saltus/solver/optimum_system.hpp"
 #include "saltus/transcription/parametric_sensitivity.hpp"
 #include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -52,7 +53,16 @@ OptimumSystem system_of(MultipleShooting& shooting, const Solution& solution) {
 }  // namespace
 
 OptimumDerivatives::OptimumDerivatives(MultipleShooting& shooting, const Solution& solution)
-    : shooting_(&shooting), system_(system_of(shooting, solution)) {}
+    : shooting_(&shooting),
+      system_(std::make_unique<OptimumSystem>(system_of(shooting, solution))) {}
+OptimumDerivatives::~OptimumDerivatives() = default;
+OptimumDerivatives::OptimumDerivatives(OptimumDerivatives&&) noexcept = default;
+OptimumDerivatives& OptimumDerivatives::operator=(OptimumDerivatives&&) noexcept = default;
+
+bool OptimumDerivatives::reliable() const { return system_->reliable(); }
+const std::string& OptimumDerivatives::message() const { return system_->message(); }
+const std::string& OptimumDerivatives::hessian() const { return system_->hessian(); }
+const NlpPoint& OptimumDerivatives::point() const { return system_->point(); }
 
 // --- results ------------------------------------------------------------------------------------
 
@@ -68,7 +78,7 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
                                 const OptimumMovement& moved, double rate) const {
   const PhaseDefinition& first = shooting_->problem().phases().front();
   const Grid& grid = shooting_->grid();
-  if (!system_.is_factored()) result.cost = unknown;
+  if (!system_->is_factored()) result.cost = unknown;
   if (solved)
     result.w = rate * moved.w;
   else
@@ -77,7 +87,7 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
   while (k + 1 < grid.intervals(0) && grid.interval(0, k).is_empty()) ++k;
   result.first_input = result.w.segment(shooting_->layout().input(0, k), first.sizes.nu)
                            .cwiseProduct(first.nominal_input);
-  if (result.message.empty()) result.message = system_.message();
+  if (result.message.empty()) result.message = system_->message();
   if (result.message.empty() && !solved)
     result.message = "the plan cannot change: the active constraints do not allow it";
   if (result.message.empty()) result.message = moved.one_sided;
@@ -99,7 +109,7 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
     program.commit(data);
   };
   ParametricRates rates;
-  const DifferenceStatus status = difference(program, system_, steps, move, rates);
+  const DifferenceStatus status = difference(program, *system_, steps, move, rates);
   if (status != DifferenceStatus::success) {
     result.cost = unknown;
     result.message =
@@ -115,11 +125,11 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
     finish(result, false, {}, 1.0);
     return result;
   }
-  const NlpPoint& point = system_.point();
+  const NlpPoint& point = system_->point();
   result.cost = rates.objective + point.lambda.dot(rates.rows) - point.z.dot(rates.bounds);
   result.difference_error = rates.error;
   OptimumMovement moved;
-  const bool solved = system_.solve(rates, moved);
+  const bool solved = system_->solve(rates, moved);
   finish(result, solved, moved, 1.0);
   return result;
 }
@@ -128,8 +138,8 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
 OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
   OptimumDerivative result;
   OptimumMovement moved;
-  const bool solved = system_.hold(variable, moved);
-  result.cost = solved ? -system_.point().z[variable] / nominal : unknown;
+  const bool solved = system_->hold(variable, moved);
+  result.cost = solved ? -system_->point().z[variable] / nominal : unknown;
   finish(result, solved, moved, 1.0 / nominal);
   return result;
 }
@@ -244,16 +254,16 @@ OptimumDerivative OptimumDerivatives::wrt_start(int i) {
         fmt::format("the start of problem '{}' has {} states, but entry {} was requested",
                     shooting_->problem().name(), first.sizes.nx, i));
   const int row = program.start_row() + i;
-  if (system_.row_side(row) == 0)
+  if (system_->row_side(row) == 0)
     return by_holding(shooting_->layout().state(0, 0) + i, first.nominal_state[i]);
   // Side of a row: g - side decreases with theta.
   OptimumDerivative result;
   const double rate = 1.0 / first.nominal_state[i];
-  result.cost = -system_.point().lambda[row] * rate;
-  OptimumRates rates = system_.no_rates();
+  result.cost = -system_->point().lambda[row] * rate;
+  OptimumRates rates = system_->no_rates();
   rates.rows[row] = -rate;
   OptimumMovement moved;
-  const bool solved = system_.solve(rates, moved);
+  const bool solved = system_->solve(rates, moved);
   finish(result, solved, moved, 1.0);
   return result;
 }

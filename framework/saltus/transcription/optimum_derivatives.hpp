@@ -13,15 +13,18 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include "saltus/solver/optimum_system.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
-#include "saltus/transcription/parametric_sensitivity.hpp"
 
 namespace saltus {
+
+class OptimumSystem;
+struct OptimumMovement;
+struct StepRange;
 
 /// Derivative per unit of theta: per second, or per unit of the parameter or state.
 struct OptimumDerivative {
@@ -52,6 +55,9 @@ class OptimumDerivatives {
   /// `shooting` must outlive this object. Throws DefinitionError if the solution does not belong to
   /// its program.
   OptimumDerivatives(MultipleShooting& shooting, const Solution& solution);
+  ~OptimumDerivatives();
+  OptimumDerivatives(OptimumDerivatives&&) noexcept;
+  OptimumDerivatives& operator=(OptimumDerivatives&&) noexcept;
 
   /// Derivative with respect to one event time, with the other events fixed. An event at a node of
   /// the grid, or at another event, has only one-sided derivatives: the result is not reliable.
@@ -72,13 +78,13 @@ class OptimumDerivatives {
 
   /// True if active constraints are linearly independent and the Hessian is positive definite on
   /// their null space. Otherwise message() says which condition fails and where.
-  bool reliable() const { return system_.reliable(); }
+  bool reliable() const;
   /// The reason if there are no derivatives, else empty.
-  const std::string& message() const { return system_.message(); }
+  const std::string& message() const;
   /// "exact", or "differences of gradients" if an integrator has no second derivatives.
-  const std::string& hessian() const { return system_.hessian(); }
+  const std::string& hessian() const;
   /// The solution, refined by Newton steps on the active constraints.
-  const NlpPoint& point() const { return system_.point(); }
+  const NlpPoint& point() const;
 
  private:
   /// Changes data from theta to theta + d.
@@ -90,7 +96,7 @@ class OptimumDerivatives {
               double rate) const;
 
   MultipleShooting* shooting_;
-  OptimumSystem system_;
+  std::unique_ptr<OptimumSystem> system_;
 };
 
 }  // namespace saltus

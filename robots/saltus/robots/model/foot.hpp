@@ -9,6 +9,9 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
 
+// After types.hpp, which words the errors of Eigen.
+#include <Eigen/Geometry>
+
 namespace saltus {
 
 /// Of the robot, seen by itself.
