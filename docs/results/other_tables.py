@@ -9,7 +9,7 @@ from typing import Tuple
 
 from comparisons import COMPASS
 from programs import ROOT, humanoid, rows_of
-from tables import FORMULA, README, markdown, toward
+from tables import README, markdown, toward
 
 
 STEP_PLANNING = "problems/push_recovery/step_planning.md"
@@ -260,7 +260,7 @@ class Humanoids:
 
         def outcome(job):
             file, (plant, impulse) = job
-            found = programs.run({"config": file, "plant": plant, "push.impulse": impulse, **FORMULA})
+            found = programs.run({"config": file, "plant": plant, "push.impulse": impulse, "step.planner": "icp_formula"})
             return "recovered" if found["recovered"] else found["reason"]
         jobs = [(file, one) for file in files for one in self.pushes]
         with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
@@ -280,7 +280,7 @@ class Freedoms:
     exact: Tuple[str, ...] = ("forward, N s", "to the right", "back", "to the left")
     directions = 8
     most = {"formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
-    told = {"step.planner": "formula", "step.known": "true", "step.duration": 0.6}
+    told = {"step.planner": "push_formula", "step.duration": 0.6}
     in_place = {"step.reach": "settings", "step.forward_max": 0.001, "step.lateral_min": 0.139, "step.lateral_max": 0.141}
     variants = {"time and place fixed, told of the push (the paper)": {**told, "step.placement": "fixed"},
                 "place free, told of the push": told,
@@ -427,10 +427,10 @@ OTHER_TABLES = {
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
     "solvers": Solvers("Cases of the library that each solver meets"),
     "library": Library("Computing times of the problems of the library, each as one cold solve"),
-    "map_centroidal": Map("What is survived on the centroidal model", ("--set", "step.planner=formula"), (0.6, 0.45, 0.3), 16,
+    "map_centroidal": Map("What is survived on the centroidal model", ("--set", "step.planner=push_formula"), (0.6, 0.45, 0.3), 16,
                           "problems/push_recovery/map_centroidal.png"),
     "map_dart": Map("What the whole body survives in DART, preset paper",
-                    ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=formula", "--directions", "8",
+                    ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=push_formula", "--directions", "8",
                      "--step-times", "0.6"),
                     (0.6,), 8, "problems/push_recovery/map_dart.png"),
     "lost": Lost("What is lost against the ideal robot: the largest push, N s, up to which all are recovered"),

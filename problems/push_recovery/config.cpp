@@ -1,7 +1,16 @@
 #include "problems/push_recovery/config.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
 #include "problems/biped/keys/keys.hpp"
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -25,43 +34,114 @@ void declare_weights(Settings& s, Weights& w) {
            "penalty on a capture point outside the hull; 0 forbids it", at_least(0.0));
 }
 
-// How much of the real robot is looked at. Both presets name the same keys.
+// How closely a run models the real robot. Both presets name the same keys.
 void declare_presets(Settings& s, Config& config) {
-  s.preset("preset", config.preset,
-           {{"paper",
-             {"step.duration=0.6", "step.known=true", "step.trigger=push", "step.decide=always",
-              "step.decision_lead=none", "sensors=ideal", "self_collision=false",
-              "joint_speed_limits=false", "whole_body.stance_damping=50",
-              "contact.friction=0.3333333333333333", "contact.corners=false", "dart.friction=box"}},
-            {"robot",
-             {"step.duration=0.5",  // about 0.56 s from the push
-              "step.known=false", "step.trigger=icp", "step.decide=if_it_helps",
-              "step.decision_lead=0.1", "sensors=measured", "self_collision=true",
-              "joint_speed_limits=true", "whole_body.stance_damping=30",
-              // A foot that has just landed, lightly loaded on a corner, turns under more.
-              "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"}}},
-           "the conditions of the paper or those of the real robot, which are the default of the "
+  const std::vector<std::string> of_formula{"step.shortest=0.3", "whole_body.tipped_reserve=0"};
+  // The optimum needs short steps only rarely. Its plans load the corners of the stance sole, which
+  // would tip.
+  const std::vector<std::string> of_ocp{"step.shortest=0.25", "whole_body.tipped_reserve=10"};
+  const auto list = [](std::vector<std::string> values, const std::vector<std::string>& more) {
+    values.insert(values.end(), more.begin(), more.end());
+    return values;
+  };
+  const std::vector<std::string> paper =
+      list({"step.duration=0.6", "step.planner=push_formula", "step.decide=always",
+            "step.decision_lead=none", "sensors=ideal", "self_collision=false",
+            "joint_speed_limits=false", "whole_body.stance_damping=50",
+            "contact.friction=0.3333333333333333", "contact.corners=false", "dart.friction=box"},
+           of_formula);
+  std::vector<std::string> robot{
+      "step.duration=0.5",  // about 0.56 s from the push
+      "step.decide=if_it_helps", "step.decision_lead=0.1", "sensors=measured",
+      "self_collision=true", "joint_speed_limits=true", "whole_body.stance_damping=30",
+      // A foot that has just landed bears little and tips more easily.
+      "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"};
+  // A survival map over step times needs a planner that takes them.
+  robot.push_back(config.step_times_are_given ? "step.planner=icp_formula" : "step.planner=ocp");
+  robot = list(robot, config.step_times_are_given ? of_formula : of_ocp);
+
+  s.choice("preset", config.preset, {"paper", "robot"},
+           "the conditions of the paper, or those of the real robot, which are the default of the "
            "whole body; keys that are given win");
-  // One step of the foot in the air is of no use to a robot on two feet; the CoM shall come to rest
+  s.preset("plant", {"dart", "mujoco"}, list({"preset=robot"}, robot));
+  s.preset("preset", {"paper"}, paper);
+  s.preset("preset", {"robot"}, robot);
+  // One step of the foot in the air is of no use to a robot on two feet. Its CoM comes to rest
   // where heels and toes are equally far.
-  s.implies("stance", {"both"}, "step.planner=reactive");
-  s.implies("stance", {"both"}, "target=centroid");
-  s.implies("plant", {"dart", "mujoco"}, "preset=robot");
-  // Only the formula can be told of the push, and counts from it then. A planner that is asked for
-  // decides first: to others the trigger is of no matter.
-  s.implies("step.planner", {"reactive", "ocp"}, "step.known=false");
-  s.implies("step.trigger", {"push"}, "step.known=true");
-  s.implies("step.trigger", {"icp"}, "step.known=false");
-  s.implies("step.known", {"true"}, "step.trigger=push");
-  s.implies("step.known", {"true"}, "step.planner=formula");
-  s.implies("step.known", {"false"}, "step.trigger=icp");
-  // Nobody tells the robot when, where and how fast to step.
-  if (!config.step_times_are_given) s.implies("preset", {"robot"}, "step.planner=ocp");
-  // The rule looks at its shortest time last, the optimum only where it must.
-  s.implies("step.planner", {"ocp"}, "step.shortest=0.25");
-  // Its plans rest on the corners of the stance sole, which would turn under.
-  s.implies("step.planner", {"ocp"}, "whole_body.tipped_reserve=10");
+  s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));
+  s.preset("step.planner", {"push_formula", "icp_formula", "reactive"}, of_formula);
+  s.preset("step.planner", {"ocp"}, of_ocp);
 }
+
+// The keys step.known and step.trigger of 0.2, and step.planner=formula, which depended on them.
+class OldStepKeys {
+ public:
+  OldStepKeys(std::vector<Assignment>& given, const std::vector<Assignment>& others)
+      : given_(given), others_(others) {}
+
+  std::vector<std::string> translate() {
+    const std::string planner = text_of(given_, "step.planner");
+    const std::string known = text_of(given_, "step.known");
+    const std::string trigger = text_of(given_, "step.trigger");
+    if (known.empty() && trigger.empty() && planner != "formula") return {};
+    const bool is_formula = planner.empty() || planner == "formula";
+    if (known == "true" && !is_formula)
+      refuse("step.known", "step.known=true is step.planner=push_formula now, but step.planner=" +
+                               planner + " is given: take one of them");
+    if (is_formula &&
+        ((known == "true" && trigger == "icp") || (known == "false" && trigger == "push")))
+      refuse("step.known", "step.known=" + known + " contradicts step.trigger=" + trigger +
+                               ": take step.planner=push_formula or step.planner=icp_formula");
+    std::string now = planner;
+    if (is_formula) {
+      const bool is_told = known.empty() && trigger.empty() ? preset() == "paper"
+                                                            : known == "true" || trigger == "push";
+      now = is_told ? "push_formula" : "icp_formula";
+      // That nothing is known did not choose a planner where another one is the default.
+      if (planner.empty() && !is_told && (preset() == "robot" || stance() == "both")) now.clear();
+    }
+    return replace_by(now);
+  }
+
+ private:
+  static std::string text_of(const std::vector<Assignment>& all, std::string_view key) {
+    const auto it = std::ranges::find(all, key, &Assignment::key);
+    return it == all.end() || it->items.size() != 1 ? "" : it->items.front();
+  }
+  std::string text_of(std::string_view key) const {
+    const std::string text = text_of(given_, key);
+    return text.empty() ? text_of(others_, key) : text;
+  }
+  std::string preset() const {
+    const std::string given = text_of("preset"), plant = text_of("plant");
+    if (!given.empty()) return given;
+    return plant.empty() || plant == "centroidal" ? "paper" : "robot";
+  }
+  std::string stance() const { return text_of("stance"); }
+  [[noreturn]] void refuse(std::string_view key, const std::string& why) const {
+    throw InputError(std::ranges::find(given_, key, &Assignment::key)->location + ": " + why);
+  }
+  std::vector<std::string> replace_by(const std::string& now) {
+    std::vector<std::string> warnings;
+    Assignment planner = parse_set_argument("step.planner=" + (now.empty() ? "none" : now));
+    std::erase_if(given_, [&](const Assignment& a) {
+      const bool is_old = a.key == "step.known" || a.key == "step.trigger";
+      if (is_old || (a.key == "step.planner" && a.items.front() != now)) {
+        warnings.push_back(
+            fmt::format("{}: {}={} is {} now; the old form is refused from 0.4 on", a.location,
+                        a.key, fmt::join(a.items, ","),
+                        now.empty() ? "what step.planner says" : "step.planner=" + now));
+        planner.location = a.location;
+      }
+      return is_old || a.key == "step.planner";
+    });
+    if (!now.empty()) given_.push_back(std::move(planner));
+    return warnings;
+  }
+
+  std::vector<Assignment>& given_;
+  const std::vector<Assignment>& others_;
+};
 
 }  // namespace
 
@@ -71,6 +151,12 @@ void declare_settings(Settings& s, Config& config) {
   declare_settings(s, config.planning, config.step);
   declare_pictures(s, config);
   declare_presets(s, config);
+  s.translate([](std::vector<Assignment>& file, std::vector<Assignment>& command_line) {
+    std::vector<std::string> warnings = OldStepKeys(file, command_line).translate();
+    for (std::string& more : OldStepKeys(command_line, file).translate())
+      warnings.push_back(std::move(more));
+    return warnings;
+  });
 }
 
 }  // namespace saltus::push_recovery

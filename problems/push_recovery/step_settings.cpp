@@ -49,13 +49,27 @@ survey::FootReach reach_of(const walking::Step& step) {
 
 void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   using walking::StepPlannerChoice;
-  s.choice<StepPlannerChoice>(
-      "step.planner", step.planner,
-      {{"formula", StepPlannerChoice::formula},
-       {"reactive", StepPlannerChoice::reactive},
-       {"ocp", StepPlannerChoice::ocp}},
-      "one step of the foot in the air by a formula after step.duration; any number of either foot "
-      "by a rule whenever the capture point leaves the ground; or by optimal control");
+  using walking::StepTrigger;
+  s.choice(
+      "step.planner", {"push_formula", "icp_formula", "reactive", "ocp"},
+      [&step]() -> std::optional<std::size_t> {
+        if (step.planner == StepPlannerChoice::formula) return step.known ? 0 : 1;
+        return step.planner == StepPlannerChoice::reactive ? 2 : 3;
+      },
+      [&step](std::size_t i) {
+        constexpr StepPlannerChoice planners[] = {
+            StepPlannerChoice::formula, StepPlannerChoice::formula, StepPlannerChoice::reactive,
+            StepPlannerChoice::ocp};
+        step.planner = planners[i];
+        step.known = i == 0;
+        step.trigger = step.known ? StepTrigger::push : StepTrigger::icp;
+      },
+      "one step of the foot in the air by a formula, step.duration after the push begins, which "
+      "the "
+      "formula is told, or after the capture point leaves the sole; any number of steps of either "
+      "foot by a rule, whenever the capture point leaves the ground; or by optimal control. "
+      "Nothing "
+      "else of the push is known to any of them");
   s.integer("step.most", p.most_steps, "", "steps that are planned ahead at most (ocp)",
             between(0, most_planned_steps));
   s.number("step.shortest", p.shortest, "s", "least time of a swing (reactive, ocp)",
@@ -76,9 +90,6 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       "step.reach", p.robot_reach, {{"robot", true}, {"settings", false}},
       "where feet can be put (ocp): by the robot's own kinematics, if there is a URDF, or "
       "by step.forward_max and the like");
-  s.number("step.price", p.price, "", "cost of a step: standing is preferred (ocp)", at_least(0.0));
-  s.number("step.hysteresis", p.hysteresis, "", "by which another choice must be cheaper (ocp)",
-           at_least(0.0));
   s.number("step.lead", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
            at_least(0.0));
   s.vector(
@@ -86,6 +97,8 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       "on resting at the border of the soles, 0.1 s off the usual time, 0.1 m off the usual place, "
       "and a second on the border of the sole (ocp)",
       at_least(0.0));
+  s.removed("step.price", "2", "0.4");
+  s.removed("step.hysteresis", "0.5", "0.4");
   s.flag(
       "step.bring_back", p.bring_back,
       "a second after the robot has come to rest it brings its feet back to their usual distance "
@@ -223,7 +236,7 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   if (!robot_reach && (step.forward_max <= 0.0 || step.lateral_min >= step.lateral_max))
     throw InputError(fmt::format(
         "step.forward_max ({} m), step.lateral_min ({} m) and step.lateral_max ({} m) leave no "
-        "place for a foot; widen them, or fix the place with step.planner=formula",
+        "place for a foot; widen them, or fix the place with step.planner=icp_formula",
         step.forward_max, step.lateral_min, step.lateral_max));
   const survey::FootReach reach = robot_reach ? *robot_reach : reach_of(step);
   model.reach = half_planes(reach.from_foot, apart);

@@ -141,6 +141,8 @@ class Sway final : public ConfigurableBiped {
     s.vector("weights.wrench", config_.wrench_weights, "", "on force (N) and torque (Nm) of a foot",
              at_least(0.0));
     declare_pictures(s, config_);
+    s.removed("step.known", "true", "0.4");
+    s.removed("step.trigger", "push", "0.4");
   }
 
   const StandingPosture& posture(const RobotDescription& robot) const override {

@@ -316,10 +316,9 @@ TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new
 
 TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
   std::string name = "soft";
-  settings.preset("preset", name,
-                  {{"soft", {"push.impulse=7", "stepping=true", "plant=centroidal"}},
-                   {"hard", {"push.impulse=9", "stepping=false", "plant=dart"}}},
-                  "how hard a day it is");
+  settings.choice("preset", name, {"soft", "hard"}, "how hard a day it is");
+  settings.preset("preset", {"soft"}, {"push.impulse=7", "stepping=true", "plant=centroidal"});
+  settings.preset("preset", {"hard"}, {"push.impulse=9", "stepping=false", "plant=dart"});
   EXPECT_TRUE(contains(settings.describe(), "hard: push.impulse=9, stepping=false, plant=dart"));
   set({"push.impulse=3"});  // no preset is given, none acts
   EXPECT_EQ(config.impulse, 3.0);
@@ -339,37 +338,66 @@ TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
   settings.apply(file, {});
   EXPECT_TRUE(config == written && name == "hard");
   EXPECT_TRUE(contains(complaint([&] { set({"preset=hart"}); }), "did you mean 'hard'?"));
-
-  std::string other = "a";
-  EXPECT_THROW(settings.preset("other", other, {{"a", {"no.such.key=1"}}}, ""), DefinitionError);
-  EXPECT_THROW(settings.preset("other", other, {{"a", {"stepping=7"}}}, ""), InputError);
+  EXPECT_THROW(settings.preset("preset", {"soft"}, {"stepping=7"}), InputError);
 }
 
-TEST_F(SettingsTest, a_choice_may_imply_another_value_unless_that_is_given) {
+TEST_F(SettingsTest, presets_are_lists_that_trigger_no_list) {
   std::string name = "soft";
-  settings.preset("preset", name, {{"soft", {"push.impulse=7"}}, {"hard", {"push.impulse=9"}}},
-                  "how hard");
-  settings.implies("plant", {"dart"}, "preset=hard");
+  settings.choice("preset", name, {"soft", "hard"}, "how hard");
+  settings.preset("plant", {"dart"}, {"preset=hard", "push.impulse=9"});
+  settings.preset("preset", {"soft"}, {"push.impulse=7"});
+  settings.preset("preset", {"hard"}, {"push.impulse=8", "stepping=false"});
   set({"stepping=true"});
   EXPECT_EQ(name, "soft");
   set({"plant=centroidal"});
   EXPECT_EQ(name, "soft");
-  set({"plant=dart", "preset=soft"});
+  set({"plant=dart", "preset=soft"});  // the later list wins
+  EXPECT_EQ(name, "soft");
   EXPECT_EQ(config.impulse, 7.0);
   set({"plant=dart"});
   EXPECT_EQ(name, "hard");
   EXPECT_EQ(config.impulse, 9.0);
+  EXPECT_TRUE(config.stepping);  // what the list names is not looked up again
   set({"plant=dart", "push.impulse=3"});
   EXPECT_EQ(config.impulse, 3.0);
-  settings.implies("stepping", {"false"}, "plant=centroidal");
-  settings.implies("plant", {"centroidal"}, "push.impulse=2");  // a chain, from a flag on
-  set({"stepping=true", "preset=soft"});
-  EXPECT_EQ(config.impulse, 7.0);
-  set({"stepping=false"});
-  EXPECT_EQ(config.impulse, 2.0);
-  EXPECT_THROW(settings.implies("push.impulse", {"2"}, "preset=hard"), DefinitionError);
-  EXPECT_THROW(settings.implies("plant", {"dart"}, "no.such.key=1"), DefinitionError);
-  EXPECT_THROW(settings.implies("plant", {"dart"}, "preset=harder"), InputError);
+  EXPECT_TRUE(contains(settings.describe(), "; dart: preset=hard, push.impulse=9"));
+  EXPECT_THROW(settings.preset("push.impulse", {"2"}, {"preset=hard"}), DefinitionError);
+  EXPECT_THROW(settings.preset("plant", {"moon"}, {"preset=hard"}), DefinitionError);
+  EXPECT_THROW(settings.preset("plant", {"dart"}, {"no.such.key=1"}), DefinitionError);
+  EXPECT_THROW(settings.preset("plant", {"dart"}, {"preset=harder"}), InputError);
+}
+
+TEST_F(SettingsTest, a_removed_key_is_accepted_with_the_value_that_is_fixed_now) {
+  settings.removed("noise.seed", "1", "0.4");
+  settings.removed("push.shape", "box", "0.4");
+  settings.apply(folder.file("old.yaml", "noise:\n  seed: 1.0\npush:\n  shape: box\n"), {});
+  ASSERT_EQ(settings.warnings().size(), 1u);
+  EXPECT_TRUE(contains(settings.warnings()[0],
+                       "old.yaml:2: no longer settings, with the values that are fixed now: "
+                       "noise.seed"));
+  EXPECT_TRUE(contains(settings.warnings()[0], "push.shape"));
+  EXPECT_TRUE(contains(complaint([&] { set({"noise.seed=2"}); }),
+                       "'noise.seed' is no longer a setting, its value is always 1; remove it"));
+  EXPECT_TRUE(contains(complaint([&] { set({"push.shape=[1, 2]"}); }), "remove it"));
+  EXPECT_THROW(settings.removed("stepping", "1", "0.4"), DefinitionError);
+  EXPECT_TRUE(nlohmann::json::parse(settings.json_schema("push"))
+                  .at("properties")
+                  .at("noise")
+                  .at("properties")
+                  .at("seed")
+                  .at("deprecated"));
+}
+
+TEST_F(SettingsTest, assignments_of_older_versions_are_translated_before_they_are_read) {
+  settings.translate([](std::vector<Assignment>& file, std::vector<Assignment>& command_line) {
+    EXPECT_TRUE(command_line.empty());
+    for (Assignment& a : file)
+      if (a.key == "force") a.key = "push.impulse";
+    return std::vector<std::string>{"old"};
+  });
+  settings.apply(folder.file("old.yaml", "force: 4\n"), {});
+  EXPECT_EQ(config.impulse, 4.0);
+  EXPECT_EQ(settings.warnings(), std::vector<std::string>{"old"});
 }
 
 TEST_F(SettingsTest, wrong_declarations) {

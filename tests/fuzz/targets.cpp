@@ -54,10 +54,9 @@ struct Fields {
     settings.choice<Plant>("plant", plant,
                            {{"centroidal", Plant::centroidal}, {"dart", Plant::dart}}, "which");
     settings.text("robot.urdf", urdf, "file");
-    settings.preset("preset", preset,
-                    {{"robot", {}}, {"paper", {"contact.friction=0.3", "push.trigger=0.1"}}},
-                    "all");
-    settings.implies("plant", {"dart"}, "solver=riccati");
+    settings.choice("preset", preset, {"robot", "paper"}, "all");
+    settings.preset("preset", {"paper"}, {"contact.friction=0.3", "push.trigger=0.1"});
+    settings.preset("plant", {"dart"}, {"solver=riccati"});
     settings.alias("urdf", "robot.urdf");
     settings.renamed("push.size", "push.impulse", "9.0");
     settings.rule({"push.impulse", "push.trigger"}, [this] {

@@ -392,46 +392,28 @@ TEST(Settings, EveryKeyIsStillThere) {
   std::vector<std::string> keys = settings.keys();
   std::sort(keys.begin(), keys.end());
   std::istringstream words(
-      "capture_point.after_landing capture_point.com_damping capture_point.com_stiffness "
-      "capture_point.momentum_damping contact.corners contact.edges contact.friction "
-      "contact.fz_max contact.fz_min contact.pyramid contact.torsional_friction control.period "
-      "controller dart.collision dart.friction dart.lcp explain_limit joint_speed_limits "
-      "model.mass_error "
-      "momentum.angular_momentum momentum.linear_momentum momentum.posture "
-      "momentum.posture_damping "
-      "momentum.swing_regularisation momentum.torque momentum.wrench motor.bandwidth "
-      "motor.torque_rate mpc.costs mpc.deadline mpc.intervals mpc.missed_seed "
-      "mpc.missed_share mpc.step noise.angle noise.angular_velocity noise.force "
-      "noise.position noise.seed noise.velocity pictures plant preset push.direction "
-      "push.duration push.impulse push.link push.point push.random.apart push.random.impulse "
-      "push.random.rate push.random.seed push.random.until push.shape push.start pushes "
-      "robot.config "
-      "robot.urdf self_collision sensor.accelerometer.bias sensor.accelerometer.delay "
-      "sensor.accelerometer.noise sensor.accelerometer.rate sensor.encoder.bias "
-      "sensor.encoder.delay sensor.encoder.noise sensor.encoder.rate "
-      "sensor.encoder.resolution sensor.force_torque.delay sensor.force_torque.force_bias "
-      "sensor.force_torque.force_noise sensor.force_torque.rate "
-      "sensor.force_torque.torque_bias sensor.force_torque.torque_noise sensor.gyroscope.bias "
-      "sensor.gyroscope.delay sensor.gyroscope.noise sensor.gyroscope.rate "
-      "sensor.initial_tilt sensor.seed sensor.standing_force sensor.velocity_lag sensors "
-      "simulator.delay_ticks simulator.friction simulator.ground_edge simulator.ground_step "
-      "simulator.joint_friction simulator.step solver solver_tolerance stance step.bring_back "
-      "step.decide "
-      "step.decision_delay step.decision_lead step.double_support step.duration step.fixed_place "
-      "step.foot_speed step.forward_max step.hysteresis step.known step.lateral_max "
-      "step.lateral_min "
-      "step.lead "
-      "step.longest step.momentum step.most step.placement step.planner step.price step.reach "
-      "step.shortest "
-      "step.sole_margin step.torque step.trigger step.usual step.weights stepping target "
-      "walk.double_support walk.duration walk.velocity "
-      "weights.capture_point weights.capture_point_softness weights.capture_point_standing "
-      "weights.gamma weights.gamma_impact weights.wrench weights.wrench_change "
-      "whole_body.angular_momentum whole_body.clearance whole_body.controller "
-      "whole_body.linear_momentum "
-      "whole_body.posture whole_body.posture_damping whole_body.posture_stiffness "
-      "whole_body.stance_damping whole_body.swing_foot whole_body.tipped_reserve "
-      "whole_body.wrench");
+      "capture_point.after_landing contact.corners contact.edges contact.friction "
+      "contact.fz_max contact.fz_min contact.torsional_friction control.period controller "
+      "dart.collision dart.friction dart.lcp explain_limit joint_speed_limits "
+      "model.mass_error momentum.angular_momentum momentum.linear_momentum momentum.wrench "
+      "motor.bandwidth motor.torque_rate mpc.deadline mpc.intervals mpc.step pictures plant "
+      "preset push.direction push.duration push.impulse push.link push.point "
+      "push.random.apart push.random.impulse push.random.rate push.random.seed "
+      "push.random.until push.shape push.start pushes robot.config robot.urdf "
+      "self_collision sensor.accelerometer.delay sensor.encoder.delay "
+      "sensor.force_torque.delay sensor.gyroscope.delay sensor.seed sensor.standing_force "
+      "sensor.velocity_lag sensors simulator.delay_ticks simulator.friction "
+      "simulator.ground_step simulator.joint_friction simulator.step solver "
+      "solver_tolerance stance step.bring_back step.decide step.decision_lead "
+      "step.double_support step.duration step.fixed_place step.foot_speed step.forward_max "
+      "step.lateral_max step.lateral_min step.lead step.longest step.momentum step.most "
+      "step.placement step.planner step.reach step.shortest step.sole_margin step.torque "
+      "step.usual step.weights stepping target walk.double_support walk.duration "
+      "walk.velocity weights.capture_point weights.capture_point_softness "
+      "weights.capture_point_standing weights.gamma weights.gamma_impact weights.wrench "
+      "weights.wrench_change whole_body.angular_momentum whole_body.controller "
+      "whole_body.linear_momentum whole_body.posture whole_body.stance_damping "
+      "whole_body.tipped_reserve whole_body.wrench");
   const std::vector<std::string> known{std::istream_iterator<std::string>(words), {}};
   EXPECT_EQ(keys, known);
 }
@@ -448,7 +430,9 @@ TEST(Settings, WhoPlansTheSteps) {
       {{"plant=dart"}, StepPlannerChoice::ocp, 0.25, 10.0},
       {{"plant=mujoco", "step.shortest=0.3"}, StepPlannerChoice::ocp, 0.3, 10.0},
       {{"plant=dart", "preset=paper"}, StepPlannerChoice::formula, 0.3, 0.0},
-      {{"plant=dart", "step.planner=formula"}, StepPlannerChoice::formula, 0.3, 0.0},
+      {{"plant=dart", "step.planner=icp_formula"}, StepPlannerChoice::formula, 0.3, 0.0},
+      {{"plant=dart", "step.planner=reactive"}, StepPlannerChoice::reactive, 0.3, 0.0},
+      {{"stance=both", "step.planner=ocp"}, StepPlannerChoice::ocp, 0.25, 10.0},
       {{"plant=dart", "stance=both"}, StepPlannerChoice::reactive, 0.3, 0.0}};
   for (const Case& c : cases) {
     Config config;

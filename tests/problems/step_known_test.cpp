@@ -20,7 +20,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-constexpr const char* words_of[] = {"formula", "reactive", "ocp"};
+constexpr const char* words_of[] = {"icp_formula", "reactive", "ocp"};
 
 Config config_of(const std::vector<std::string>& arguments) {
   Config config;
@@ -85,7 +85,7 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
   const Push acting = push_at(0.1, 7.0, {0.0, -1.0, 0.0}, 0.1);
   const Push other = push_at(0.05, 3.0, {1.0, 0.0, 0.0}, 0.15);
   for (const char* planner : words_of) {
-    const Config config = config_of({"step.known=false", std::string("step.planner=") + planner});
+    const Config config = config_of({std::string("step.planner=") + planner});
     EXPECT_FALSE(config.step.known);
     const std::vector<Sample> truth = samples(config, acting, acting);
     EXPECT_GT(truth.size(), 60u);
@@ -122,20 +122,45 @@ TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
   EXPECT_FALSE(config_of({"plant=mujoco"}).step.known);
   EXPECT_FALSE(config_of({"stance=both"}).step.known);
   EXPECT_FALSE(config_of({"step.planner=ocp"}).step.known);
-  EXPECT_FALSE(config_of({"step.trigger=icp"}).step.known);
-  EXPECT_TRUE(config_of({"plant=dart", "step.trigger=push"}).step.known);
-  const Config told = config_of({"plant=dart", "step.known=true"});
-  EXPECT_EQ(told.step.trigger, StepTrigger::push);
-  EXPECT_EQ(told.step.planner, StepPlannerChoice::formula);
-  EXPECT_EQ(config_of({"step.known=false"}).step.trigger, StepTrigger::icp);
+  EXPECT_FALSE(config_of({"step.planner=icp_formula"}).step.known);
+  EXPECT_TRUE(config_of({"plant=dart", "step.planner=push_formula"}).step.known);
+}
+
+// Until 0.4 the keys of 0.2 mean what they did.
+TEST(StepKnown, OldKeysMeanWhatTheyDid) {
+  using Given = std::vector<std::string>;
+  struct Case {
+    Given given;
+    StepPlannerChoice planner;
+    bool known;
+  };
+  const Case cases[] = {
+      {{"step.trigger=icp"}, StepPlannerChoice::formula, false},
+      {{"step.known=false"}, StepPlannerChoice::formula, false},
+      {{"step.planner=formula"}, StepPlannerChoice::formula, true},
+      {{"plant=dart", "step.planner=formula"}, StepPlannerChoice::formula, false},
+      {{"plant=dart", "preset=paper", "step.planner=formula"}, StepPlannerChoice::formula, true},
+      {{"plant=dart", "step.trigger=push"}, StepPlannerChoice::formula, true},
+      {{"plant=dart", "step.known=true"}, StepPlannerChoice::formula, true},
+      {{"plant=dart", "step.known=false"}, StepPlannerChoice::ocp, false},
+      {{"stance=both", "step.known=false"}, StepPlannerChoice::reactive, false},
+      {{"step.known=false", "step.planner=ocp"}, StepPlannerChoice::ocp, false},
+      {{"step.known=false", "step.trigger=icp", "step.planner=formula"},
+       StepPlannerChoice::formula,
+       false}};
+  for (const Case& c : cases) {
+    const Config config = config_of(c.given);
+    EXPECT_EQ(config.step.planner, c.planner) << c.given.front();
+    EXPECT_EQ(config.step.known, c.known) << c.given.front();
+    EXPECT_EQ(config.step.trigger, c.known ? StepTrigger::push : StepTrigger::icp);
+  }
 }
 
 TEST(StepKnown, ContradictionsAreOneSentence) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-      {{"step.known=true", "step.planner=ocp"}, "take that planner, or step.known=false"},
-      {{"step.known=true", "stance=both"}, "take that planner, or step.known=false"},
-      {{"step.known=true", "step.trigger=icp"}, "take step.trigger=push, or step.known=false"},
-      {{"step.known=false", "step.trigger=push"}, "take step.trigger=icp, or step.known=true"}};
+      {{"step.known=true", "step.planner=ocp"}, "is given: take one of them"},
+      {{"step.known=true", "step.trigger=icp"}, "take step.planner=push_formula or"},
+      {{"step.known=false", "step.trigger=push"}, "take step.planner=push_formula or"}};
   for (const auto& [arguments, part] : cases) try {
       config_of(arguments);
       ADD_FAILURE() << part;
@@ -247,7 +272,7 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
        "beyond the reach of the legs; walk slower"},
       {{"--walk.velocity", "[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       // what is known
-      {{"--step.known", "true", "--step.planner", "ocp"}, "step.known=true tells"}};
+      {{"--step.known", "true", "--step.planner", "ocp"}, "is step.planner=push_formula now"}};
   for (const auto& [words, part] : cases) {
     const ProgramRun refused = run(words);
     EXPECT_EQ(refused.status, 2) << part;

@@ -115,6 +115,13 @@ std::string Settings::json_schema(const std::string& title) const {
     if (const Setting* setting = find(old.key, Assignment::Origin::set))
       add(old.old_key, *setting,
           {{"deprecated", true}, {"description", fmt::format("is called '{}' now", old.key)}});
+  for (const Removed& old : removed_) {
+    const std::size_t dot = old.key.rfind('.');
+    section_of(
+        schema,
+        old.key)["properties"][dot == std::string::npos ? old.key : old.key.substr(dot + 1)] = {
+        {"deprecated", true}, {"description", "is always " + old.value}};
+  }
   return schema.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <set>
 
 #include "saltus/app/overloaded.hpp"
@@ -42,6 +43,18 @@ void Settings::vector(std::string key, VectorOut field, std::string unit, std::s
   declare({std::move(key), numbers, std::move(unit), std::move(doc), range, {}, ""});
 }
 
+void Settings::choice(std::string key, std::vector<std::string> names,
+                      std::function<std::optional<std::size_t>()> index,
+                      std::function<void(std::size_t)> assign, std::string doc) {
+  declare({std::move(key),
+           ChoiceField{std::move(index), std::move(assign)},
+           "",
+           std::move(doc),
+           {},
+           std::move(names),
+           ""});
+}
+
 void Settings::choice(std::string key, std::string& field, std::vector<std::string> names,
                       std::string doc) {
   ChoiceField choice_field;
@@ -54,24 +67,33 @@ void Settings::choice(std::string key, std::string& field, std::vector<std::stri
   declare({std::move(key), std::move(choice_field), "", std::move(doc), {}, std::move(names), ""});
 }
 
+void Settings::preset(const std::string& key, const std::vector<std::string>& names,
+                      const std::vector<std::string>& values) {
+  const auto cause = std::ranges::find(settings_, key, &Setting::key);
+  for (const std::string& name : names)
+    if (cause == settings_.end() || std::ranges::find(cause->names, name) == cause->names.end())
+      throw DefinitionError(
+          fmt::format("preset '{}': there is no choice '{}' with this name", name, key));
+  PresetList preset{key, names, {}};
+  for (const std::string& value : values) {
+    const Assignment& assignment = preset.values.emplace_back(parse_set_argument(value));
+    const Setting* setting = find(assignment.key, Assignment::Origin::set);
+    if (setting == nullptr)
+      throw DefinitionError(fmt::format("preset '{}' of '{}': there is no setting '{}'",
+                                        fmt::join(names, ", "), key, assignment.key));
+    parse(*setting, assignment);  // throws if this is no value of that setting
+  }
+  cause->doc += fmt::format("; {}: {}", fmt::join(names, ", "), fmt::join(values, ", "));
+  presets_.push_back(std::move(preset));
+}
+
 void Settings::preset(std::string key, std::string& field, const std::vector<Preset>& presets,
                       std::string doc) {
   std::vector<std::string> names;
-  for (const Preset& preset : presets) {
-    names.push_back(preset.name);
-    for (const std::string& value : preset.values) {
-      const Assignment assignment = parse_set_argument(value);
-      const Setting* setting = find(assignment.key, Assignment::Origin::set);
-      if (setting == nullptr)
-        throw DefinitionError(fmt::format("preset '{}' of '{}': there is no setting '{}'",
-                                          preset.name, key, assignment.key));
-      parse(*setting, assignment);  // throws if this is no value of that setting
-    }
-    if (!preset.values.empty())
-      doc += fmt::format("; {}: {}", preset.name, fmt::join(preset.values, ", "));
-  }
+  for (const Preset& one : presets) names.push_back(one.name);
   choice(key, field, std::move(names), std::move(doc));
-  presets_.push_back({std::move(key), presets});
+  for (const Preset& one : presets)
+    if (!one.values.empty()) preset(key, {one.name}, one.values);
 }
 
 void Settings::declare(Setting setting) {
@@ -101,22 +123,6 @@ void Settings::declare(Setting setting) {
   settings_.push_back(std::move(setting));
 }
 
-void Settings::implies(const std::string& key, const std::vector<std::string>& values,
-                       const std::string& assignment) {
-  const Setting* cause = find(key, Assignment::Origin::set);
-  const Assignment implied = parse_set_argument(assignment);
-  const Setting* effect = find(implied.key, Assignment::Origin::set);
-  const bool has_names =
-      cause != nullptr && (!cause->names.empty() || std::holds_alternative<bool*>(cause->field));
-  if (!has_names || effect == nullptr)
-    throw DefinitionError(fmt::format(
-        "settings: {} implies {}, but one of the two is not declared, or the first is neither a "
-        "choice nor a flag",
-        key, assignment));
-  parse(*effect, implied);  // throws if it is no value of that setting
-  implications_.push_back({key, values, assignment});
-}
-
 void Settings::alias(std::string flag, const std::string& key) {
   if (find(key, Assignment::Origin::set) == nullptr) {
     throw DefinitionError(fmt::format("alias '{}': there is no setting '{}'", flag, key));
@@ -135,6 +141,12 @@ void Settings::renamed(std::string old_key, const std::string& key, std::string 
   renamed_.push_back({std::move(old_key), key, std::move(version)});
 }
 
+void Settings::removed(std::string old_key, std::string value, std::string version) {
+  if (find(old_key, Assignment::Origin::flag) != nullptr || find_renamed(old_key) != nullptr)
+    throw DefinitionError(fmt::format("removed key '{}': the name is taken", old_key));
+  removed_.push_back({std::move(old_key), std::move(value), std::move(version)});
+}
+
 void Settings::rule(std::vector<std::string> keys, std::function<std::string()> complaint) {
   for (const std::string& key : keys) {
     if (find(key, Assignment::Origin::set) == nullptr) {
@@ -150,9 +162,11 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
                      const std::vector<Assignment>& assignments) {
   std::vector<Change> changes;
   warnings_.clear();
-  if (file) stage(read_assignments(*file), changes);
-  stage(assignments, changes);
-  add_implied(changes);
+  std::vector<Assignment> from_file, given = assignments;
+  if (file) from_file = read_assignments(*file);
+  if (translation_) warnings_ = translation_(from_file, given);
+  stage(from_file, changes);
+  stage(given, changes);
   add_presets(changes);
 
   std::vector<std::pair<const Setting*, Value>> before;
@@ -172,7 +186,17 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
 // Parses everything; assigns nothing.
 void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) {
   std::vector<std::pair<const Setting*, std::string>> seen;
+  std::vector<std::string> removed;
+  std::string location, version;  // of the first of these
   for (const Assignment& assignment : assignments) {
+    if (const Removed* old = find_removed(assignment)) {
+      removed.push_back(old->key);
+      if (removed.size() == 1) {
+        location = assignment.location;
+        version = old->version;
+      }
+      continue;
+    }
     const Setting* setting = find(assignment.key, assignment.origin);
     if (const Renamed* old = find_renamed(assignment.key)) {
       setting = find(old->key, Assignment::Origin::set);
@@ -180,54 +204,54 @@ void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Cha
                                       assignment.location, old->old_key, old->key, old->version));
     }
     if (setting == nullptr) reject_unknown(assignment);
-    for (const auto& [other, location] : seen) {
+    for (const auto& [other, where] : seen) {
       if (other == setting) {
         throw InputError(fmt::format("{}: '{}' was already given by {}", assignment.location,
-                                     setting->key, location));
+                                     setting->key, where));
       }
     }
     seen.emplace_back(setting, assignment.location);
     changes.push_back({setting, parse(*setting, assignment), assignment.location});
   }
+  if (!removed.empty())
+    warnings_.push_back(
+        fmt::format("{}: no longer settings, with the values that are fixed now: {}; they are "
+                    "refused from {} on",
+                    location, join_names(removed), version));
 }
 
-void Settings::add_implied(std::vector<Change>& changes) const {
-  const auto last = [&changes](const std::string& key) {
-    return std::find_if(changes.rbegin(), changes.rend(),
-                        [&](const Change& change) { return change.setting->key == key; });
+const Settings::Removed* Settings::find_removed(const Assignment& given) const {
+  const auto it = std::ranges::find(removed_, given.key, &Removed::key);
+  if (it == removed_.end()) return nullptr;
+  const auto number = [](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    return end != text.c_str() && *end == '\0' ? value : std::nan("");
   };
-  for (const Implication& implication : implications_) {
-    const auto cause = last(implication.key);
-    if (cause == changes.rend()) continue;
-    const bool* flag = std::get_if<bool>(&cause->value);
-    const std::string value = flag == nullptr
-                                  ? cause->setting->names[std::get<std::size_t>(cause->value)]
-                                  : (*flag ? "true" : "false");
-    if (std::find(implication.values.begin(), implication.values.end(), value) ==
-        implication.values.end())
-      continue;
-    Assignment assignment = parse_set_argument(implication.assignment);
-    assignment.location = cause->location;
-    if (last(assignment.key) != changes.rend()) continue;
-    const Setting* setting = find(assignment.key, Assignment::Origin::set);
-    changes.insert(changes.begin(), {setting, parse(*setting, assignment), assignment.location});
-  }
+  const bool is_same =
+      given.items.size() == 1 &&
+      (given.items.front() == it->value || number(given.items.front()) == number(it->value));
+  if (!is_same)
+    throw InputError(
+        fmt::format("{}: '{}' is no longer a setting, its value is always {}; remove it "
+                    "(docs/migration.md)",
+                    given.location, given.key, it->value));
+  return &*it;
 }
 
-// Before the changes that were asked for themselves: those win.
+// Presets look at what was given alone, which wins: no preset triggers another one.
 void Settings::add_presets(std::vector<Change>& changes) const {
   std::vector<Change> added;
-  for (const PresetChoice& choice : presets_) {
+  for (const PresetList& preset : presets_) {
     const auto given = std::find_if(changes.rbegin(), changes.rend(), [&](const Change& change) {
-      return change.setting->key == choice.key;
+      return change.setting->key == preset.key;
     });
     if (given == changes.rend()) continue;
-    const Preset& preset = choice.presets[std::get<std::size_t>(given->value)];
-    for (const std::string& value : preset.values) {
-      Assignment assignment = parse_set_argument(value);
-      assignment.location = given->location;
+    const std::string& name = given->setting->names[std::get<std::size_t>(given->value)];
+    if (std::ranges::find(preset.names, name) == preset.names.end()) continue;
+    for (const Assignment& assignment : preset.values) {
       const Setting* setting = find(assignment.key, Assignment::Origin::set);
-      added.push_back({setting, parse(*setting, assignment), assignment.location});
+      added.push_back({setting, parse(*setting, assignment), given->location});
     }
   }
   changes.insert(changes.begin(), added.begin(), added.end());

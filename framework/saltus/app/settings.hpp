@@ -53,29 +53,42 @@ class Settings {
   void choice(std::string key, Enum& field, std::vector<std::pair<std::string, Enum>> named_values,
               std::string doc);
 
-  /// A named set of values of other settings, each "KEY=VALUE" as in --set.
+  /// One of some names that stand for values of several fields: `index` tells which name is in
+  /// force, `assign` sets the fields.
+  void choice(std::string key, std::vector<std::string> names,
+              std::function<std::optional<std::size_t>()> index,
+              std::function<void(std::size_t)> assign, std::string doc);
+
+  /// Makes these names of the choice `key` a preset: they stand for a list of values of other
+  /// settings, each "KEY=VALUE" as --set takes it. All keys must have been declared before.
+  ///
+  /// The values act when apply() is given one of the names. A key that apply() is given itself
+  /// wins over all presets, and a preset that is declared later wins over earlier ones. A preset
+  /// never triggers another one. Help lists the values, and to_yaml() writes what is in force.
+  void preset(const std::string& key, const std::vector<std::string>& names,
+              const std::vector<std::string>& values);
+
+  /// A preset as in 0.2.
   struct Preset {
     std::string name;                 ///< name in the settings
     std::vector<std::string> values;  ///< each "KEY=VALUE"
   };
-  /// One of several presets. Its values apply if apply() receives `key`; other values that apply()
-  /// receives, also from a file, override them. Every key must be declared before. The field's
-  /// default names the preset that matches all other defaults.
-  void preset(std::string key, std::string& field, const std::vector<Preset>& presets,
-              std::string doc);
-
-  /// If apply() receives one of `values` for the choice or flag `key`, it also applies `assignment`
-  /// ("KEY=VALUE" as in --set), unless a value is given for that key. Implications declared later
-  /// may follow from it. Both keys must be declared before.
-  void implies(const std::string& key, const std::vector<std::string>& values,
-               const std::string& assignment);
+  [[deprecated("use choice() and preset(key, names, values); removed in 0.4")]] void preset(
+      std::string key, std::string& field, const std::vector<Preset>& presets, std::string doc);
 
   /// Makes a command-line flag an alias of a key: alias("urdf", "robot.urdf").
   void alias(std::string flag, const std::string& key);
 
-  /// Declares an old name of a key. It is still accepted in files and on the command line, with a
-  /// warning. It is removed in `version`.
+  /// A key that had another name. The old name is accepted until `version`, with a warning.
   void renamed(std::string old_key, const std::string& key, std::string version);
+  /// A key that no longer exists, with the value that is now fixed. Until `version` files and
+  /// commands that give this value are accepted with a warning. Other values are refused.
+  void removed(std::string old_key, std::string value, std::string version);
+  /// Rewrites assignments of older versions before they are read: those of the file and those of
+  /// the command line. Returns a warning for each assignment that it replaced.
+  using Translation = std::function<std::vector<std::string>(
+      std::vector<Assignment>& file, std::vector<Assignment>& command_line)>;
+  void translate(Translation translation) { translation_ = std::move(translation); }
 
   /// A condition on several settings, checked after all are set. `complaint` returns an error
   /// ("contact.fz_min (50) exceeds contact.fz_max (20)") or an empty string. The message starts
@@ -89,8 +102,8 @@ class Settings {
   /// Applies assignments only. A repeated key is an error.
   void apply(const std::vector<Assignment>& assignments) { apply(std::nullopt, assignments); }
 
-  /// Warnings of the last apply(): one sentence per key given by an old name. The caller prints
-  /// them.
+  /// Warnings of the last apply(): a sentence for every assignment of an older version. The caller
+  /// prints them.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// One line per key: name, default, unit, range, meaning.
@@ -138,14 +151,13 @@ class Settings {
   struct Renamed {
     std::string old_key, key, version;
   };
-  struct PresetChoice {
-    std::string key;
-    std::vector<Preset> presets;
+  struct Removed {
+    std::string key, value, version;
   };
-  struct Implication {
+  struct PresetList {
     std::string key;
-    std::vector<std::string> values;
-    std::string assignment;
+    std::vector<std::string> names;
+    std::vector<Assignment> values;
   };
   struct Change {
     const Setting* setting;
@@ -159,7 +171,7 @@ class Settings {
   void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
   std::string to_yaml(const std::function<bool(const Setting&)>& is_wanted,
                       bool is_documented = false) const;
-  void add_implied(std::vector<Change>& changes) const;
+  const Removed* find_removed(const Assignment& assignment) const;
   void add_presets(std::vector<Change>& changes) const;
   void check_rules(const std::vector<Change>& changes) const;
   [[noreturn]] void reject_unknown(const Assignment& assignment) const;
@@ -174,8 +186,9 @@ class Settings {
   std::vector<Setting> settings_;
   std::vector<std::pair<std::string, std::string>> aliases_;  // flag and key
   std::vector<Renamed> renamed_;
-  std::vector<PresetChoice> presets_;
-  std::vector<Implication> implications_;
+  std::vector<Removed> removed_;
+  std::vector<PresetList> presets_;  // in the order of their declaration
+  Translation translation_;
   std::vector<Rule> rules_;
   std::vector<std::string> warnings_;
 };

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "saltus/app/settings.hpp"
 
@@ -28,6 +29,51 @@ std::string clock_complaint(const BipedSettings& c) {
   return "";
 }
 
+// Keys of 0.2 whose values are fixed now, in the option structs.
+void declare_removed(Settings& s) {
+  constexpr std::pair<const char*, const char*> keys[] = {
+      {"mpc.costs", "nodes"},
+      {"mpc.missed_share", "0"},
+      {"mpc.missed_seed", "1"},
+      {"capture_point.com_stiffness", "50"},
+      {"capture_point.com_damping", "14.1"},
+      {"capture_point.momentum_damping", "5"},
+      {"contact.pyramid", "inscribed"},
+      {"simulator.ground_edge", "0.18"},
+      {"noise.position", "0"},
+      {"noise.angle", "0"},
+      {"noise.velocity", "0"},
+      {"noise.angular_velocity", "0"},
+      {"noise.force", "0"},
+      {"noise.seed", "1"},
+      {"sensor.encoder.rate", "1000"},
+      {"sensor.encoder.resolution", "4.4e-06"},
+      {"sensor.encoder.noise", "2e-05"},
+      {"sensor.encoder.bias", "0.00044"},
+      {"sensor.gyroscope.rate", "1000"},
+      {"sensor.gyroscope.noise", "0.000175"},
+      {"sensor.gyroscope.bias", "0.0035"},
+      {"sensor.accelerometer.rate", "1000"},
+      {"sensor.accelerometer.noise", "0.00059"},
+      {"sensor.accelerometer.bias", "0.03"},
+      {"sensor.force_torque.rate", "100"},
+      {"sensor.force_torque.force_noise", "0.25"},
+      {"sensor.force_torque.torque_noise", "0.005"},
+      {"sensor.force_torque.force_bias", "2"},
+      {"sensor.force_torque.torque_bias", "0.1"},
+      {"sensor.initial_tilt", "0.01"},
+      {"step.decision_delay", "0.1"},
+      {"whole_body.swing_foot", "100"},
+      {"whole_body.posture_stiffness", "100"},
+      {"whole_body.posture_damping", "20"},
+      {"whole_body.clearance", "0.005"},
+      {"momentum.torque", "0"},
+      {"momentum.posture", "50"},
+      {"momentum.posture_damping", "14"},
+      {"momentum.swing_regularisation", "0.1"}};
+  for (const auto& [key, value] : keys) s.removed(key, value, "0.4");
+}
+
 }  // namespace
 
 void declare_biped(Settings& s, BipedSettings& biped) {
@@ -46,7 +92,9 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.more_pushes, biped.push);
   declare_settings(s, biped.step);
   declare_settings(s, biped.planner);
-  declare_settings(s, biped.baseline);
+  s.number("capture_point.after_landing", biped.baseline.after_landing, "s",
+           "the trajectory of the CoM of controller=capture_point ends this long after the landing",
+           above(0.0));
   declare_settings(s, biped.contact);
   declare_point_of_push(s, biped.push);
   declare_period(s, biped.control);
@@ -59,6 +107,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
            "for each explanation of what planners could not keep to, when the run is over; 0: none "
            "is looked for",
            between(0.0, 3600.0));
+  declare_removed(s);
 }
 
 void declare_pictures(Settings& s, BipedSettings& biped) {

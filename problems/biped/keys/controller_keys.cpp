@@ -17,25 +17,8 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
   s.number("mpc.step", planner.step, "s", "grid and period of the controller", between(1e-4, 10.0));
   s.integer("mpc.intervals", planner.intervals, "", "length of the horizon in steps",
             between(1.0, 1000.0));
-  s.choice<CostRule>("mpc.costs", planner.costs,
-                     {{"nodes", CostRule::nodes}, {"integrated", CostRule::integrated}},
-                     "running costs summed at the nodes or integrated");
   s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
-
   s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
-  s.number("mpc.missed_share", planner.missed_fraction, "",
-           "fraction of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
-  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
-}
-
-void declare_settings(Settings& s, CapturePointGains& gains) {
-  s.number("capture_point.after_landing", gains.after_landing, "s",
-           "the trajectory of the CoM ends this long after the landing", above(0.0));
-  s.number("capture_point.com_stiffness", gains.com_stiffness, "1/s^2",
-           "of the CoM towards its trajectory", at_least(0.0));
-  s.number("capture_point.com_damping", gains.com_damping, "1/s", "of the same", at_least(0.0));
-  s.number("capture_point.momentum_damping", gains.momentum_damping, "1/s",
-           "of the angular momentum", at_least(0.0));
 }
 
 void declare_settings(Settings& s, ContactSettings& c) {
@@ -47,10 +30,6 @@ void declare_settings(Settings& s, ContactSettings& c) {
     const bool known = n == 3 || n == 4 || n == 6 || n == 8 || n == 12;
     return known ? "" : fmt::format("contact.edges is {}; use 3, 4, 6, 8 or 12", n);
   });
-  s.choice<FrictionPyramid>("contact.pyramid", c.pyramid,
-                            {{"inscribed", FrictionPyramid::inscribed},
-                             {"circumscribed", FrictionPyramid::circumscribed}},
-                            "inside the friction cone, or around it");
   s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
            at_least(0.0));
   s.flag(

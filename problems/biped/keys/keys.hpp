@@ -10,7 +10,7 @@ class Settings;
 
 namespace saltus::walking {
 
-/// All keys but `pictures`, and the rules between option structs.
+/// All keys but `pictures`, the rules between option structs, and the keys of 0.2 that are gone.
 void declare_biped(Settings& settings, BipedSettings& biped);
 /// `pictures`.
 void declare_pictures(Settings& settings, BipedSettings& biped);
@@ -19,15 +19,13 @@ void declare_pictures(Settings& settings, BipedSettings& biped);
 void declare_plant(Settings& settings, PlantSettings& plant);
 /// simulator.step.
 void declare_step(Settings& settings, PlantSettings& plant);
-/// The rest of simulator.*, motor.*, sensors, sensor.*, noise.* and dart.*
+/// The rest of simulator.*, motor.*, sensors, sensor.* and dart.*
 void declare_settings(Settings& settings, PlantSettings& plant);
 
 /// control.period.
 void declare_period(Settings& settings, WholeBodyControl& control);
 /// whole_body.* and momentum.*
 void declare_settings(Settings& settings, WholeBodyControl& control);
-/// noise.*
-void declare_settings(Settings& settings, MeasurementNoise& noise);
 /// sensor.*
 void declare_settings(Settings& settings, SensorOptions& sensors, EstimationOptions& estimation);
 
@@ -56,8 +54,6 @@ void declare_stepping(Settings& settings, Step& step);
 void declare_solver(Settings& settings, PlannerSettings& planner);
 /// mpc.* and solver_tolerance.
 void declare_settings(Settings& settings, PlannerSettings& planner);
-/// capture_point.*
-void declare_settings(Settings& settings, CapturePointGains& gains);
 /// contact.*
 void declare_settings(Settings& settings, ContactSettings& contact);
 

@@ -20,11 +20,9 @@ void declare_step(Settings& s, PlantSettings& plant) {
 void declare_settings(Settings& s, PlantSettings& plant) {
   s.number("simulator.friction", plant.friction, "", "whole body: of the ground", above(0.0));
   s.number("simulator.ground_step", plant.ground_step, "m",
-           "whole body: the ground on the swing foot's side is this much higher, unknown to the "
-           "controllers",
+           "whole body: the ground from 0.18 m beside the stance sole on is this much higher, "
+           "unknown to the controllers",
            between(-0.1, 0.1));
-  s.number("simulator.ground_edge", plant.ground_edge, "m",
-           "lateral distance from the stance sole where it begins", between(0.05, 1.0));
   s.number("simulator.joint_friction", plant.joint_friction, "Nm s/rad", "whole body: viscous",
            at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
@@ -36,17 +34,8 @@ void declare_settings(Settings& s, PlantSettings& plant) {
   s.choice<SensorChoice>(
       "sensors", plant.sensors,
       {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},
-      "whole body: controllers see the truth, with the noise of noise.*; or what an estimator "
-      "makes "
-      "of encoders, gyroscope, accelerometer and forces in the feet, those of sensor.*");
-  declare_settings(s, plant.noise);
-  s.rule({"sensors", "noise.position", "noise.angle", "noise.velocity", "noise.angular_velocity",
-          "noise.force"},
-         [&plant] {
-           return plant.sensors == SensorChoice::measured && !plant.noise.is_zero()
-                      ? "noise.* is of ideal sensors: set sensors=ideal too, or use sensor.*"
-                      : "";
-         });
+      "whole body: controllers receive the true state, or the estimate from encoders, gyroscope, "
+      "accelerometer and force sensors in the feet, those of iCub");
   declare_settings(s, plant.sensor, plant.estimation);
   s.choice<DartCollision>("dart.collision", plant.collision,
                           {{"dart", DartCollision::dart},

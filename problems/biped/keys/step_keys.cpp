@@ -16,36 +16,16 @@ void declare_settings(Settings& s, Step& step) {
   s.number("step.duration", step.duration, "s",
            "from the trigger to the landing; with step.planner=reactive the longest time",
            between(0.01, 60.0));
-  s.flag("step.known", step.known,
-         "is the planner of steps told when the push begins? Only the formula can be, and then "
-         "counts from it; size, direction and duration are told to nobody");
-  s.choice<StepTrigger>(
-      "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
-      "a step is taken when the capture point leaves the sole; its time counts from "
-      "the push, or from then");
-  s.rule({"step.known", "step.trigger"}, [&step]() -> std::string {
-    const bool is_formula = step.planner == StepPlannerChoice::formula;
-    if (step.known && !is_formula)
-      return "step.known=true tells when the push begins, which step.planner=formula alone can "
-             "use: take that planner, or step.known=false";
-    if (step.known && step.trigger == StepTrigger::icp)
-      return "step.known=true tells when the push begins, and step.trigger=icp does not look at "
-             "it: take step.trigger=push, or step.known=false";
-    if (!step.known && is_formula && step.trigger == StepTrigger::push)
-      return "step.trigger=push counts from the begin of the push, of which step.known=false says "
-             "nothing: take step.trigger=icp, or step.known=true";
-    return "";
-  });
   s.choice<StepDecision>(
       "step.decide", step.decide,
       {{"always", StepDecision::always}, {"if_it_helps", StepDecision::if_it_helps}},
       "a capture point that has left the sole is followed by a step: always, or if that brings the "
       "ground nearer to it");
-  s.number("step.decision_delay", step.decision_delay, "s",
-           "the place of the foot is fixed this long after the trigger", at_least(0.0));
-  s.number("step.decision_lead", step.decision_lead, "s",
-           "if given, it moves with the capture point until so long before the landing instead",
-           at_least(0.0));
+  s.number(
+      "step.decision_lead", step.decision_lead, "s",
+      "if given, the place moves with the capture point until this long before the landing; none: "
+      "it is fixed 0.1 s after the trigger",
+      at_least(0.0));
   s.choice<Placement>("step.placement", step.placement,
                       {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
                       "at the predicted capture point, or at step.fixed_place");

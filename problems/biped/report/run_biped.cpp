@@ -42,9 +42,8 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
 // What somebody asked for and the centroidal model does not have.
 void note_keys_of_the_body(const Json& changed) {
   constexpr std::array sections = {
-      "simulator.", "motor.",    "sensors",        "sensor.",
-      "noise.",     "dart.",     "self_collision", "joint_speed_limits",
-      "push.link",  "push.point"};
+      "simulator.",         "motor.",    "sensors",   "sensor.", "dart.", "self_collision",
+      "joint_speed_limits", "push.link", "push.point"};
   std::vector<std::string> unused;
   for (const Json& setting : changed) {
     const std::string key = setting["key"];

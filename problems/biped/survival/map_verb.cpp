@@ -184,7 +184,7 @@ MapRequest parse_map_request(const ConfigurableBiped& defaults,
     if (are_times_given)
       throw InputError(
           "--step-times: step.planner=ocp decides about the times itself; leave them out, or set "
-          "step.planner=formula");
+          "step.planner=icp_formula");
     request.grid.step_times = {};
   }
   request.pictures = config.pictures;
