@@ -5,7 +5,7 @@
 #include "problems/biped/configurable_biped.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "saltus/app/program.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 
 namespace saltus::push_recovery {
 

@@ -79,7 +79,7 @@ TEST_F(Disturbed, ControllersWhoseNominalRobotIsLighter) {
 }
 
 TEST_F(Disturbed, SlipperyGround) {
-  config.plant.friction = 0.4;
+  config.plant.engine.friction = 0.4;
   expect_recovery();
 }
 
@@ -88,7 +88,7 @@ TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
   for (const double height : {step, -step}) {
-    config.plant.ground_step = height;
+    config.plant.engine.ground_step = height;
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << height << ": " << verdict.reason;

@@ -25,7 +25,7 @@ TEST_F(FullBody, StepCatchesAPush) {
     ASSERT_LT(log.body[i].torques.cwiseAbs().maxCoeff(), 56.0) << log.samples[i].time;  // Nm
   // What the ground gives, and weight and push, are what the momentum gained: nothing is left out
   // between two samples. The first has one step of the engine behind it.
-  const double mass = log.floating.total_mass, engine_step = config.plant.step;
+  const double mass = log.floating.total_mass, engine_step = config.plant.engine.step;
   const double period = config.control.period;
   Vec<double, 3> impulse = Vec<double, 3>::Zero();
   for (std::size_t i = 0; i < log.body.size(); ++i) {

@@ -13,7 +13,7 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
 

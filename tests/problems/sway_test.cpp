@@ -17,7 +17,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 
 namespace saltus::sway {
 namespace {

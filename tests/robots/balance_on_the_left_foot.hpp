@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
@@ -18,7 +18,7 @@ struct SidePush {
 
 /// The plant stands on its left foot, `tasks` are those of rest there, and the model is at its
 /// state. `check` sees every command. Expects rest above the foot at the end.
-template <class Check>
+template <class Plant, class Check>
 void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, Plant& plant,
                               WholeBodyController& controller, WholeBodyTasks tasks,
                               const SidePush& push, const Check& check) {

@@ -1,7 +1,7 @@
 // From sensors to an estimate: readings of the size, rate and delay that were asked for, the
 // filter's models against differences, its errors as large as it says they are, and iCub standing
 // in DART by nothing else.
-#include "saltus/robots/whole_body/estimated_plant.hpp"
+#include "saltus/robots/whole_body/estimator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,6 +13,7 @@
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/simulation/simulated_robot.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
@@ -366,25 +367,67 @@ class PuppetPlant final : public Plant {
   double time_ = 0.0;
 };
 
+// An engine whose state an estimator finds from sensors alone.
+class EstimatedRobot {
+ public:
+  EstimatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
+                 const SensorOptions& sensors, const EstimationOptions& options)
+      : engine_(engine.get()),
+        robot_(std::move(engine), body, settings_with(sensors), dt),
+        estimator_(body, Side::left, sensors, options, dt) {
+    reset(engine_->state());
+  }
+
+  void reset(const WholeBodyState& state) {
+    robot_.reset(state);
+    estimator_.start(state, robot_.read());
+  }
+  void set_torques(const VectorXd& torques) { robot_.write({torques}); }
+  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) {
+    engine_->push(body, force, point);
+  }
+  void step() {
+    robot_.wait();
+    estimator_.update(robot_.read());
+  }
+  void pin(Side foot) { estimator_.pin(foot); }
+  const WholeBodyState& state() const { return estimator_.estimate().state; }
+  const FootContact& contact(Side side) const { return estimator_.estimate().contact(side); }
+  const BaseEstimator& base() const { return estimator_.base(); }
+
+ private:
+  static walking::PlantSettings settings_with(const SensorOptions& sensors) {
+    walking::PlantSettings settings;
+    settings.engine.step = dt;
+    settings.sensors = walking::SensorChoice::measured;
+    settings.sensor = sensors;
+    return settings;
+  }
+
+  Plant* engine_;
+  walking::SimulatedRobot robot_;
+  SensorEstimator estimator_;
+};
+
 class Estimated : public IcubBody {
  protected:
-  EstimatedPlant still(int seed) const {
+  EstimatedRobot still(int seed) const {
     SensorOptions sensors;
     sensors.seed = seed;
-    return {std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt};
+    return {std::make_unique<PuppetPlant>(start), robot, sensors, {}};
   }
 };
 
 TEST_F(Estimated, TheSeedDecidesAndAResetStartsAgain) {
-  EstimatedPlant first = still(1), second = still(1), another = still(2);
+  EstimatedRobot first = still(1), second = still(1), another = still(2);
   EXPECT_EQ(first.state().q, second.state().q);
   EXPECT_NE(first.state().q, another.state().q);
   for (int k = 0; k < 50; ++k)
-    for (EstimatedPlant* plant : {&first, &second, &another}) plant->step();
+    for (EstimatedRobot* plant : {&first, &second, &another}) plant->step();
   EXPECT_EQ(first.state().base.matrix(), second.state().base.matrix());
   EXPECT_EQ(first.state().dq, second.state().dq);
   EXPECT_NE(first.state().dq, another.state().dq);
-  EstimatedPlant fresh = still(1);
+  EstimatedRobot fresh = still(1);
   first.pin(Side::right);
   first.reset(start);
   EXPECT_TRUE(first.base().stands(Side::left));
@@ -393,7 +436,7 @@ TEST_F(Estimated, TheSeedDecidesAndAResetStartsAgain) {
 }
 
 TEST_F(Estimated, DoesNotAllocate) {
-  EstimatedPlant plant = still(1);
+  EstimatedRobot plant = still(1);
   plant.step();
   const testing::AllocationCount count;
   for (int k = 0; k < 100; ++k) plant.step();
@@ -427,8 +470,7 @@ TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
       .force_noise = 0.0, .torque_noise = 0.0, .force_bias = 0.0, .torque_bias = 0.0};
   // What is left of the bias of roll and pitch when the robot has stood still for a second.
   const auto turns = [&](double x, double y) {
-    EstimatedPlant plant(std::make_unique<PuppetPlant>(start, x, y), robot, Side::left, sensors, {},
-                         dt);
+    EstimatedRobot plant(std::make_unique<PuppetPlant>(start, x, y), robot, sensors, {});
     Vec<double, 2> sum(0.0, 0.0);
     for (int k = 0; k < 1000; ++k) {
       plant.step();
@@ -469,7 +511,7 @@ TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
   SensorOptions sensors;
   sensors.gyroscope.bias = 0.01;  // rad/s
   const auto after_a_second = [&](const FloatingRobot& body) {
-    EstimatedPlant plant(std::make_unique<PuppetPlant>(start), body, Side::left, sensors, {}, dt);
+    EstimatedRobot plant(std::make_unique<PuppetPlant>(start), body, sensors, {});
     for (int k = 0; k < 1000; ++k) plant.step();
     return plant.state().base_twist;
   };
@@ -482,7 +524,7 @@ TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
 TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
   SensorOptions sensors;
   sensors.force_torque.delay = 0.1;
-  EstimatedPlant plant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt);
+  EstimatedRobot plant(std::make_unique<PuppetPlant>(start), robot, sensors, {});
   for (int k = 0; k < 300; ++k) {
     plant.step();
     ASSERT_TRUE(plant.base().stands(Side::left)) << k;
@@ -492,19 +534,16 @@ TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
 TEST_F(Estimated, NonsenseIsRefused) {
   SensorOptions sensors;
   sensors.gyroscope.noise = -1.0;
-  EXPECT_THROW(
-      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt),
-      DefinitionError);
+  EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
+               DefinitionError);
   sensors = {};
   sensors.encoder.rate = 0.0;
-  EXPECT_THROW(
-      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt),
-      DefinitionError);
+  EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
+               DefinitionError);
   EstimationOptions options;
   options.velocity_lag = infinity;
-  EXPECT_THROW(
-      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, {}, options, dt),
-      DefinitionError);
+  EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, {}, options),
+               DefinitionError);
 }
 
 // One foot, one push, nothing but what the sensors tell; compared with the truth relative to the
@@ -512,7 +551,7 @@ TEST_F(Estimated, NonsenseIsRefused) {
 TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
   std::unique_ptr<Plant> engine = make_dart_plant(robot, {});
   const Plant& truth = *engine;
-  EstimatedPlant plant(std::move(engine), robot, Side::left, {}, {}, dt);
+  EstimatedRobot plant(std::move(engine), robot, {}, {});
   plant.reset(start);
   const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot),
                                        true_model = make_dart_dynamics(robot);

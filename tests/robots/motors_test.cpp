@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <string>
 
 #include "saltus/core/error.hpp"
 
@@ -16,36 +14,14 @@ namespace {
 constexpr double step = 1e-3;  // s
 constexpr double rounding = 1e-12;
 
-// One joint, at rest whatever happens; says which torque acted last.
-class RestingPlant final : public Plant {
- public:
-  explicit RestingPlant(double& acting) : acting_(acting) {
-    state_.q = state_.dq = VectorXd::Zero(1);
-  }
-  void reset(const WholeBodyState& state) override { state_ = state; }
-  void set_torques(const VectorXd& torques) override { acting_ = torques[0]; }
-  void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
-  void step() override {}
-  double time() const override { return 0.0; }
-  const WholeBodyState& state() const override { return state_; }
-  const FootContact& contact(Side) const override { return contact_; }
-  std::string name() const override { return "at rest"; }
-
- private:
-  double& acting_;
-  WholeBodyState state_;
-  FootContact contact_;
-};
-
-// From 1 to 3 Nm: what acts in the last of the steps, the mean over it.
+// From 1 to 3 Nm: the mean torque in the last of the steps.
 double after(const MotorOptions& options, int steps) {
+  Motors motors(options, 1, step);
+  motors.command(VectorXd::Constant(1, 1.0));
+  EXPECT_EQ(motors.step()[0], 1.0);  // the first acts at once
+  motors.command(VectorXd::Constant(1, 3.0));
   double acting = 0.0;
-  const auto plant = with_motors(std::make_unique<RestingPlant>(acting), options, step);
-  plant->set_torques(VectorXd::Constant(1, 1.0));
-  plant->step();
-  EXPECT_EQ(acting, 1.0);  // the first acts at once
-  plant->set_torques(VectorXd::Constant(1, 3.0));
-  for (int k = 0; k < steps; ++k) plant->step();
+  for (int k = 0; k < steps; ++k) acting = motors.step()[0];
   return acting;
 }
 
@@ -64,12 +40,12 @@ TEST(Motors, AreBehindARampByTheLag) {
   constexpr double rate = 100.0;  // Nm/s
   for (const double bandwidth : {20.0, 50.0, 200.0}) {
     double acting = 0.0;
-    const auto plant = with_motors(std::make_unique<RestingPlant>(acting), {bandwidth, 0.0}, step);
+    Motors motors({bandwidth, 0.0}, 1, step);
     double wanted = 0.0;
     for (int k = 0; k < 300; ++k) {
       wanted = rate * (k + 0.5) * step;
-      plant->set_torques(VectorXd::Constant(1, wanted));
-      plant->step();
+      motors.command(VectorXd::Constant(1, wanted));
+      acting = motors.step()[0];
     }
     const double lag = 1.0 / (2.0 * std::numbers::pi * bandwidth);
     EXPECT_NEAR((wanted - acting) / rate, lag, 1e-2 * lag + 1e-4 * step) << bandwidth;
@@ -88,10 +64,7 @@ TEST(Motors, AreIdealByDefault) {
 }
 
 TEST(Motors, RefuseWhatMakesNoSense) {
-  double acting = 0.0;
-  const auto make = [&](const MotorOptions& options, double h) {
-    return with_motors(std::make_unique<RestingPlant>(acting), options, h);
-  };
+  const auto make = [](const MotorOptions& options, double h) { Motors(options, 1, h); };
   EXPECT_THROW(make({-1.0, 0.0}, step), DefinitionError);
   EXPECT_THROW(make({0.0, infinity}, step), DefinitionError);
   EXPECT_THROW(make({}, 0.0), DefinitionError);

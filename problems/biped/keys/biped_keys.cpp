@@ -20,9 +20,9 @@ bool is_multiple(double whole, double part) {
 // The loop on the whole body counts steps of the engine: every period is a whole number of them.
 std::string clock_complaint(const BipedSettings& c) {
   if (c.plant.choice == PlantChoice::centroidal) return "";
-  if (!is_multiple(c.control.period, c.plant.step))
+  if (!is_multiple(c.control.period, c.plant.engine.step))
     return fmt::format("control.period ({} s) must be a whole multiple of simulator.step ({} s)",
-                       c.control.period, c.plant.step);
+                       c.control.period, c.plant.engine.step);
   if (!is_multiple(c.planner.step, c.control.period))
     return fmt::format("mpc.step ({} s) must be a whole multiple of control.period ({} s)",
                        c.planner.step, c.control.period);

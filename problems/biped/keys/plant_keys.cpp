@@ -14,17 +14,19 @@ void declare_plant(Settings& s, PlantSettings& plant) {
 }
 
 void declare_step(Settings& s, PlantSettings& plant) {
-  s.number("simulator.step", plant.step, "s", "whole body: of the engine", between(1e-5, 0.1));
+  s.number("simulator.step", plant.engine.step, "s", "whole body: of the engine",
+           between(1e-5, 0.1));
 }
 
 void declare_settings(Settings& s, PlantSettings& plant) {
-  s.number("simulator.friction", plant.friction, "", "whole body: of the ground", above(0.0));
-  s.number("simulator.ground_step", plant.ground_step, "m",
+  s.number("simulator.friction", plant.engine.friction, "", "whole body: of the ground",
+           above(0.0));
+  s.number("simulator.ground_step", plant.engine.ground_step, "m",
            "whole body: the ground from 0.18 m beside the stance sole on is this much higher, "
            "unknown to the controllers",
            between(-0.1, 0.1));
-  s.number("simulator.joint_friction", plant.joint_friction, "Nm s/rad", "whole body: viscous",
-           at_least(0.0));
+  s.number("simulator.joint_friction", plant.engine.joint_friction, "Nm s/rad",
+           "whole body: viscous", at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
             "whole body: control periods by which torques are late", between(0.0, 100.0));
   s.number("motor.bandwidth", plant.motors.bandwidth, "Hz",
@@ -37,16 +39,16 @@ void declare_settings(Settings& s, PlantSettings& plant) {
       "whole body: controllers receive the true state, or the estimate from encoders, gyroscope, "
       "accelerometer and force sensors in the feet, those of iCub");
   declare_settings(s, plant.sensor, plant.estimation);
-  s.choice<DartCollision>("dart.collision", plant.collision,
+  s.choice<DartCollision>("dart.collision", plant.engine.collision,
                           {{"dart", DartCollision::dart},
                            {"fcl", DartCollision::fcl},
                            {"bullet", DartCollision::bullet},
                            {"ode", DartCollision::ode}},
                           "collision detector");
-  s.choice<DartLcp>("dart.lcp", plant.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
-                    "contact solver");
+  s.choice<DartLcp>("dart.lcp", plant.engine.lcp,
+                    {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}}, "contact solver");
   s.choice<DartFriction>(
-      "dart.friction", plant.cone,
+      "dart.friction", plant.engine.cone,
       {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
       "DART's friction cone is square: its sides at simulator.friction, its corners beyond; or "
       "inside the round cone of that");

@@ -137,7 +137,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
                1e3 * json["body"]["estimate_velocity_error_m_s"].get<double>());
   if (has_body && verdict.body->beyond_friction > 0.0)
     fmt::print("the ground held the feet by {:.3f} N s more than friction {} allows\n",
-               verdict.body->beyond_friction, settings.plant.friction);
+               verdict.body->beyond_friction, settings.plant.engine.friction);
   fmt::print("{}", settling_text(log, verdict, settling));
   fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
              log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),

@@ -5,7 +5,7 @@
 
 #include "problems/biped/configurable_biped.hpp"
 #include "saltus/app/problem_registry.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 
 namespace saltus::walking {
 

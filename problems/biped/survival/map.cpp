@@ -16,7 +16,7 @@
 #include "saltus/app/process_pool.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -9,6 +9,7 @@
 #include "saltus/robots/walking/push.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/walking/step_logic.hpp"
+#include "saltus/robots/whole_body/whole_body_settings.hpp"
 
 namespace saltus::walking {
 

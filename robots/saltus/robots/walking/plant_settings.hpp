@@ -1,37 +1,33 @@
-// What is pushed: the centroidal model, or the whole body in a simulator, with what disturbs it.
+// What is simulated: the centroidal model, or the whole body in an engine, with its disturbances.
 #pragma once
 
 #include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/measurement_noise.hpp"
 #include "saltus/robots/whole_body/motors.hpp"
-#include "saltus/robots/whole_body/whole_body_settings.hpp"
+#include "saltus/robots/whole_body/sensor_options.hpp"
 
 namespace saltus::walking {
 
-/// Centroidal model or whole body, and in which simulator.
+/// Centroidal model or whole body, and in which engine.
 enum class PlantChoice { centroidal, dart, mujoco };
-/// What the controllers see: the truth, but for `noise`; or an estimate from the robot's sensors.
+/// What the controllers get: the state itself with `noise`, or an estimate from the robot's
+/// sensors.
 enum class SensorChoice { ideal, measured };
 
 /// All but `choice` concerns the whole body only.
 struct PlantSettings {
   PlantChoice choice = PlantChoice::centroidal;  ///< which one
-  double step = 0.001;                           ///< s
-  double friction = 1.0;                         ///< of the ground
-  /// Unknown to the controllers: beyond this distance from the stance sole, on the swing foot's
-  /// side, the ground is higher (or lower, < 0), m. The lifted swing foot reaches to 0.17 m.
-  double ground_step = 0.0, ground_edge = 0.18;
-  double joint_friction = 0.0;                 ///< viscous, Nm s/rad
-  int delay_ticks = 0;                         ///< periods of control by which the torques are late
+  /// Engine and ground. The controllers do not know of the step of the ground: beyond `ground_edge`
+  /// (m) from the stance sole, on the swing foot's side. The lifted swing foot reaches to 0.17 m.
+  DartOptions engine{{.ground_edge = 0.18}};
+  int delay_ticks = 0;                         ///< delay of the torques, control periods
   MotorOptions motors;                         ///< lag and rate of the torques
   SensorChoice sensors = SensorChoice::ideal;  ///< ideal or measured
-  MeasurementNoise noise;                      ///< of what the controllers see with ideal sensors
-  SensorOptions sensor;                        ///< this and the next: with measured ones
-  EstimationOptions estimation;                ///< of the base from measured senses
-  DartCollision collision = DartCollision::bullet;  ///< DART's detector of collisions
-  DartLcp lcp = DartLcp::dantzig;                   ///< DART's solver of contact forces
-  DartFriction cone = DartFriction::box;            ///< DART's shape of the friction cone
+  MeasurementNoise noise;                      ///< of ideal sensors
+  SensorOptions sensor;                        ///< of measured ones
+  EstimationOptions estimation;                ///< of the state from measured ones
 
-  /// Whether a whole body is simulated.
+  /// True if a whole body is simulated.
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }
 };
 

@@ -1,21 +1,13 @@
-// A simulated robot on the ground, level but for at most one step, whichever engine computes it.
+// Physics engine: a robot on level ground with at most one step in it.
 #pragma once
 
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
-
-/// What the ground does to a foot.
-struct FootContact {
-  bool touches = false;                            ///< whether forces act
-  Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of the
-                                                   ///< contact frame), world axes
-};
 
 /// Of the ground and of the engine.
 struct PlantOptions {
@@ -57,28 +49,6 @@ class Plant {
   virtual const FootContact& contact(Side side) const = 0;
   /// For messages and results.
   virtual std::string name() const = 0;
-};
-
-/// A plant with something around it. What is not overridden goes through.
-class PlantAround : public Plant {
- public:
-  /// Owns what it surrounds.
-  explicit PlantAround(std::unique_ptr<Plant> plant) : plant_(std::move(plant)) {}
-
-  void reset(const WholeBodyState& state) override { plant_->reset(state); }
-  void set_torques(const VectorXd& torques) override { plant_->set_torques(torques); }
-  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
-    plant_->push(body, force, point);
-  }
-  void step() override { plant_->step(); }
-
-  double time() const override { return plant_->time(); }
-  const WholeBodyState& state() const override { return plant_->state(); }
-  const FootContact& contact(Side side) const override { return plant_->contact(side); }
-  std::string name() const override { return plant_->name(); }
-
- protected:
-  std::unique_ptr<Plant> plant_;  ///< what is surrounded
 };
 
 }  // namespace saltus

@@ -42,11 +42,6 @@ SensorDevice encoder(const EncoderOptions& o, int joints, double step, std::uint
           seed};
 }
 
-// Samples are whole steps of the engine apart.
-long steps_between(double rate, double step) {
-  return std::max(1L, std::lround(1.0 / (rate * step)));
-}
-
 SensorDevice inertial(const InertialOptions& o, const char* name, double step, std::uint64_t seed) {
   check(name, o.rate, {{"noise", o.noise}, {"bias", o.bias}, {"delay", o.delay}});
   const double rate = 1.0 / sample_period(o.rate, step);
@@ -77,13 +72,8 @@ std::uint64_t seed_of(const SensorOptions& options, std::uint64_t device) {
 
 }  // namespace
 
-double sample_period(double rate, double step) {
-  return static_cast<double>(steps_between(rate, step)) * step;
-}
-
 SensorDevice::SensorDevice(Options options, double step, std::uint64_t seed)
     : options_(std::move(options)),
-      step_(step),
       period_(steps_between(options_.rate, step)),
       delay_(std::lround(options_.delay / step)),
       seed_(seed),

@@ -1,29 +1,15 @@
-// What the robot's own sensors tell of it: encoders in the joints, a gyroscope and an accelerometer
-// at the base's origin, six-axis force and torque in the soles. Each has its rate, noise, bias and
-// delay.
+// Simulated sensors of a robot: joint encoders, a gyroscope and an accelerometer at the origin of
+// the base, force-torque sensors in the soles. Each has a rate, noise, a bias and a delay.
 #pragma once
 
 #include <vector>
 
 #include "saltus/core/random.hpp"
-#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/robot.hpp"
 #include "saltus/robots/whole_body/sensor_options.hpp"
 #include "saltus/robots/whole_body/sole_kinematics.hpp"
 
 namespace saltus {
-
-/// The latest readings at hand.
-struct SensorReadings {
-  VectorXd q;                                                ///< rad
-  Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
-  Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
-  /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
-  Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
-  bool has_new_positions = false;  ///< did `q` arrive in this step?
-};
-
-/// Of a device in whole steps of the engine, at least one, s.
-double sample_period(double rate, double step);
 
 /// One device: takes a value in every step of the engine, hands over what it has measured.
 class SensorDevice {
@@ -45,7 +31,6 @@ class SensorDevice {
   const VectorXd& reading() const { return reading_; }
   /// Whether it arrived in this step.
   bool is_new() const { return is_new_; }
-  double period() const { return static_cast<double>(period_) * step_; }  ///< s
 
  private:
   void sample(const VectorXd& value);
@@ -55,7 +40,6 @@ class SensorDevice {
     long due = 0;  // step
   };
   Options options_;
-  double step_;
   long period_, delay_, steps_ = 0;  // of the engine
   std::uint64_t seed_;
   Random random_;
@@ -78,7 +62,6 @@ class Sensors {
   void observe(const WholeBodyState& state, const FootContact& left, const FootContact& right);
   /// The latest of all devices.
   const SensorReadings& readings() const { return readings_; }
-  double encoder_period() const { return encoder_.period(); }  ///< s
 
  private:
   void read();

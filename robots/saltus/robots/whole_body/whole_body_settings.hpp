@@ -2,9 +2,7 @@
 #pragma once
 
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
-#include "saltus/robots/whole_body/measured_plant.hpp"
 #include "saltus/robots/whole_body/momentum_controller.hpp"
-#include "saltus/robots/whole_body/sensor_options.hpp"
 
 namespace saltus {
 

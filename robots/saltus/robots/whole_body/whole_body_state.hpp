@@ -1,9 +1,10 @@
-// Where the whole robot is and how fast it moves.
+// State of the whole robot, and the forces on its feet.
 #pragma once
 
 #include <Eigen/Geometry>
 
 #include "saltus/core/types.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus {
 
@@ -19,6 +20,22 @@ struct WholeBodyState {
   bool is_finite() const {
     return base.matrix().allFinite() && base_twist.allFinite() && q.allFinite() && dq.allFinite();
   }
+};
+
+/// Force of the ground on a foot.
+struct FootContact {
+  bool touches = false;                            ///< True if forces act.
+  Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of the
+                                                   ///< contact frame), world axes
+};
+
+/// State and contacts, either measured by ideal sensors or estimated.
+struct WholeBodyEstimate {
+  WholeBodyState state;     ///< of base and joints
+  FootContact left, right;  ///< of both feet
+
+  /// Contact of one foot.
+  const FootContact& contact(Side side) const { return side == Side::left ? left : right; }
 };
 
 }  // namespace saltus

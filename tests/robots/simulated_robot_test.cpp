@@ -1,5 +1,5 @@
-// What controllers see of a plant: noise of the size that was asked for, torques that act late.
-#include "saltus/robots/whole_body/measured_plant.hpp"
+// The simulated robot: noise of the size that was asked for, torques that act late.
+#include "saltus/robots/simulation/simulated_robot.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::walking {
 namespace {
 
 constexpr int joints = 4;
@@ -55,6 +55,16 @@ MeasurementNoise some_noise() {
   return noise;
 }
 
+// Control is due in every second step of the engine.
+SimulatedRobot robot_with(const MeasurementNoise& noise, int delay_ticks = 0,
+                          std::vector<double>* acting = nullptr) {
+  PlantSettings settings;
+  settings.noise = noise;
+  settings.delay_ticks = delay_ticks;
+  return {std::make_unique<StillPlant>(acting), {}, settings, 2.0 * settings.engine.step};
+}
+const WholeBodyState& measured(const SimulatedRobot& robot) { return robot.read().ideal->state; }
+
 struct Spread {
   double sum = 0.0, squares = 0.0;
   int count = 0;
@@ -67,15 +77,15 @@ struct Spread {
   double mean() const { return sum / count; }
 };
 
-TEST(MeasuredPlant, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
+TEST(SimulatedRobot, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
   const MeasurementNoise noise = some_noise();
-  MeasuredPlant plant(std::make_unique<StillPlant>(), noise, 0);
+  SimulatedRobot robot = robot_with(noise);
   const StillPlant still;
   Spread position, turn, velocity, angular, joint, speed, force;
   constexpr int steps = 4000;
   for (int k = 0; k < steps; ++k) {
-    plant.step();
-    const WholeBodyState& s = plant.state();
+    robot.wait();
+    const WholeBodyState& s = measured(robot);
     const WholeBodyState& t = still.state();
     const Eigen::AngleAxisd off(s.base.linear() * t.base.linear().transpose());
     for (int i = 0; i < 3; ++i) {
@@ -89,10 +99,10 @@ TEST(MeasuredPlant, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
       speed.add(s.dq[i] - t.dq[i]);
     }
     for (int i = 0; i < 6; ++i)
-      force.add(plant.contact(Side::left).wrench[i] / still.contact(Side::left).wrench[i] - 1.0);
-    ASSERT_TRUE(plant.contact(Side::right).wrench.isZero());  // nothing in the air stays nothing
-    ASSERT_EQ((plant.truth().state().q - t.q).norm(), 0.0);
-    ASSERT_EQ((plant.truth().state().base.matrix() - t.base.matrix()).norm(), 0.0);
+      force.add(robot.read().ideal->left.wrench[i] / still.contact(Side::left).wrench[i] - 1.0);
+    ASSERT_TRUE(robot.read().ideal->right.wrench.isZero());  // nothing in the air stays nothing
+    ASSERT_EQ((robot.engine().state().q - t.q).norm(), 0.0);
+    ASSERT_EQ((robot.engine().state().base.matrix() - t.base.matrix()).norm(), 0.0);
   }
   // Of 12000 samples and more the deviation is known to 0.7 %, the mean to 0.9 % of it: five times
   // that.
@@ -110,39 +120,38 @@ TEST(MeasuredPlant, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
   check(force, noise.force, "wrench");
 }
 
-TEST(MeasuredPlant, TheSeedDecidesAndAResetStartsAgain) {
+TEST(SimulatedRobot, TheSeedDecidesAndAResetStartsAgain) {
   MeasurementNoise noise = some_noise();
-  MeasuredPlant first(std::make_unique<StillPlant>(), noise, 0);
-  MeasuredPlant second(std::make_unique<StillPlant>(), noise, 0);
+  SimulatedRobot first = robot_with(noise), second = robot_with(noise);
   noise.seed = 2;
-  MeasuredPlant other(std::make_unique<StillPlant>(), noise, 0);
-  EXPECT_EQ(first.state().q, second.state().q);
-  EXPECT_NE(first.state().q, other.state().q);
-  const VectorXd at_start = first.state().q;
-  first.step();
-  EXPECT_NE(first.state().q, at_start);
+  SimulatedRobot other = robot_with(noise);
+  EXPECT_EQ(measured(first).q, measured(second).q);
+  EXPECT_NE(measured(first).q, measured(other).q);
+  const VectorXd at_start = measured(first).q;
+  first.wait();
+  EXPECT_NE(measured(first).q, at_start);
   const StillPlant still;
   first.reset(still.state());
-  EXPECT_EQ(first.state().q, at_start);
+  EXPECT_EQ(measured(first).q, at_start);
 }
 
-TEST(MeasuredPlant, WithoutNoiseEverythingIsExact) {
-  MeasuredPlant plant(std::make_unique<StillPlant>(), {}, 0);
-  plant.step();
+TEST(SimulatedRobot, WithoutNoiseEverythingIsExact) {
+  SimulatedRobot robot = robot_with({});
+  robot.wait();
   const StillPlant still;
-  EXPECT_EQ(plant.state().q, still.state().q);
-  EXPECT_EQ(plant.state().base.matrix(), still.state().base.matrix());
-  EXPECT_EQ(plant.contact(Side::left).wrench, still.contact(Side::left).wrench);
+  EXPECT_EQ(measured(robot).q, still.state().q);
+  EXPECT_EQ(measured(robot).base.matrix(), still.state().base.matrix());
+  EXPECT_EQ(robot.read().ideal->left.wrench, still.contact(Side::left).wrench);
 }
 
-TEST(MeasuredPlant, TorquesActWholeTicksLate) {
+TEST(SimulatedRobot, TorquesActWholeTicksLate) {
   for (const int delay : {0, 1, 3}) {
     std::vector<double> acting;
-    MeasuredPlant plant(std::make_unique<StillPlant>(&acting), {}, delay);
+    SimulatedRobot robot = robot_with({}, delay, &acting);
     for (int k = 0; k < 8; ++k) {
-      plant.set_torques(VectorXd::Constant(joints, 10.0 + k));
-      plant.step();
-      plant.step();  // two steps of the engine per tick
+      robot.write({VectorXd::Constant(joints, 10.0 + k)});
+      robot.wait();
+      robot.wait();  // two steps of the engine per tick
     }
     ASSERT_EQ(acting.size(), 16u);
     for (int k = 0; k < 8; ++k) {
@@ -153,11 +162,11 @@ TEST(MeasuredPlant, TorquesActWholeTicksLate) {
   }
 }
 
-TEST(MeasuredPlant, NonsenseIsRefused) {
+TEST(SimulatedRobot, NonsenseIsRefused) {
   MeasurementNoise noise;
   noise.angle = -1.0;
-  EXPECT_THROW(MeasuredPlant(std::make_unique<StillPlant>(), noise, 0), DefinitionError);
-  EXPECT_THROW(MeasuredPlant(std::make_unique<StillPlant>(), {}, -1), DefinitionError);
+  EXPECT_THROW(robot_with(noise), DefinitionError);
+  EXPECT_THROW(robot_with({}, -1), DefinitionError);
 }
 
 TEST(MassError, ScalesMassesAndInertiasAndLeavesTheGeometry) {
@@ -176,4 +185,4 @@ TEST(MassError, ScalesMassesAndInertiasAndLeavesTheGeometry) {
 }
 
 }  // namespace
-}  // namespace saltus
+}  // namespace saltus::walking

@@ -1,4 +1,4 @@
-#include "saltus/robots/whole_body/estimated_plant.hpp"
+#include "saltus/robots/whole_body/estimator.hpp"
 
 #include <fmt/format.h>
 
@@ -7,20 +7,22 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
+#include "saltus/robots/whole_body/rotation_vector.hpp"
 
 namespace saltus {
 namespace {
 
-// Before the first force is read the pin is known to stand, s: at least the time for the contact to
-// build up.
+// The pin is known to stand before the first force is read, s: at least the time in which the
+// contact builds up.
 constexpr double least_certain_stand = 0.05;
 
-// A sole rests when its centre of pressure is so far from its edges, m: beyond what the biases of
-// the force sensors make of it.
+// A sole rests if its centre of pressure is at least this far from its edges, m: more than the
+// error due to biases of the force sensors.
 constexpr double off_the_edge = 0.005;
 
-// What touches the ground, less that: between the lowest corners of the foot's boxes, however they
-// are turned.
+// Contact area less that margin: between the lowest corners of the foot's boxes, in any orientation
+// of the boxes.
 FootRectangle resting_area(const FloatingRobot& robot, const FloatingRobot::Frame& sole) {
   constexpr double as_low = 1e-4;  // m
   std::vector<Vec<double, 3>> corners;
@@ -62,24 +64,27 @@ BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
 
 }  // namespace
 
-EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot& robot, Side pin,
-                               const SensorOptions& sensors, const EstimationOptions& options,
-                               double step)
-    : PlantAround(std::move(plant)),
-      step_(step),
-      certain_stand_(std::max(least_certain_stand,
-                              1.0 / sensors.force_torque.rate + sensors.force_torque.delay + step)),
+void IdealEstimator::update(const SensorReadings& readings) {
+  if (!readings.ideal)
+    throw DefinitionError("the ideal estimator needs the readings of ideal sensors, and has none");
+  estimate_ = *readings.ideal;
+}
+
+SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
+                                 const EstimationOptions& options, double period)
+    : period_(period),
+      certain_stand_(std::max(least_certain_stand, 1.0 / sensors.force_torque.rate +
+                                                       sensors.force_torque.delay + period)),
       first_pin_(pin),
       pin_(pin),
       options_(options),
-      sensors_(robot, sensors, step),
       leg_variance_(sensors.encoder.noise * sensors.encoder.noise +
                     sensors.encoder.resolution * sensors.encoder.resolution / 12.0),
-      random_(0),
       seed_(static_cast<std::uint64_t>(sensors.seed)),
       soles_{{robot, Side::left}, {robot, Side::right}},
       resting_{resting_area(robot, robot.left_sole), resting_area(robot, robot.right_sole)},
-      velocities_(robot.joints(), sensors_.encoder_period(), options.velocity_lag),
+      velocities_(robot.joints(), sample_period(sensors.encoder.rate, period),
+                  options.velocity_lag),
       base_(estimator_options(sensors, options)) {
   for (const auto& [name, value] : {std::pair{"lag of velocities", options.velocity_lag},
                                     std::pair{"force that tells standing", options.standing_force},
@@ -87,78 +92,76 @@ EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot
     if (!(value >= 0.0) || !std::isfinite(value))
       throw DefinitionError(fmt::format(
           "the estimate's {} is {}, expected a finite number of at least 0", name, value));
-  reset(plant_->state());
 }
 
-void EstimatedPlant::reset(const WholeBodyState& state) {
-  plant_->reset(state);
-  sensors_.reset(state);
-  velocities_.reset(sensors_.readings().q);
+void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& readings) {
+  time_ = readings.time;
+  velocities_.reset(readings.q);
   pin_ = first_pin_;
   const int pin = pin_ == Side::left ? 0 : 1;
-  // The posture says where the pin stands; roll and pitch of the base are known badly.
+  // The posture gives the place of the pin. Roll and pitch of the base are known badly.
   soles_[pin].update(state.q);
   const Eigen::Isometry3d stand = state.base * soles_[pin].pose();
-  random_ = Random(seed_);
+  Random random(seed_);
   const double widest = std::sqrt(3.0) * options_.initial_tilt;  // uniform
-  Vec<double, 3> tilt(random_.uniform(-widest, widest), random_.uniform(-widest, widest), 0.0);
+  Vec<double, 3> tilt(random.uniform(-widest, widest), random.uniform(-widest, widest), 0.0);
   Eigen::Isometry3d base = state.base;
   base.linear() = rotation_of_vector(tilt) * base.linear();
-  read_soles();
-  base.translation() = stand.translation() - base.linear() * readings_[pin].pose.translation();
+  read_soles(readings);
+  base.translation() = stand.translation() - base.linear() * soles_read_[pin].pose.translation();
   base_.reset(base, pin_, stand);
-  readings_[pin].stands = true;
-  readings_[1 - pin].stands = false;
-  state_ = state;
-  publish();
+  soles_read_[pin].stands = true;
+  soles_read_[1 - pin].stands = false;
+  estimate_.state = state;
+  publish(readings);
 }
 
-void EstimatedPlant::step() {
-  plant_->step();
-  sensors_.observe(plant_->state(), plant_->contact(Side::left), plant_->contact(Side::right));
-  const SensorReadings& r = sensors_.readings();
-  base_.predict(r.angular_velocity, r.specific_force, step_);
+void SensorEstimator::update(const SensorReadings& r) {
+  if (r.time <= time_) return;
+  time_ = r.time;
+  base_.predict(r.angular_velocity, r.specific_force, period_);
   if (r.has_new_positions) {
     velocities_.update(r.q);
-    read_soles();
+    read_soles(r);
     for (const Side side : {Side::left, Side::right}) {
-      SoleReading& sole = readings_[side == Side::left ? 0 : 1];
+      SoleReading& sole = soles_read_[side == Side::left ? 0 : 1];
       const Vec<double, 6>& wrench = side == Side::left ? r.left : r.right;
       sole.stands = wrench[2] > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
       sole.rests = sole.stands && presses_within(resting_[side == Side::left ? 0 : 1], wrench);
-      if (side == pin_ && plant_->time() < certain_stand_) sole.stands = true;
+      if (side == pin_ && time_ < certain_stand_) sole.stands = true;
       base_.correct(side, sole);
     }
   }
-  publish();
+  publish(r);
 }
 
-void EstimatedPlant::pin(Side foot) {
+void SensorEstimator::pin(Side foot) {
   pin_ = foot;
   base_.pin(foot);
 }
 
-void EstimatedPlant::read_soles() {
+void SensorEstimator::read_soles(const SensorReadings& readings) {
   for (int i = 0; i < 2; ++i) {
-    soles_[i].update(sensors_.readings().q);
-    readings_[i].pose = soles_[i].pose();
-    readings_[i].covariance.noalias() =
+    soles_[i].update(readings.q);
+    soles_read_[i].pose = soles_[i].pose();
+    soles_read_[i].covariance.noalias() =
         leg_variance_ * soles_[i].jacobian() * soles_[i].jacobian().transpose();
   }
 }
 
-void EstimatedPlant::publish() {
-  const SensorReadings& r = sensors_.readings();
+void SensorEstimator::publish(const SensorReadings& r) {
   const ContactInertialState& s = base_.state();
-  state_.base = s.base();
-  state_.base_twist << s.R * (r.angular_velocity - s.b_gyroscope), s.v;
-  state_.q = r.q;
-  state_.dq = velocities_.velocity();
+  WholeBodyState& state = estimate_.state;
+  state.base = s.base();
+  state.base_twist << s.R * (r.angular_velocity - s.b_gyroscope), s.v;
+  state.q = r.q;
+  state.dq = velocities_.velocity();
   for (int i = 0; i < 2; ++i) {
+    FootContact& contact = i == 0 ? estimate_.left : estimate_.right;
     const Vec<double, 6>& wrench = i == 0 ? r.left : r.right;
-    const Mat<double, 3, 3> R = s.R * readings_[i].pose.linear();
-    contacts_[i].touches = readings_[i].stands;
-    contacts_[i].wrench << R * wrench.head<3>(), R * wrench.tail<3>();
+    const Mat<double, 3, 3> R = s.R * soles_read_[i].pose.linear();
+    contact.touches = soles_read_[i].stands;
+    contact.wrench << R * wrench.head<3>(), R * wrench.tail<3>();
   }
 }
 

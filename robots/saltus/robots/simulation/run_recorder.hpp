@@ -1,0 +1,88 @@
+// Records the closed loop of a biped and says when it is over, whatever simulates it.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "saltus/robots/walking/balance_planner.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
+#include "saltus/robots/walking/progress.hpp"
+
+namespace saltus::walking {
+
+/// State of the simulation without errors of measurement.
+struct TrueState {
+  double time = 0.0;                              ///< s
+  Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
+  std::array<Vec<double, 3>, 2> soles;            ///< origins of the contact frames, left, right, m
+
+  /// Origin of one contact frame, m.
+  Vec<double, 3>& sole(Side side) { return soles[side == Side::left ? 0 : 1]; }
+  /// Origin of one contact frame, m.
+  const Vec<double, 3>& sole(Side side) const { return soles[side == Side::left ? 0 : 1]; }
+};
+
+/// Called in this order: is_over(), tick() if the planners have run, note_landing() if a foot has
+/// landed, note_sample() before and note_step() after the plant moves on.
+class RunRecorder {
+ public:
+  RunRecorder(const BipedProblem& problem, const RobotDescription& robot, BalancePlanner& planner,
+              const Observer& observer);
+
+  /// True if the run is over at t: enough was seen, a fall, or the user's wish.
+  bool is_over(double t);
+  /// The planners have run; `step_seconds`: of the planner of steps.
+  void note_tick(double t, const BalancePlanner::StepChange& change, bool has_landed,
+                 double step_seconds, const TrueState& truth);
+  /// The swing foot has landed.
+  void note_landing(double t, const TrueState& truth);
+  /// What acts from t on, and the mean push until the next sample.
+  void note_sample(double t, const Vec<double, 12>& applied, const Vec<double, 3>& push,
+                   const TrueState& truth);
+  /// The plant has moved on, or says in a sentence why it could not.
+  void note_step(const std::string& failure, const TrueState& truth);
+
+  /// All pushes, in the order of time.
+  const std::vector<Push>& pushes() const { return pushes_; }
+  /// For what only the plant knows.
+  RunLog& log() { return log_; }
+  /// The complete log. `applied` and `truth` of the end.
+  RunLog finish(const Vec<double, 12>& applied, const TrueState& truth);
+
+ private:
+  Vec<double, 3>& stood_at(Side side) { return stood_at_[side == Side::left ? 0 : 1]; }
+  bool on_two_feet() const { return planner_.stands(Side::left) && planner_.stands(Side::right); }
+  void note_ground(double t);
+  void keep_unmet(double t);
+  Vec<double, 2> capture_point_of(const Vec<double, 9>& gamma) const;
+  LoopState state(double t, const TrueState& truth) const;
+  void stop(std::string reason);
+
+  const BipedProblem& problem_;
+  BalancePlanner& planner_;
+  const Observer& observer_;
+  std::vector<Push> pushes_;
+  double push_end_ = 0.0;                   // of the last one, s
+  std::array<Vec<double, 3>, 2> stood_at_;  // true places of the last contacts, m
+  double interrupted_at_ = infinity;        // end of the tick at which the user ended the run, s
+  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last sample
+  UnmetDecisions unmet_;
+  RunLog log_;
+};
+
+/// The steps and wrenches of a problem, for the robot as its controllers know it.
+std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
+                                      const Scene& scene);
+std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
+                                               const RobotDescription& robot, const Scene& scene);
+
+/// Runs the exact centroidal dynamics.
+RunLog simulate_centroidal(const BipedProblem& problem, const RobotDescription& robot,
+                           const Observer& observer);
+/// Runs the whole body in DART or MuJoCo. Throws InputError for robot files that lack something or
+/// contradict themselves.
+RunLog simulate_whole_body(const BipedProblem& problem, const RobotDescription& robot,
+                           const Observer& observer);
+
+}  // namespace saltus::walking

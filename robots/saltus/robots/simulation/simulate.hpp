@@ -1,0 +1,18 @@
+// Closed loops of a biped in simulation.
+#pragma once
+
+#include "saltus/robots/walking/biped_problem.hpp"
+#include "saltus/robots/walking/progress.hpp"
+
+namespace saltus::walking {
+
+/// Runs the problem on the plant of its settings. Throws InputError for robot files that lack
+/// something or contradict themselves.
+RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
+                const Observer& observer = {});
+
+/// Frame of `push.link`. Throws InputError that names this setting.
+FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                  const std::string& link);
+
+}  // namespace saltus::walking

@@ -1,0 +1,254 @@
+// The whole body: a BalanceController drives a SimulatedRobot.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/simulation/run_recorder.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
+#include "saltus/robots/simulation/simulated_robot.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
+#include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
+
+namespace saltus::walking {
+namespace {
+
+// A foot has landed when the ground carries this fraction of the weight: 20 N of iCub's.
+constexpr double landed_share = 20.0 / (mass_of_the_defaults * standard_gravity);
+
+// With capsules where limbs may not pass through each other, and where they cost nothing to have.
+FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
+                        bool self_collision) {
+  FloatingRobot robot = floating_robot(model, description);
+  if (self_collision || !description.capsules.empty()) add_capsules(robot, model, description);
+  return robot;
+}
+
+std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
+                                   Side stance) {
+  DartOptions options = settings.plant.engine;
+  if (stance == Side::left) options.ground_edge = -options.ground_edge;
+  options.self_collision = settings.control.self_collision;
+  return settings.plant.choice == PlantChoice::mujoco ? make_mujoco_plant(body, options)
+                                                      : make_dart_plant(body, options);
+}
+
+std::vector<AppliedPush> applied_pushes(const std::vector<Push>& pushes, const FloatingRobot& body,
+                                        const UrdfModel& model) {
+  std::vector<AppliedPush> applied;
+  for (const Push& push : pushes) {
+    applied.push_back({push, pushed_frame(body, model, push.link)});
+    applied.back().at.pose.translate(push.point);
+  }
+  return applied;
+}
+
+// A controller that knows how late the velocities are that it gets.
+WholeBodyControl control_of(const BipedSettings& settings) {
+  WholeBodyControl control = settings.control;
+  if (settings.plant.sensors == SensorChoice::measured) {
+    const double step = settings.plant.engine.step;
+    const EncoderOptions& encoder = settings.plant.sensor.encoder;
+    const double period = sample_period(encoder.rate, step);
+    const double delay = step * std::round(encoder.delay / step);
+    // Differences of two readings are half a period old at least, and held until the next.
+    control.gains.velocity_age = delay +
+                                 std::max(settings.plant.estimation.velocity_lag, 0.5 * period) +
+                                 0.5 * (period - step);
+  }
+  return control;
+}
+
+BalanceController make_controller(const BipedProblem& problem, const RobotDescription& robot,
+                                  const FloatingRobot& nominal, const Scene& scene) {
+  const BipedSettings& settings = problem.settings();
+  const double step = settings.plant.engine.step;
+  BalanceParts parts;
+  if (settings.plant.sensors == SensorChoice::ideal)
+    parts.estimator = std::make_unique<IdealEstimator>();
+  else
+    parts.estimator = std::make_unique<SensorEstimator>(nominal, scene.side, settings.plant.sensor,
+                                                        settings.plant.estimation, step);
+  parts.model = make_dart_dynamics(nominal);
+  parts.whole_body = make_whole_body_controller(
+      nominal, cone_options(settings.contact, robot.left_foot),
+      cone_options(settings.contact, robot.right_foot), control_of(settings));
+  parts.steps = make_step_planner(problem, robot, scene);
+  parts.wrenches = make_planner(problem, robot, scene);
+  return {std::move(parts),
+          {step, settings.control.period, settings.planner.step,
+           landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
+}
+
+// No foot may stand at the start where the step of the ground is, nor be within it.
+void expect_room(const BalanceController& controller, const RobotDescription& robot,
+                 const Scene& scene, const DartOptions& ground) {
+  constexpr double slack = 1e-3;  // m
+  if (ground.ground_step == 0.0) return;
+  const double edge = scene.side == Side::left ? -ground.ground_edge : ground.ground_edge;
+  const CentroidalEstimate estimate = controller.centroidal_estimate();
+  for (const Side side : {Side::left, Side::right}) {
+    const bool standing = side == scene.side || scene.two_feet;
+    const Mat<double, 4, 3> corners = foot_corners_3d(estimate.sole(side), robot.foot(side));
+    for (int i = 0; i < 4; ++i) {
+      const bool is_beyond = corners(i, 1) / edge > 1.0;
+      if (!is_beyond || (!standing && corners(i, 2) > ground.ground_step - slack)) continue;
+      throw InputError(
+          fmt::format("simulator.ground_edge: {} m from the origin the {} sole {} the ground's "
+                      "step of {} m (its corner is at y = {:.3f} m); put the edge beyond it",
+                      ground.ground_edge, side == Side::left ? "left" : "right",
+                      standing ? "stands on" : "is within", ground.ground_step, corners(i, 1)));
+    }
+  }
+}
+
+class WholeBodyRun {
+ public:
+  WholeBodyRun(const BipedProblem& problem, const RobotDescription& robot, const Observer& observer,
+               const UrdfModel& model)
+      : settings_(problem.settings()),
+        body_(make_body(model, robot, settings_.control.self_collision)),
+        nominal_(with_masses_scaled(body_, 1.0 + settings_.robot.mass_error)),
+        start_(standing_state(body_, model, robot, problem.posture(robot))),
+        scene_(initial_scene(problem, robot)),
+        controller_(make_controller(problem, robot, nominal_, scene_)),
+        recorder_(problem, robot, controller_.planner(), observer),
+        pushes_(applied_pushes(recorder_.pushes(), body_, model)),
+        robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
+               settings_.control.period, pushes_),
+        estimates_(settings_.plant.sensors == SensorChoice::measured) {
+    if (settings_.control.self_collision) expect_apart(body_, start_, problem.posture(robot).name);
+    if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0)
+      true_model_ = make_dart_dynamics(body_);
+    robot_.reset(start_);
+    controller_.start(start_, robot_.read());
+    expect_room(controller_, robot, scene_, settings_.plant.engine);
+  }
+
+  RunLog run() {
+    while (!recorder_.is_over(robot_.read().time)) {
+      robot_.write(controller_.update(robot_.read()));
+      note_update();
+      const bool has_sample = controller_.last().has_controlled;
+      if (has_sample) begin_sample();
+      std::string failure;
+      {
+        CpuTime watch(recorder_.log().plant_seconds);
+        failure = robot_.wait();
+      }
+      for (const Side side : {Side::left, Side::right})
+        felt(side) += robot_.engine().contact(side).wrench;
+      ++felt_steps_;
+      if (has_sample) end_sample();
+      recorder_.note_step(failure, truth_);
+    }
+    RunLog log = recorder_.finish(controller_.applied(), truth_);
+    log.plant = robot_.name();
+    log.floating = body_;
+    log.ground_friction = settings_.plant.engine.friction;
+    if (!pushes_.empty()) log.pushed = pushes_.front().at;
+    const BalanceStatistics& statistics = controller_.statistics();
+    log.control_calls = statistics.calls;
+    log.control_failures = statistics.failures;
+    log.control_cuts = statistics.cuts;
+    log.control_solves = statistics.solves;
+    log.control_seconds = statistics.control_seconds;
+    log.plan_seconds = statistics.plan_seconds;
+    return log;
+  }
+
+ private:
+  Vec<double, 6>& felt(Side side) { return felt_[side == Side::left ? 0 : 1]; }
+  // Without errors the controllers' model is the true one.
+  const DynamicsModel& true_model() const {
+    return true_model_ != nullptr ? *true_model_ : controller_.model();
+  }
+
+  void note_update() {
+    const BalanceController::Update& update = controller_.last();
+    if (update.has_controlled) {
+      if (true_model_ != nullptr) true_model_->update(robot_.engine().state());
+      const DynamicsModel& model = true_model();
+      truth_.time = update.time;
+      truth_.gamma << model.com(), model.com_velocity(), model.angular_momentum();
+      for (const Side side : {Side::left, Side::right})
+        truth_.sole(side) = model.sole(side).pose.translation();
+    }
+    if (update.has_planned)
+      recorder_.note_tick(update.time, update.step, update.has_landed,
+                          controller_.statistics().step_seconds, truth_);
+    else if (update.has_landed)
+      recorder_.note_landing(update.time, truth_);
+  }
+
+  // The sample holds until the next call of the whole-body controller.
+  void begin_sample() {
+    const double t = controller_.last().time;
+    const double end =
+        static_cast<double>(std::lround(t / robot_.period()) +
+                            std::lround(settings_.control.period / robot_.period())) *
+        robot_.period();
+    recorder_.note_sample(t, controller_.applied(), total_push_force(recorder_.pushes(), t, end),
+                          truth_);
+    BodySample b;
+    b.planned = controller_.tasks().wrenches;
+    b.state = robot_.engine().state();
+    b.torques = controller_.commands().torques;
+    b.left_sole = true_model().sole(Side::left).pose;
+    b.right_sole = true_model().sole(Side::right).pose;
+    const Side stance = other(controller_.swing_side());
+    if (estimates_)
+      b.estimate = {controller_.estimate().state, controller_.centroidal_estimate().gamma,
+                    controller_.model().sole(stance).pose.translation(), stance};
+    recorder_.log().body.push_back(std::move(b));
+  }
+
+  // The mean force since the last sample, its first step included: an engine may have far higher
+  // forces in a single step.
+  void end_sample() {
+    BodySample& b = recorder_.log().body.back();
+    b.left = felt(Side::left) / static_cast<double>(felt_steps_);
+    b.right = felt(Side::right) / static_cast<double>(felt_steps_);
+    felt_ = {Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};
+    felt_steps_ = 0;
+  }
+
+  const BipedSettings& settings_;
+  FloatingRobot body_, nominal_;  // as simulated, and as the controllers know it
+  WholeBodyState start_;
+  Scene scene_;
+  BalanceController controller_;
+  RunRecorder recorder_;
+  std::vector<AppliedPush> pushes_;
+  SimulatedRobot robot_;
+  bool estimates_;
+  std::unique_ptr<DynamicsModel> true_model_;
+  TrueState truth_;
+  std::array<Vec<double, 6>, 2> felt_{Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};
+  int felt_steps_ = 0;
+};
+
+}  // namespace
+
+FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                  const std::string& link) {
+  try {
+    return link_frame(robot, model, link);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("push.link: {}", error.what()));
+  }
+}
+
+RunLog simulate_whole_body(const BipedProblem& problem, const RobotDescription& robot,
+                           const Observer& observer) {
+  const UrdfModel model = UrdfModel::read(urdf_of_body(problem.settings().robot));
+  return WholeBodyRun(problem, robot, observer, model).run();
+}
+
+}  // namespace saltus::walking

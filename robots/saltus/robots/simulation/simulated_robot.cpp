@@ -1,0 +1,99 @@
+#include "saltus/robots/simulation/simulated_robot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus::walking {
+namespace {
+
+// Steps of the engine by which torques are late.
+std::size_t delay_steps(const PlantSettings& settings, double control_period) {
+  if (settings.delay_ticks < 0)
+    throw DefinitionError(fmt::format(
+        "the delay of the torques is {} control ticks, expected at least 0", settings.delay_ticks));
+  return static_cast<std::size_t>(settings.delay_ticks *
+                                  std::lround(control_period / settings.engine.step));
+}
+
+}  // namespace
+
+SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
+                               const PlantSettings& settings, double control_period,
+                               std::vector<AppliedPush> pushes)
+    : engine_(std::move(engine)),
+      step_(settings.engine.step),
+      pushes_(std::move(pushes)),
+      has_motors_(!settings.motors.is_ideal()),
+      motors_(settings.motors, static_cast<int>(engine_->state().q.size()), step_),
+      noise_(settings.noise),
+      commanded_(VectorXd::Zero(engine_->state().q.size())),
+      waiting_(delay_steps(settings, control_period), commanded_) {
+  if (settings.sensors == SensorChoice::measured) sensors_.emplace(body, settings.sensor, step_);
+  begin(engine_->state());
+}
+
+void SimulatedRobot::reset(const WholeBodyState& state) {
+  engine_->reset(state);
+  begin(state);
+}
+
+void SimulatedRobot::begin(const WholeBodyState& state) {
+  steps_ = 0;
+  motors_.reset();
+  noise_.reset();
+  commanded_.setZero();
+  next_ = 0;
+  is_first_ = true;
+  if (sensors_) sensors_->reset(state);
+  measure();
+}
+
+void SimulatedRobot::write(const JointCommands& commands) {
+  commanded_ = commands.torques;
+  if (is_first_) std::fill(waiting_.begin(), waiting_.end(), commanded_);
+  is_first_ = false;
+}
+
+std::string SimulatedRobot::wait() {
+  const double from = static_cast<double>(steps_) * step_;
+  const double to = static_cast<double>(steps_ + 1) * step_;
+  for (const AppliedPush& applied : pushes_) {
+    const Vec<double, 3> force = mean_push_force(applied.push, from, to);
+    if (!force.isZero(0.0)) engine_->push(applied.at.body, force, applied.at.pose.translation());
+  }
+  const VectorXd& acting = waiting_.empty() ? commanded_ : waiting_[next_];
+  if (has_motors_) motors_.command(acting);
+  engine_->set_torques(has_motors_ ? motors_.step() : acting);
+  if (!waiting_.empty()) {
+    waiting_[next_] = commanded_;
+    next_ = (next_ + 1) % waiting_.size();
+  }
+  engine_->step();
+  ++steps_;
+  if (sensors_)
+    sensors_->observe(engine_->state(), engine_->contact(Side::left),
+                      engine_->contact(Side::right));
+  measure();
+  if (engine_->state().is_finite()) return {};
+  return fmt::format("the plant could not be integrated at {:.3f} s", from);
+}
+
+void SimulatedRobot::measure() {
+  if (sensors_) {
+    readings_ = sensors_->readings();
+  } else {
+    measured_.state = engine_->state();
+    measured_.left = engine_->contact(Side::left);
+    measured_.right = engine_->contact(Side::right);
+    noise_.disturb(measured_);
+    readings_.ideal = measured_;
+  }
+  readings_.time = static_cast<double>(steps_) * step_;
+}
+
+}  // namespace saltus::walking

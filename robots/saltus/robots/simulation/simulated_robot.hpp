@@ -1,0 +1,65 @@
+// A robot in a physics engine: engine, motors, sensors, noise, delays and pushes. Physics is here
+// and nowhere else.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "saltus/robots/walking/plant_settings.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/sensors.hpp"
+
+namespace saltus::walking {
+
+/// A push and the frame of the body on which it acts.
+struct AppliedPush {
+  Push push;
+  FloatingRobot::Frame at;
+};
+
+/// The same settings give the same motion to the bit. After construction nothing but the engine
+/// allocates.
+class SimulatedRobot final : public Robot {
+ public:
+  /// `engine` takes steps of `settings.engine.step`; `control_period` (s) counts the delay of the
+  /// torques. Throws DefinitionError for options of sensors, noise, motors and delay that are out
+  /// of range.
+  SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
+                 const PlantSettings& settings, double control_period,
+                 std::vector<AppliedPush> pushes = {});
+
+  /// Starts again in `state` at time zero.
+  void reset(const WholeBodyState& state);
+
+  const SensorReadings& read() const override { return readings_; }
+  void write(const JointCommands& commands) override;
+  std::string wait() override;
+  double period() const override { return step_; }
+  std::string name() const override { return engine_->name(); }
+
+  /// The engine, whose state has no errors of measurement.
+  const Plant& engine() const { return *engine_; }
+
+ private:
+  void begin(const WholeBodyState& state);
+  void measure();
+
+  std::unique_ptr<Plant> engine_;
+  double step_;  // of the engine, s
+  long steps_ = 0;
+  std::vector<AppliedPush> pushes_;
+  bool has_motors_;
+  Motors motors_;
+  NoiseSource noise_;
+  std::optional<Sensors> sensors_;  // none: they are ideal
+  VectorXd commanded_;
+  std::vector<VectorXd> waiting_;  // a ring: torques of the next steps
+  std::size_t next_ = 0;           // those of the next step
+  bool is_first_ = true;           // no command yet
+  WholeBodyEstimate measured_;
+  SensorReadings readings_;
+};
+
+}  // namespace saltus::walking

@@ -1,0 +1,170 @@
+#include "saltus/robots/walking/balance_controller.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/levelled.hpp"
+#include "saltus/robots/walking/cpu_time.hpp"
+
+namespace saltus::walking {
+namespace {
+
+SoleFrame frame_of(const SoleMotion& sole) { return {sole.pose.translation(), sole.pose.linear()}; }
+
+// Planners take soles to be level, whole-body controllers as they are: from components along level
+// axes to components along those of the sole.
+Mat<double, 3, 3> from_level(const SoleFrame& sole) {
+  return sole.rotation.transpose() * levelled(sole).rotation;
+}
+// Rotates force and torque of this foot.
+void rotate(const Mat<double, 3, 3>& rotation, Side foot, Vec<double, 12>& wrenches) {
+  for (const int part : {0, 3}) {
+    auto vector = wrenches.segment<3>((foot == Side::left ? 0 : 6) + part);
+    vector = (rotation * vector).eval();
+  }
+}
+
+// How many times `part` fits into `whole`.
+long multiple(const char* name, double whole, double part) {
+  const double ratio = whole / part;
+  if (!(ratio > 0.5) || !(std::abs(ratio - std::round(ratio)) <= 1e-6 * ratio))
+    throw DefinitionError(fmt::format(
+        "balance controller: the {} of {} s must be a multiple of {} s", name, whole, part));
+  return std::lround(ratio);
+}
+
+BalanceParts checked(BalanceParts parts) {
+  if (!parts.estimator || !parts.model || !parts.whole_body || !parts.steps || !parts.wrenches)
+    throw DefinitionError("balance controller: a part is missing");
+  return parts;
+}
+
+}  // namespace
+
+BalanceController::BalanceController(BalanceParts parts, BalanceOptions options)
+    : parts_(checked(std::move(parts))),
+      options_(std::move(options)),
+      per_control_(multiple("control period", options_.control_period, options_.period)),
+      per_plan_(per_control_ *
+                multiple("planner period", options_.planner_period, options_.control_period)),
+      planner_(options_.scene, options_.contacts, std::move(parts_.steps),
+               std::move(parts_.wrenches), options_.planner_period, LandingTime::when_felt),
+      contact_(options_.landing_force),
+      swing_side_(other(options_.scene.side)) {}
+
+void BalanceController::start(const WholeBodyState& state, const SensorReadings& readings) {
+  parts_.estimator->start(state, readings);
+  parts_.whole_body->stand(state);
+  parts_.model->update(estimate().state);
+  swing_.hold(model().sole(swing_side_).pose);
+  stands(swing_side_) = options_.scene.two_feet;
+  stands(other(swing_side_)) = true;
+  tasks_.posture = state.q;
+  applied_ = options_.scene.standing_wrenches(model().mass(), model().com());
+  commands_.torques = VectorXd::Zero(state.q.size());
+  updates_ = 0;
+}
+
+const JointCommands& BalanceController::update(const SensorReadings& readings) {
+  const double t = readings.time;
+  update_ = {};
+  update_.time = t;
+  update_.has_controlled = updates_ % per_control_ == 0;
+  update_.has_planned = updates_ % per_plan_ == 0;
+  ++updates_;
+  {
+    CpuTime watch(statistics_.control_seconds);
+    parts_.estimator->update(readings);
+    if (update_.has_controlled) parts_.model->update(estimate().state);
+  }
+  if (update_.has_planned) {
+    plan(t);
+  } else {
+    find_landing(t);
+    planner_.note_contacts();
+  }
+  if (update_.has_controlled) control(t);
+  return commands_;
+}
+
+CentroidalEstimate BalanceController::centroidal_estimate() const {
+  CentroidalEstimate e;
+  const SoleMotion &left = model().sole(Side::left), &right = model().sole(Side::right);
+  e.gamma << model().com(), model().com_velocity(), model().angular_momentum();
+  e.mass = model().mass();
+  e.left_sole = frame_of(left);
+  e.right_sole = frame_of(right);
+  e.left_velocity = left.twist.tail<3>();
+  e.right_velocity = right.twist.tail<3>();
+  e.applied = applied_;
+  e.contact_force = levelled(e.left_sole).rotation * applied_.segment<3>(0) +
+                    levelled(e.right_sole).rotation * applied_.segment<3>(6);
+  return e;
+}
+
+void BalanceController::plan(double t) {
+  CpuTime watch(statistics_.plan_seconds);
+  const CentroidalEstimate measured = centroidal_estimate();
+  {
+    statistics_.step_seconds = 0.0;
+    CpuTime step_watch(statistics_.step_seconds);
+    update_.step = planner_.plan_steps(t, measured);
+  }
+  const PlannedStep& step = planner_.step();
+  if (update_.step.has_lifted) {
+    swing_side_ = step.foot;
+    stands(swing_side_) = false;
+    swing_.hold(model().sole(swing_side_).pose);
+    parts_.estimator->pin(other(swing_side_));
+  }
+  if (update_.step.has_target) {
+    if (!swing_.is_under_way()) swing_.start(t, step.landing);
+    swing_.aim(step.landing, step.place);
+    contact_.expect(step.earliest_landing);
+  }
+  find_landing(t);
+  planner_.plan_wrenches(t, measured);
+}
+
+void BalanceController::find_landing(double t) {
+  if (!planner_.is_stepping() || !contact_.has_landed(t, estimate().contact(swing_side_))) return;
+  stands(swing_side_) = true;
+  planner_.land(t, model().sole(swing_side_).pose.translation());
+  update_.has_landed = true;
+}
+
+void BalanceController::control(double t) {
+  CpuTime watch(statistics_.control_seconds);
+  tasks_.wrenches = planner_.wrenches(t);
+  tasks_.force = Vec<double, 3>(0.0, 0.0, -model().mass() * standard_gravity);
+  tasks_.torque.setZero();
+  const Mat<double, 3, 3> into_sole[] = {from_level(frame_of(model().sole(Side::left))),
+                                         from_level(frame_of(model().sole(Side::right)))};
+  for (const Side side : {Side::left, Side::right}) {
+    const int first = side == Side::left ? 0 : 6;
+    if (side == swing_side_ && !stands(swing_side_)) tasks_.wrenches.segment<6>(first).setZero();
+    const SoleMotion& sole = model().sole(side);
+    rotate(into_sole[side == Side::right], side, tasks_.wrenches);
+    const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
+    tasks_.force += f;
+    tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
+                     (sole.pose.translation() - model().com()).cross(f);
+  }
+  swing_.advance(t);
+  tasks_.swing_acceleration = swing_.acceleration(model().sole(swing_side_));
+  const WholeBodyCommand& command = parts_.whole_body->control(model(), estimate().state, tasks_);
+  if (command.status != QpStatus::optimal) ++statistics_.failures;
+  if (command.torques_cut > 0) ++statistics_.cuts;
+  statistics_.solves.add(command.solve_seconds);
+  ++statistics_.calls;
+  commands_.torques = command.torques;
+  applied_ = command.wrenches;
+  for (const Side side : {Side::left, Side::right})
+    rotate(into_sole[side == Side::right].transpose(), side, applied_);
+}
+
+}  // namespace saltus::walking

@@ -1,0 +1,129 @@
+#include "saltus/robots/walking/balance_planner.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/model/levelled.hpp"
+
+namespace saltus::walking {
+
+BalancePlanner::BalancePlanner(const Scene& scene, Schedule contacts,
+                               std::unique_ptr<StepPlanner> steps,
+                               std::unique_ptr<Planner> wrenches, double period,
+                               LandingTime landing)
+    : scene_(scene),
+      contacts_(std::move(contacts)),
+      steps_(std::move(steps)),
+      planner_(std::move(wrenches)),
+      period_(period),
+      landing_(landing) {
+  foot(scene_.side) = {true, true};
+  foot(other(scene_.side)) = {scene_.two_feet, scene_.two_feet};
+}
+
+const char* BalancePlanner::mode_now() const {
+  if (stands(Side::left) && stands(Side::right)) return double_support;
+  return support_of(stands(Side::left) ? Side::left : Side::right);
+}
+
+StepSituation BalancePlanner::situation(double t, const CentroidalEstimate& measured) const {
+  StepSituation now;
+  now.time = t;
+  now.period = period_;
+  now.mass = measured.mass;
+  now.gamma = measured.gamma;
+  now.omega = frequency_of_height(now.gamma[2] - scene_.stance.position[2]);
+  for (const Side side : {Side::left, Side::right})
+    now.foot(side) = {levelled(measured.sole(side)), measured.sole_velocity(side), stands(side),
+                      is_stepping_ && step_.foot == side ? step_.lift_off : infinity};
+  return now;
+}
+
+// A step that is under way follows the plan as long as that names its foot first.
+BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
+                                                      const CentroidalEstimate& measured) {
+  StepChange change;
+  plan_ = steps_->plan(situation(t, measured));
+  scene_.motion = plan_.motion;
+  if (!plan_.is_stepping()) return change;
+  const PlannedStep& first = plan_.steps[0];
+  if (!is_stepping_ && first.lift_off < t + 0.5 * period_ && stands(other(first.foot))) {
+    change.has_begun = true;
+    change.has_lifted = stands(first.foot);
+    if (change.has_lifted) {
+      const Side stance = other(first.foot);
+      scene_.stand_on(stance);
+      scene_.stance.position.head<2>() = measured.sole(stance).position.head<2>();
+      foot(first.foot).stands = false;
+    }
+    step_ = first;
+    step_.lift_off = t;
+    is_stepping_ = true;
+  }
+  if (!is_stepping_ || step_.foot != first.foot) return change;
+  change.has_target = true;
+  const double begun_at = step_.lift_off;
+  step_ = first;
+  step_.lift_off = begun_at;
+  scene_.swing.position = first.place;
+  scene_.two_feet = true;
+  return change;
+}
+
+void BalancePlanner::land(double t, const Vec<double, 3>& place) {
+  foot(step_.foot) = {true, false};
+  scene_.swing.position = place;
+  is_stepping_ = false;
+  contacts_.confirm(impact, t);
+}
+
+void BalancePlanner::plan_wrenches(double t, const CentroidalEstimate& measured) {
+  planner_->controller().prepare(t);  // ahead of the measurement: grid, plan moved on, blocks
+  const Measurement known{t,
+                          measured.gamma,
+                          measured.applied,
+                          foot(Side::left).bore,
+                          foot(Side::right).bore,
+                          measured.contact_force};
+  note_contacts();
+  schedule(t);
+  tick_ = &planner_->tick(known, scene_, contacts_);
+}
+
+void BalancePlanner::note_contacts() {
+  for (Foot& f : feet_) f.bore = f.stands;
+}
+
+// The step that is under way, then those that are planned. A foot that is late lands after this
+// tick at the earliest, and none lifts off within it.
+void BalancePlanner::schedule(double t) {
+  std::array<PlannedStep, StepPlan::most_steps> steps;
+  std::size_t count = 0;
+  const double next = t + period_;
+  if (is_stepping_) {
+    steps[count] = step_;
+    if (landing_ == LandingTime::when_felt) steps[count].landing = std::max(step_.landing, next);
+    ++count;
+  }
+  const bool on_two_feet = stands(Side::left) && stands(Side::right);
+  for (int i = 0; i < plan_.count && count < steps.size(); ++i) {
+    const PlannedStep& step = plan_.steps[i];
+    if (is_stepping_ && i == 0 && step.foot == step_.foot) continue;
+    if (!is_stepping_ && i == 0 && (!on_two_feet || step.lift_off <= t)) break;  // landed
+    steps[count] = step;
+    steps[count].lift_off = std::max(step.lift_off, next);
+    ++count;
+  }
+  if (count == 0 && contacts_.mode_at(t) == mode_now()) return;
+  schedule_contacts(contacts_, stands(Side::left), stands(Side::right), {steps.data(), count});
+}
+
+Eigen::VectorBlock<const VectorXd> BalancePlanner::wrenches(double t) const {
+  const InputPiece* piece = &tick_->input[0];
+  for (const InputPiece& p : tick_->input)
+    if (p.start <= t + same_instant) piece = &p;
+  return piece->input();
+}
+
+}  // namespace saltus::walking

@@ -1,0 +1,127 @@
+// The balance controller, driven by recorded sensor data: neither a simulator nor the application
+// is linked. biped_simulation_test.cpp makes the recording.
+#include "saltus/robots/walking/balance_controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "saltus/core/error.hpp"
+#include "tests/robots/recorded_run.hpp"
+#include "tests/robots/synthetic_balance.hpp"
+#include "tests/robots/tree_dynamics.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus::walking {
+namespace {
+
+class RecordedRun : public ::testing::Test {
+ protected:
+  RecordedRun() : lines(read_recorded_run(SALTUS_RECORDED_RUN, biped.robot.joints())) {}
+
+  BalanceController controller() const {
+    return biped.controller(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
+  }
+
+  SyntheticBalance biped;
+  std::vector<RecordedLine> lines;
+};
+
+// The recording has nine digits, and its dynamics were those of DART: 1e-6 of the largest torque,
+// about 50 Nm.
+TEST_F(RecordedRun, IsAnsweredAsItWasRecorded) {
+  ASSERT_EQ(lines.size(), 250u);
+  BalanceController c = controller();
+  c.start(biped.start, lines.front().readings);
+  int landings = 0;
+  for (const RecordedLine& line : lines) {
+    const JointCommands& commands = c.update(line.readings);
+    EXPECT_LT((commands.torques - line.torques).lpNorm<Eigen::Infinity>(), 5e-5)
+        << line.readings.time;
+    EXPECT_EQ(c.last().has_landed, line.has_landed) << line.readings.time;
+    landings += c.last().has_landed ? 1 : 0;
+  }
+  EXPECT_EQ(landings, 1);
+  EXPECT_TRUE(c.planner().stands(Side::right));
+  EXPECT_EQ(c.statistics().failures, 0);
+}
+
+TEST_F(RecordedRun, PartsRunAtRatesOfTheirOwn) {
+  BalanceController c = controller();
+  c.start(biped.start, lines.front().readings);
+  for (std::size_t k = 0; k < 40; ++k) {
+    c.update(lines[k].readings);
+    EXPECT_EQ(c.last().has_controlled, k % 2 == 0) << k;
+    EXPECT_EQ(c.last().has_planned, k % 10 == 0) << k;
+  }
+  EXPECT_EQ(c.statistics().calls, 20);
+}
+
+TEST_F(RecordedRun, NothingIsAllocated) {
+  BalanceController c = controller();
+  c.start(biped.start, lines.front().readings);
+  for (const RecordedLine& line : lines) {
+    const saltus::testing::AllocationCount count;
+    c.update(line.readings);
+    ASSERT_EQ(count.made(), 0) << line.readings.time;
+  }
+}
+
+// The torques are those of one thread, and neither of the two allocates.
+TEST_F(RecordedRun, NothingIsAllocatedWhenAnotherThreadPrepares) {
+  BalanceController alone = controller(), c = controller();
+  alone.start(biped.start, lines.front().readings);
+  c.start(biped.start, lines.front().readings);
+  constexpr int idle = -1, end = -2;
+  std::atomic<int> asked{idle};  // the line whose tick is to be prepared
+  std::thread other([&] {
+    for (int k = idle; k != end; asked.wait(k), k = asked) {
+      if (k == idle) continue;
+      c.prepare(lines[static_cast<std::size_t>(k)].readings.time);
+      asked = idle;
+      asked.notify_all();
+      k = idle;
+    }
+  });
+  long made = 0;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const saltus::testing::AllocationCount count;
+    if (k % 10 == 0) {
+      asked = static_cast<int>(k);
+      asked.notify_all();
+      asked.wait(static_cast<int>(k));
+    }
+    const JointCommands& commands = c.update(lines[k].readings);
+    made += count.made();
+    EXPECT_EQ(commands.torques, alone.update(lines[k].readings).torques) << k;
+  }
+  asked = end;
+  asked.notify_all();
+  other.join();
+  EXPECT_EQ(made, 0);
+  EXPECT_GE(c.planner().planner().controller().statistics().prepared_ahead, 24);
+}
+
+TEST_F(RecordedRun, BadPartsAndPeriodsAreRefused) {
+  const auto parts = [&] {
+    return biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
+  };
+  BalanceParts missing = parts();
+  missing.model.reset();
+  EXPECT_THROW(BalanceController(std::move(missing), biped.options()), DefinitionError);
+  BalanceOptions options = biped.options();
+  options.control_period = 0.0015;
+  EXPECT_THROW(BalanceController(parts(), options), DefinitionError);
+  options = biped.options();
+  options.planner_period = 0.0;
+  EXPECT_THROW(BalanceController(parts(), options), DefinitionError);
+}
+
+TEST_F(RecordedRun, AnIdealEstimatorRefusesMeasuredReadings) {
+  IdealEstimator estimator;
+  EXPECT_THROW(estimator.update(lines.front().readings), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus::walking

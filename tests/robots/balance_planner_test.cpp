@@ -1,0 +1,56 @@
+// What the balance planner makes of a plan of steps.
+#include "saltus/robots/walking/balance_planner.hpp"
+
+#include <gtest/gtest.h>
+
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "tests/robots/fixed_steps.hpp"
+
+namespace saltus::walking {
+namespace {
+
+// Right foot, then left foot; it is over before the second. The robot stands as at the start.
+TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
+  const RobotDescription robot = icub();
+  StepPlan plan;
+  plan.count = 2;
+  plan.steps[0] = {Side::right, 0.02, 0.05, 0.04, {0.1, -0.15, 0.0}};
+  plan.steps[1] = {Side::left, 0.2, 0.3, 0.3, {0.2, 0.0, 0.0}};
+  const FixedSteps problem(plan, 0.045);
+  const Scene scene = initial_scene(problem, robot);
+  BalancePlanner planner(
+      scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
+      make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)), 0.01,
+      LandingTime::as_planned);
+  CentroidalEstimate estimate;
+  estimate.mass = robot.mass;
+  estimate.left_sole = scene.sole(Side::left);
+  estimate.right_sole = scene.sole(Side::right);
+  estimate.gamma.head<2>() = scene.target_point();
+  estimate.gamma[2] = scene.com_height;
+  for (int k = 0; k < 5; ++k) {
+    const double t = 0.01 * k;
+    const BalancePlanner::StepChange change = planner.plan_steps(t, estimate);
+    planner.plan_wrenches(t, estimate);
+    EXPECT_EQ(change.has_begun, k == 2) << t;
+    EXPECT_EQ(change.has_lifted, k == 2) << t;
+    EXPECT_EQ(change.has_target, k >= 2) << t;
+    EXPECT_EQ(planner.is_stepping(), k >= 2) << t;
+    EXPECT_TRUE(planner.stands(Side::left));
+    EXPECT_EQ(planner.stands(Side::right), k < 2) << t;
+  }
+  const PlannedStep& step = planner.step();
+  EXPECT_EQ(step.foot, Side::right);
+  EXPECT_DOUBLE_EQ(step.lift_off, 0.02);
+  EXPECT_EQ(step.landing, plan.steps[0].landing);
+  EXPECT_EQ(step.earliest_landing, plan.steps[0].earliest_landing);
+  EXPECT_EQ(step.place, plan.steps[0].place);
+  planner.land(0.05, step.place);
+  EXPECT_FALSE(planner.is_stepping());
+  EXPECT_TRUE(planner.stands(Side::right));
+  EXPECT_EQ(planner.scene().swing.position, plan.steps[0].place);
+}
+
+}  // namespace
+}  // namespace saltus::walking

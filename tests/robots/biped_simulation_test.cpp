@@ -1,0 +1,182 @@
+// The controller of a biped in closed loop with a simulated robot.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/levelled.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
+#include "saltus/robots/simulation/simulated_robot.hpp"
+#include "tests/app/support.hpp"
+#include "tests/robots/fixed_steps.hpp"
+#include "tests/robots/recorded_run.hpp"
+#include "tests/robots/synthetic_balance.hpp"
+
+namespace saltus::walking {
+namespace {
+
+class BipedSimulation : public testing::Test {
+ protected:
+  SimulatedRobot simulated(const PlantSettings& settings,
+                           std::vector<AppliedPush> pushes = {}) const {
+    SimulatedRobot robot(make_dart_plant(biped.robot, settings.engine), biped.robot, settings,
+                         biped.options().control_period, std::move(pushes));
+    robot.reset(biped.start);
+    return robot;
+  }
+
+  SyntheticBalance biped;
+};
+
+// SALTUS_RECORD_RUN names a file: the recording is written there. Otherwise it must be what is
+// simulated now: the first numbers to their digits, later ones nearly, for an engine of another
+// version amplifies differences.
+TEST_F(BipedSimulation, MakesTheRecordedRun) {
+  PlantSettings settings;
+  settings.sensors = SensorChoice::measured;
+  SimulatedRobot robot = simulated(settings);
+  BalanceController controller =
+      biped.controller(make_dart_dynamics(biped.robot), biped.sensor_estimator());
+  controller.start(biped.start, robot.read());
+  std::string text;
+  std::vector<RecordedLine> now;
+  for (int k = 0; k < 250; ++k) {
+    const JointCommands& commands = controller.update(robot.read());
+    now.push_back({robot.read(), controller.last().has_landed, commands.torques});
+    text += to_csv(now.back());
+    robot.write(commands);
+    ASSERT_EQ(robot.wait(), "");
+  }
+  if (const char* file = std::getenv("SALTUS_RECORD_RUN")) std::ofstream(file) << text;
+  const std::vector<RecordedLine> lines =
+      read_recorded_run(SALTUS_RECORDED_RUN, biped.robot.joints());
+  ASSERT_EQ(lines.size(), now.size());
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const double tolerance = k < 50 ? 1e-6 : 1e-2;  // rad
+    EXPECT_LT((lines[k].readings.q - now[k].readings.q).norm(), tolerance) << k;
+  }
+}
+
+// The planner's wrenches are along level axes; a sole that tilts must not turn them with it.
+TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
+  Push push;
+  push.start = 0.02;
+  push.duration = 0.1;
+  push.impulse = 20.0;  // N s: it falls
+  SimulatedRobot robot =
+      simulated({}, {{push, {biped.robot.body_index("trunk"), Eigen::Isometry3d::Identity()}}});
+  BalanceController controller =
+      biped.controller(make_dart_dynamics(biped.robot), std::make_unique<IdealEstimator>());
+  controller.start(biped.start, robot.read());
+  double tilt = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    robot.write(controller.update(robot.read()));
+    const double t = robot.read().time;
+    if (controller.last().has_controlled) {
+      const SoleFrame frame = controller.centroidal_estimate().left_sole;
+      const Mat<double, 3, 3> sole = frame.rotation, level = levelled(frame).rotation;
+      tilt = std::max(tilt, std::acos(std::min(1.0, sole(2, 2))));
+      const Vec<double, 6> wanted = controller.planner().wrenches(t).head<6>();
+      const Vec<double, 6> planned = controller.tasks().wrenches.head<6>();
+      for (const int part : {0, 3})
+        ASSERT_LT((sole * planned.segment<3>(part) - level * wanted.segment<3>(part)).norm(), 1e-9)
+            << t;
+      const CentroidalEstimate estimate = controller.centroidal_estimate();
+      const Vec<double, 3> expected =
+          level * estimate.applied.head<3>() +
+          levelled(estimate.right_sole).rotation * estimate.applied.segment<3>(6);
+      ASSERT_LT((expected - estimate.contact_force).norm(), 1e-9) << t;
+    }
+    ASSERT_EQ(robot.wait(), "");
+  }
+  EXPECT_GT(tilt, 0.05);  // rad
+}
+
+// A synthetic biped whose wrenches the capture-point controller finds, through its files.
+class SyntheticProblem : public testing::Test {
+ protected:
+  SyntheticProblem() {
+    const SyntheticBiped biped;
+    BipedSettings& settings = problem.settings();
+    settings.robot.urdf = folder.file("robot.urdf", biped.urdf()).string();
+    settings.robot.file = folder.file("robot.yaml", biped.yaml()).string();
+    settings.scene.stance = Stance::left;
+    settings.plant.choice = PlantChoice::dart;
+    settings.push.link = "trunk";
+    robot = robot_of(settings);
+  }
+
+  TemporaryFolder folder;
+  FixedSteps problem{{}, 0.05};
+  RobotDescription robot;
+};
+
+// Control is due every 2 ms, the engine's steps take 1 ms, and the planner's ticks 10 ms.
+TEST_F(SyntheticProblem, SamplesAreThoseOfTheWholeBodyController) {
+  const RunLog log = simulate(problem, robot);
+  ASSERT_EQ(log.samples.size(), 25u);
+  ASSERT_EQ(log.body.size(), 25u);
+  ASSERT_EQ(log.ticks.size(), 5u);
+  for (std::size_t k = 0; k < 25; ++k)
+    EXPECT_DOUBLE_EQ(log.samples[k].time, 0.002 * static_cast<double>(k));
+  for (std::size_t k = 0; k < 5; ++k)
+    EXPECT_DOUBLE_EQ(log.ticks[k].time, 0.01 * static_cast<double>(k));
+  EXPECT_EQ(log.control_calls, 25);
+}
+
+// However short it is, and wherever it lies between two samples.
+TEST_F(SyntheticProblem, ThePushOfSamplesHasItsImpulse) {
+  problem.settings().control.period = 0.005;
+  for (const PlantChoice plant : {PlantChoice::dart, PlantChoice::centroidal})
+    for (const double start : {0.020, 0.021})
+      for (const double duration : {0.001, 0.003}) {
+        problem.settings().plant.choice = plant;
+        Push push = problem.settings().push;
+        push.start = start;
+        push.duration = duration;
+        problem.all = {push};
+        const RunLog log = simulate(problem, robot);
+        Vec<double, 3> impulse = Vec<double, 3>::Zero();
+        for (std::size_t i = 0; i + 1 < log.samples.size(); ++i)
+          impulse += log.samples[i].push * (log.samples[i + 1].time - log.samples[i].time);
+        EXPECT_LT((impulse - push.impulse * push.direction).norm(), 1e-9)
+            << start << " s, " << duration << " s";
+      }
+}
+
+// No foot may be where the ground's step is at the start.
+TEST_F(SyntheticProblem, AStepOfTheGroundUnderAFootIsRefused) {
+  const double beside = std::abs(initial_scene(problem, robot).swing.position[1]);
+  DartOptions& ground = problem.settings().plant.engine;
+  ground.ground_step = 0.03;
+  ground.ground_edge = beside;
+  EXPECT_THROW(simulate(problem, robot), InputError);
+  ground.ground_edge = beside + 0.2;
+  EXPECT_NO_THROW(simulate(problem, robot));
+  ground.ground_edge = beside;
+  ground.ground_step = -0.03;  // below the foot in the air
+  EXPECT_NO_THROW(simulate(problem, robot));
+}
+
+// On two feet by the lever, on one all of it.
+TEST(Scene, WhatFeetBearOfABodyThatStandsStill) {
+  Scene scene;
+  scene.swing = flat_sole({0.0, -0.2, 0.0});
+  const double weight = 30.0 * standard_gravity;
+  const Vec<double, 3> com(0.01, -0.05, 0.5);
+  EXPECT_EQ(scene.standing_wrenches(30.0, com)[2], weight);
+  scene.two_feet = true;
+  const Vec<double, 12> both = scene.standing_wrenches(30.0, com);
+  EXPECT_NEAR(both[2], 0.75 * weight, 1e-9);
+  EXPECT_NEAR(both[8], 0.25 * weight, 1e-9);
+  scene.stand_on(Side::right);
+  EXPECT_LT((scene.standing_wrenches(30.0, com) - both).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace saltus::walking

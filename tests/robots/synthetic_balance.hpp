@@ -1,0 +1,76 @@
+// The synthetic biped, which puts its right foot down, with a controller that needs no simulator.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
+#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "saltus/robots/walking/contact_settings.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "tests/robots/synthetic_biped.hpp"
+
+namespace saltus::walking {
+
+/// Plans one step of the right foot, which hangs in the air at the start, to the place below it.
+class RightFootDown final : public StepPlanner {
+ public:
+  explicit RightFootDown(const Vec<double, 3>& place) {
+    plan_.steps[0] = {Side::right, 0.05, 0.2, 0.15, place};
+  }
+  const StepPlan& plan(const StepSituation& now) override {
+    plan_.count = now.right.stands ? 0 : 1;
+    return plan_;
+  }
+};
+
+struct SyntheticBalance {
+  SyntheticBalance() {
+    const SyntheticBiped biped;
+    const UrdfModel urdf = UrdfModel::parse(biped.urdf(), "synthetic.urdf");
+    description =
+        describe(urdf, parse_robot_description(biped.yaml(), "synthetic.yaml", Figures::from_urdf));
+    robot = floating_robot(urdf, description);
+    const StandingPosture& posture = description.default_posture();
+    start = standing_state(robot, urdf, description, posture);
+    scene = scene_of(posture, description);
+  }
+
+  BalanceParts parts(std::unique_ptr<DynamicsModel> model,
+                     std::unique_ptr<Estimator> estimator) const {
+    const ContactSettings contact;
+    const Schedule contacts = one_foot_then_two(infinity, scene.side, 1);
+    BalanceParts parts;
+    parts.estimator = std::move(estimator);
+    parts.model = std::move(model);
+    parts.whole_body =
+        make_inverse_dynamics_controller(robot, cone_options(contact, description.left_foot),
+                                         cone_options(contact, description.right_foot));
+    parts.steps = std::make_unique<RightFootDown>(scene.swing.position);
+    parts.wrenches = make_capture_point_controller({}, {}, contact, description, scene, contacts);
+    return parts;
+  }
+  BalanceController controller(std::unique_ptr<DynamicsModel> model,
+                               std::unique_ptr<Estimator> estimator) const {
+    return {parts(std::move(model), std::move(estimator)), options()};
+  }
+  /// Estimates from measured sensors.
+  std::unique_ptr<Estimator> sensor_estimator() const {
+    return std::make_unique<SensorEstimator>(robot, Side::left, SensorOptions{},
+                                             EstimationOptions{}, options().period);
+  }
+  BalanceOptions options() const {
+    BalanceOptions options;
+    options.scene = scene;
+    options.contacts = one_foot_then_two(infinity, scene.side, 1);
+    return options;
+  }
+
+  RobotDescription description;
+  FloatingRobot robot;
+  WholeBodyState start;
+  Scene scene;
+};
+
+}  // namespace saltus::walking
