@@ -103,7 +103,7 @@ TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheSideThatMissesIt) {
   const DirectionalDerivative faster = directional_derivative(*flow, w, up);
   EXPECT_FALSE(faster.exists);
   EXPECT_TRUE(std::isnan(faster.value[0]));
-  EXPECT_NE(faster.message.find("grazed"), std::string::npos) << faster.message;
+  EXPECT_NE(faster.message.find("grazes a guard"), std::string::npos) << faster.message;
 }
 
 // The guard reads an input: the event at x = u moves with it. x' = 1 below, 4 above.

@@ -145,7 +145,7 @@ TEST(LiveSchedule, MistakesChangeNothing) {
   refused([&] { s.insert("fligth", "x", 1.0); }, "no mode 'fligth'; did you mean 'flight'?");
   refused([&] { s.insert("flight", "lift", 1.0); }, "two events are called 'lift'");
   refused([&] { s.insert("flight", "x", std::nan("")); }, "event 'x' has time NaN");
-  refused([&] { s.insert("flight", std::string(64, 'x'), 1.0); }, "has 64 letters");
+  refused([&] { s.insert("flight", std::string(64, 'x'), 1.0); }, "has 64 characters");
   refused([&] { s.erase("lnad"); }, "did you mean 'land'");
   refused([&] { s.replace("land", "rigth"); }, "did you mean 'right'");
   refused([&] { s.replace("lnad", "right"); }, "did you mean 'land'");
