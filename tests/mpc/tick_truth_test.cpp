@@ -89,7 +89,7 @@ void expect_true(RecedingHorizonController& controller, const ControlTick& tick)
     EXPECT_EQ(tick.provenance, Provenance::feasible);
     EXPECT_EQ(tick.status, SolveStatus::feasible);
     EXPECT_TRUE(plan.ok());
-    EXPECT_NE(plan.message.find("no optimum yet"), std::string::npos) << plan.message;
+    EXPECT_NE(plan.message.find("not optimal yet"), std::string::npos) << plan.message;
   } else {
     EXPECT_EQ(tick.provenance, Provenance::optimal);
     EXPECT_EQ(tick.status, SolveStatus::optimal);

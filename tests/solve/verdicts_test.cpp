@@ -321,7 +321,7 @@ TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
           EXPECT_LE(plan.kkt.scaled(), acceptable);
         }
         if (plan.status == SolveStatus::iteration_limit) {
-          EXPECT_EQ(plan.message.find("the iteration limit was reached first"), 0u);
+          EXPECT_EQ(plan.message.find("the iteration limit was reached"), 0u);
         }
         // The first report of each attempt is that of its start.
         EXPECT_GE(plan.iterations, iterations - 4);
