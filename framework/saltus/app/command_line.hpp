@@ -17,13 +17,14 @@ namespace saltus {
 /// boolean setting to true. `Settings` checks whether the problem has such a setting.
 struct RunRequest {
   std::string problem;                               ///< name or alias of the problem
-  std::optional<std::filesystem::path> config_file;  ///< of --config
-  std::vector<Assignment> assignments;               ///< of --set and other flags, in order
-  std::filesystem::path out;                         ///< results/PROBLEM unless --out is given
-  bool quiet = false;                                ///< print only errors
-  bool json = false;                                 ///< print the summary as JSON instead of text
-  bool help = false;                                 ///< describe the settings instead of running
-  std::string usage = {};     ///< with help: the flags that every problem supports
+  std::optional<std::filesystem::path> config_file;  ///< value of --config
+  std::vector<Assignment> assignments;  ///< settings of --set and other flags, in order
+  std::filesystem::path out;            ///< results/PROBLEM unless --out is given
+  bool quiet = false;                   ///< print only errors
+  bool json = false;                    ///< print the summary as JSON instead of text
+  bool help = false;                    ///< describe the settings instead of running
+  std::string usage = {};     ///< usage text with the flags that every problem supports, set with
+                              ///< --help
   bool print_config = false;  ///< print the resulting settings instead of running
   bool print_schema = false;  ///< print the JSON schema of the settings instead of running
 };

@@ -27,7 +27,7 @@ struct ProblemEntry {
   /// Reads the settings, runs, and writes the results.
   std::function<ExitStatus(const RunRequest&)> run;
   std::vector<std::string> aliases = {};  ///< alternative names
-  std::string kind = {};                  ///< for `saltus list`: "optimal control", "simulation"
+  std::string kind = {};  ///< kind of problem for `saltus list`: "optimal control", "simulation"
   /// Calls `use` with the declared settings; empty if there are none.
   std::function<void(const std::function<void(const Settings&)>& use)> with_settings = {};
 };

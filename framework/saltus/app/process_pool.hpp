@@ -19,7 +19,7 @@ struct FinishedWork {
   /// Finished, rejected (an InputError), or ended by the death of its process.
   enum class End { done, refused, died };
 
-  long id = 0;          ///< as given to start()
+  long id = 0;          ///< id given to start()
   End end = End::died;  ///< how it ended
   /// `done`: the returned text. `refused`: the message of the InputError or DefinitionError.
   /// `died`: one sentence with the exception, signal or time limit.

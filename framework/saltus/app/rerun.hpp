@@ -12,7 +12,7 @@ namespace saltus {
 
 /// Comparison of two files with the same name.
 struct FileComparison {
-  std::string name;      ///< in both folders
+  std::string name;      ///< name in both folders
   bool is_same = false;  ///< equal except for computing times
   std::string text;      ///< a sentence: equal, or the first difference
 };

@@ -13,7 +13,7 @@ class MultipleShooting;
 /// A constant input during [start, start + length).
 struct InputPiece {
   double start = 0.0;   ///< absolute time in seconds
-  double length = 0.0;  ///< in seconds
+  double length = 0.0;  ///< duration in seconds
   int size = 0;         ///< dimension of the input
   VectorXd values;      ///< sized for the largest phase; the first `size` entries are valid
 

@@ -15,8 +15,8 @@ namespace saltus {
 
 /// Options of the real-time iteration.
 struct RealTimeIterationOptions {
-  double tolerance = 1e-8;   ///< of the quadratic program
-  int max_iterations = 100;  ///< of a quadratic program
+  double tolerance = 1e-8;   ///< tolerance of the quadratic program
+  int max_iterations = 100;  ///< iteration limit of a quadratic program
   /// Hessian of nonlinear programs; an exact one is convexified block by block. Gauss-Newton keeps
   /// only the curvature of the costs. If no cost is curved, as in minimum-time problems, or the
   /// program does not support it, the exact Hessian is used, or else differences of first

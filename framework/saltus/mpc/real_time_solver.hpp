@@ -13,10 +13,10 @@ namespace saltus {
 /// Result of a solve; the caller owns the point.
 struct TickResult {
   SolveStatus status = SolveStatus::invalid_problem;  ///< status of the program of the tick
-  int iterations = 0;                                 ///< of the quadratic program or of the solver
-  double objective = 0.0;                             ///< cost of the plan
-  double kkt = infinity;                              ///< scaled residual, see KktResidual
-  double violation = infinity;                        ///< largest violation of a row or bound
+  int iterations = 0;           ///< iterations of the quadratic program or of the solver
+  double objective = 0.0;       ///< cost of the plan
+  double kkt = infinity;        ///< scaled residual, see KktResidual
+  double violation = infinity;  ///< largest violation of a row or bound
   /// The last three values are those of a quadratic model, which approximate the program only
   /// roughly.
   bool of_model = false;

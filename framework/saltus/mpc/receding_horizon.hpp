@@ -43,7 +43,7 @@ inline bool is_of_this_tick(Provenance p) {
 
 /// Result of one tick.
 struct ControlTick {
-  double time = 0.0;                             ///< in seconds
+  double time = 0.0;                             ///< start of the tick in seconds
   Provenance provenance = Provenance::fallback;  ///< source of the input
   HeldInput input;                               ///< covers the tick; never empty, never NaN
   /// Reason why the solve ended; after a single step, the result of the check of its plan.
@@ -57,8 +57,8 @@ struct ControlTick {
   double violation = infinity;  ///< largest violation of a row or bound, in scaled variables
   // Wall-clock times in seconds.
   double preparation = 0.0;  ///< duration of prepare(), called ahead or within the tick
-  double feedback = 0.0;     ///< from the measurement to the input, without preparation
-  double seconds = 0.0;      ///< from the measurement to the input, in total
+  double feedback = 0.0;     ///< time from the measurement to the input, without preparation
+  double seconds = 0.0;      ///< total time from the measurement to the input
   /// Duration of the check after the input: it evaluates the nonlinear program at the plan if only
   /// a quadratic model was solved. 0: not needed. Not part of the other times.
   double check = 0.0;
@@ -140,7 +140,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   void set_schedule(const Schedule& schedule);
   /// Sets the input before the first tick, if the problem reads it.
   void set_previous_input(const VectorRef& input);
-  /// For a shrinking horizon, before every tick: MultipleShooting::set_remaining.
+  /// Sets the remaining durations of a shrinking horizon, before every tick:
+  /// MultipleShooting::set_remaining.
   void set_remaining(Bounds first_phase, Bounds total_time);
   /// Adopts the remainder at time t of a plan made elsewhere. The next solve starts from it, and if
   /// that solve fails, the plan is used. Allocates.

@@ -40,7 +40,7 @@ class ShrinkingHorizonController {
   std::string solver_name() const { return present().solver_name(); }
   /// Index of the active phase: the first one until enter() is called.
   int phase() const { return phase_; }
-  double entered_at() const { return entered_; }  ///< in seconds
+  double entered_at() const { return entered_; }  ///< entry time in seconds
   /// The active phase.
   const PhaseDefinition& definition() const;
   /// Adopts a plan of the whole problem that was made before. Allocates.
@@ -49,7 +49,7 @@ class ShrinkingHorizonController {
   /// there is no such phase or t is not finite.
   void enter(int phase, double t);
 
-  /// As RecedingHorizonController::tick, with the state of the active phase.
+  /// Runs a tick as RecedingHorizonController::tick, with the state of the active phase.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
   /// End time in seconds of the active or a later phase in the plan of the last tick. Throws
   /// DefinitionError for any other phase.

@@ -23,7 +23,7 @@ struct Residuals {
   AlignedArray soft;          ///< l1 + l2 t - lambda - tau
   double mu = 0.0;            ///< mean product s lambda and t tau
   double largest_product = 0.0;
-  double largest = 0.0;      ///< of all of the above
+  double largest = 0.0;      ///< largest entry of all of the above
   double feasibility = 0.0;  ///< largest violation in equality and side
 };
 

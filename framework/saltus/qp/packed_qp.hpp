@@ -24,7 +24,7 @@ inline constexpr int max_parts = 8;
 
 /// Bounds of a range of the main variables of a stage.
 struct BoundBlock {
-  int first = 0, length = 0;         ///< in whole vectors
+  int first = 0, length = 0;         ///< offset and length in whole vectors
   int lower_at = -1, upper_at = -1;  ///< first side; -1: no lower (upper) sides
 };
 

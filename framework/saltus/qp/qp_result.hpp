@@ -26,7 +26,7 @@ enum class QpStart {
 
 /// Options of a quadratic program solver.
 struct QpOptions {
-  QpStart start = QpStart::least_squares;  ///< where the iteration begins
+  QpStart start = QpStart::least_squares;  ///< start of the iteration
   double tolerance = 1e-8;   ///< largest KKT residual: stationarity, feasibility, complementarity
   int max_iterations = 100;  ///< iteration limit
   /// Barrier parameter for a start at a guess, in units of the cost.

@@ -36,8 +36,8 @@ struct RowBlock {
   bool diagonal = false;  ///< row i has an entry in column i alone: C is one column of them
   /// Offset in that Hessian of every pair of columns (of every column, if diagonal).
   const int* target = nullptr;
-  const double* C = nullptr;   ///< by columns, over rows
-  const double* Ct = nullptr;  ///< by rows, over columns
+  const double* C = nullptr;   ///< coefficients, stored by columns over rows
+  const double* Ct = nullptr;  ///< coefficients, stored by rows over columns
   /// Products of two columns, by rows over a padded upper triangle; only for few columns.
   const double* pairs = nullptr;
   const RowKernel* kernel = nullptr;
@@ -47,7 +47,7 @@ struct RowBlock {
   const double* scale = nullptr;  ///< equalities: scale factor of every row
 };
 
-/// For COLUMNS columns; -1: any number.
+/// Kernels for COLUMNS columns; -1: any number.
 template <int COLUMNS>
 struct RowFunctions {
   /// Computes out = sign C x. x: the variables of the block's part.
@@ -162,7 +162,7 @@ struct RowFunctions {
   }
 };
 
-/// For diagonal blocks, such as limits of single variables.
+/// Kernels for diagonal blocks, such as limits of single variables.
 struct DiagonalRowFunctions {
   static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
     if (b.contiguous) {
@@ -214,7 +214,7 @@ inline constexpr RowKernel diagonal_row_kernel = {-1, &DiagonalRowFunctions::mul
 struct Split {
   double* before = nullptr;      ///< R_1
   double* second = nullptr;      ///< R_2
-  double* L = nullptr;           ///< without its diagonal
+  double* L = nullptr;           ///< factor without its diagonal
   double* Lt = nullptr;          ///< its transpose
   double* pivot = nullptr;       ///< inverse pivots
   double* difference = nullptr;  ///< gradient of the second group minus that of the first

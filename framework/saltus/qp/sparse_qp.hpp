@@ -34,7 +34,7 @@ double objective(const SparseQp& qp, const VectorXd& w);
 
 /// First-order optimality residuals: largest absolute entries, zero at the optimum.
 struct SparseQpResidual {
-  double stationarity = 0.0;     ///< of the Lagrangian
+  double stationarity = 0.0;     ///< gradient of the Lagrangian
   double feasibility = 0.0;      ///< rows and bounds
   double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
   /// The largest of the three.

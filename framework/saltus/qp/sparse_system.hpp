@@ -76,7 +76,7 @@ class SparseSystem {
  private:
   /// lower <= quantity has sign +1; quantity <= upper has sign -1.
   struct Side {
-    int row;  ///< of J, or m + variable
+    int row;  ///< row index in J, or m + variable
     double sign;
   };
   void add_sides(int row, double lower, double upper, double offset);

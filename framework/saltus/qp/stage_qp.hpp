@@ -29,7 +29,7 @@ namespace saltus {
 struct RowGroup {
   int rows = 0;              ///< number of active rows
   std::vector<int> columns;  ///< ascending indices into v: state i is i, input i is nx + i
-  MatrixXd M;                ///< at least rows x columns
+  MatrixXd M;                ///< coefficients, at least rows x columns
   VectorXd lower, upper;     ///< may be infinite
   bool soft = false;         ///< may be violated at a cost
   VectorXd l1, l2;           ///< penalty weights per row, read if soft; >= 0 and not both zero
@@ -62,7 +62,7 @@ struct RowGroupCapacity {
 /// Capacity of a stage.
 struct StageCapacity {
   int nx = 0, nu = 0;                    ///< states and inputs
-  std::vector<RowGroupCapacity> groups;  ///< in the order of Stage::groups
+  std::vector<RowGroupCapacity> groups;  ///< capacities in the order of Stage::groups
 };
 
 /// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, and the bounds
@@ -103,7 +103,7 @@ double objective(const StageQp& qp, const StagePoint& point);
 
 /// First-order optimality residuals: largest absolute entries, zero at the optimum.
 struct StageQpResidual {
-  double stationarity = 0.0;     ///< of the Lagrangian
+  double stationarity = 0.0;     ///< gradient of the Lagrangian
   double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
   double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
   /// The largest of the three.

@@ -25,7 +25,7 @@ struct StageStructure {
     std::vector<int> resultants = {};
     int resultant_size = 0;  ///< as Stage::resultant_size of the program in stages
   };
-  std::vector<Stage> stages;  ///< in order
+  std::vector<Stage> stages;  ///< stages in order
 
   /// One row per state of the first stage, on that state alone: its value or its bounds.
   std::vector<int> start_rows;

@@ -14,12 +14,12 @@ namespace saltus {
 
 /// A tick of the controller: its measurement and its answer.
 struct LoopTick {
-  double time = 0.0;  ///< in seconds
+  double time = 0.0;  ///< start of the tick in seconds
   VectorXd measured;  ///< the state with noise and delay
   /// Source of the input; empty for a feedback law, whose following fields are unset too.
   std::optional<Provenance> provenance;
   SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
-  int iterations = 0;                                 ///< of the solver
+  int iterations = 0;                                 ///< iterations of the solver
   double objective = 0.0;                             ///< cost of the plan; infinite: no plan
   double kkt = 0.0;                                   ///< scaled KKT residual
   double violation = 0.0;                             ///< largest violation of the constraints
@@ -30,14 +30,14 @@ struct LoopTick {
 
 /// Plan of a tick: states and inputs at its nodes.
 struct LoopPlan {
-  double made_at = 0.0;         ///< in seconds
+  double made_at = 0.0;         ///< time of the tick in seconds
   std::vector<Sample> samples;  ///< nodes of the plan
 };
 
 /// A tick whose constraints could not be satisfied, with the problem of the controller, for
 /// explain() (saltus/solve/explain.hpp) after the run.
 struct UnmetTick {
-  double time = 0.0;              ///< in seconds
+  double time = 0.0;              ///< time of the tick in seconds
   OptimalControlProblem problem;  ///< from the measured state, with the data of the tick
   ShootingOptions shooting;       ///< its grid and integrator
 };
@@ -48,12 +48,12 @@ struct LoopLog {
   /// A sentence that names the largest violation, if any.
   std::string message;
   std::string controller, plant;  ///< names
-  double period = 0.0;            ///< in seconds
-  Recording recording;            ///< of the plant, with its actual inputs
+  double period = 0.0;            ///< control period in seconds
+  Recording recording;            ///< motion of the plant, with its actual inputs
   std::vector<LoopTick> ticks;    ///< one per tick
   std::vector<LoopPlan> plans;    ///< plans that were stored
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
-  LoopStatistics statistics;      ///< of a receding horizon controller, for this run
+  LoopStatistics statistics;      ///< statistics of a receding horizon controller for this run
   /// Hard constraints of the controller's problem that the motion violates by more than their
   /// tolerances, largest first: ends, path constraints and bounds. A receding horizon has no end
   /// constraints to check. A feedback law has no problem, so that its list is empty.

@@ -26,7 +26,7 @@ struct LoopMiss {
 /// nominal value. `of_term` overrides the tolerance of named terms.
 struct MissTolerance {
   double relative = 1e-6;                      ///< relative tolerance
-  std::map<std::string, double> of_term = {};  ///< in the units of the terms
+  std::map<std::string, double> of_term = {};  ///< tolerances of named terms, in their units
   /// Tolerance of a row of this term.
   double of(const std::string& term, const Bounds& bounds, double nominal = 1.0) const;
 };

@@ -15,7 +15,7 @@ class LoopPlant {
  public:
   virtual ~LoopPlant() = default;
 
-  virtual double time() const = 0;     ///< in seconds
+  virtual double time() const = 0;     ///< current time in seconds
   virtual VectorXd state() const = 0;  ///< true state (nx); the controller measures it with noise
   virtual int inputs() const = 0;      ///< number of inputs, nu
   /// Advances by `length` >= 0 seconds under a constant input (nu). On failure returns false,

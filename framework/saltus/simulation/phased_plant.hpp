@@ -66,7 +66,7 @@ class PhasedPlant final : public LoopPlant {
   /// A violated constraint, in its own units.
   struct Miss {
     std::string phase, term;  ///< names of phase and term
-    double time = 0.0;        ///< in seconds
+    double time = 0.0;        ///< time in seconds
     double amount = 0.0;      ///< violation of its bound, in the unit of the term
   };
   /// Largest violation of each hard term and bounded state at starts and ends of phases.

@@ -13,7 +13,7 @@ namespace saltus {
 
 /// Values at one instant.
 struct Sample {
-  double time = 0.0;      ///< in seconds
+  double time = 0.0;      ///< time in seconds
   VectorXd state, input;  ///< values
   std::string mode;       ///< empty if there is only one
 };
@@ -24,7 +24,7 @@ struct Recording {
   std::vector<std::string> state_names, input_names;
   /// Times do not decrease. An event has two samples, with the values before and after it.
   std::vector<Sample> samples;
-  std::vector<HybridEvent> events;  ///< in order of time
+  std::vector<HybridEvent> events;  ///< events in order of time
 
   /// Column names of the states.
   std::vector<std::string> state_columns() const;

@@ -20,8 +20,8 @@ struct Shortage {
   std::string term = {};   ///< name; for the bounds of a state "state 1"
   int component = 0;       ///< row of the term
   ProblemChange::Side side = ProblemChange::Side::upper;  ///< violated side
-  double amount = 0.0;                                    ///< in the term's own units, positive
-  double nominal = 1.0;                                   ///< nominal value of the term
+  double amount = 0.0;    ///< shortage in the term's own units, positive
+  double nominal = 1.0;   ///< nominal value of the term
   double time = 0.0;      ///< time in seconds of the largest multiplier
   double value = 0.0;     ///< value at that time
   double bound = 0.0;     ///< violated bound at that time

@@ -30,7 +30,7 @@ struct Homotopy {
     bool solved = false;  ///< the solve succeeded
     int iterations = 0;   ///< iterations of the solve
   };
-  std::vector<Step> steps;  ///< in the order of the attempts
+  std::vector<Step> steps;  ///< all solves in the order of the attempts
 
   /// True if the wanted problem was solved.
   bool ok() const { return reached == 1.0 && solution.ok(); }

@@ -27,7 +27,7 @@ struct ProblemChange {
 
   Kind kind = Kind::term;   ///< kind of the number
   int phase = 0;            ///< not read for links, events and the total time
-  std::string name = {};    ///< of the term, integral, link, event or parameter
+  std::string name = {};    ///< name of the term, integral, link, event or parameter
   int component = 0;        ///< row of a term or link; entry of a parameter, state or input
   Side side = Side::upper;  ///< side of bounds
   double by = 0.0;          ///< added amount, in the units of the number

@@ -28,7 +28,7 @@ struct StartingPoint {
 
 /// Options of solve_from().
 struct SeveralStartsOptions {
-  int intervals_per_phase = 30;      ///< for every phase
+  int intervals_per_phase = 30;      ///< number of intervals of every phase
   std::vector<int> intervals = {};   ///< per phase; overrides the number above
   IntegratorChoice integrator = {};  ///< empty: runge_kutta4({.steps = 2})
   /// Called once per start; empty: make_sqp().

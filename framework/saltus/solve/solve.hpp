@@ -23,7 +23,7 @@ struct ShootingOptions;
 
 /// Options of the transcription and the solve.
 struct SolveOptions {
-  int intervals_per_phase = 30;     ///< for every phase
+  int intervals_per_phase = 30;     ///< number of intervals of every phase
   std::vector<int> intervals = {};  ///< per phase; overrides the number above
   /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics use a SUNDIALS integrator.
   IntegratorChoice integrator = {};

@@ -15,7 +15,7 @@ namespace saltus {
 /// A row of a hard term, link or integral or of the closing, or the bounds of a state, at all its
 /// nodes.
 struct AskedFor {
-  const char* kind = "term";                       ///< as in Shortage
+  const char* kind = "term";                       ///< kind as in Shortage
   std::optional<ProblemChange::Kind> change = {};  ///< empty: no number of the problem changes it
   int phase = 0;          ///< links: phase of the latest end; constraints of the whole problem: 0
   bool has_phase = true;  ///< true if its name includes the phase

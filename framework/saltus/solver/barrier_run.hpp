@@ -33,7 +33,7 @@ struct BarrierEngine {
 
   SparseQp qp;                  ///< H and J of the last evaluation, and the sides of the program
   std::vector<int> position;    ///< positions of the program's Hessian entries
-  std::vector<double> hessian;  ///< in the program's pattern
+  std::vector<double> hessian;  ///< Hessian entries in the program's pattern
   std::unique_ptr<NewtonSystem> newton;
   std::unique_ptr<BarrierEngine> restoration;  ///< created when first needed
 };

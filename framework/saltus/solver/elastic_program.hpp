@@ -24,7 +24,7 @@ struct ElasticGroup {
   std::string name;            ///< used in messages
   std::vector<int> rows;       ///< row indices of the program
   std::vector<int> variables;  ///< variables whose bounds are relaxed
-  double nominal = 1.0;        ///< in the units of the rows, positive
+  double nominal = 1.0;        ///< nominal value in the units of the rows, positive
 };
 
 /// The relaxed program, for any solver.

@@ -21,7 +21,8 @@ struct SolverIteration {
   double step = 0.0;                                          ///< largest entry of the full step
   double regularisation = 0.0;  ///< shift of the diagonal of the Hessian
   double step_length = 0.0;     ///< fraction of the step taken, 0 to 1
-  double dual_step_length = std::numeric_limits<double>::quiet_NaN();  ///< of the bound multipliers
+  /// Step length of the bound multipliers.
+  double dual_step_length = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Callbacks of a solve. Empty callbacks cost nothing.

@@ -30,7 +30,7 @@ struct PresolveOptions {
 
 /// The remaining sides, or a contradiction.
 struct Presolve {
-  VectorXd lower, upper;          ///< of the variables, without sentinels such as 1e20
+  VectorXd lower, upper;          ///< bounds of the variables, without sentinels such as 1e20
   VectorXd row_lower, row_upper;  ///< infinite if the side was removed
   std::vector<int> nonlinear;     ///< rows removed by comparison at points; to be checked
   bool has_changed = false;       ///< some side differs from that of the program

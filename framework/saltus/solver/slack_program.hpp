@@ -46,8 +46,8 @@ class SlackProgram : public NonlinearProgram {
   NonlinearProgram& program_;  ///< the other program
   const int n_;                ///< its number of variables
   const int m_;                ///< its number of rows
-  VectorXd lower_;             ///< of all variables; slacks: 0
-  VectorXd upper_;             ///< of all variables; slacks: infinite
+  VectorXd lower_;             ///< lower bounds of all variables; slacks: 0
+  VectorXd upper_;             ///< upper bounds of all variables; slacks: infinite
 
  private:
   struct Entry {
