@@ -96,7 +96,8 @@ def check_page(text):
     is_code = False
     for number, line in enumerate(text.split("\n"), 1):
         is_code = is_code != line.strip().startswith("```")
-        if not is_code and len(line) > MOST_COLUMNS and "](" not in line and not line.lstrip().startswith(("|", "<", "#", "`")):
+        if not is_code and len(line) > MOST_COLUMNS and "](" not in line and not line.startswith("    ") \
+                and not line.lstrip().startswith(("|", "<", "#", "`")):
             yield number, "wide", line.strip()
     for number, text_of in paragraphs(text):
         match = PHRASES.search(re.sub(r"`[^`]*`", "x", text_of))
