@@ -511,8 +511,9 @@ def cell(text):
 
 def page(outcomes):
     lines = ["# Bad input", "",
-             f"{len(outcomes)} kinds of mistakes, each made as a user would make it, and what the program says; `tests/faults/bad_inputs.py` makes this table, and a test holds it: nothing",
-             "hangs, ends by a signal, blames itself or leaves half a file. Status 2 is bad input; DIR is the folder of the case, and what is long is cut.", ""]
+             f"This page lists {len(outcomes)} kinds of user mistakes with the exit status and message of the program. A test checks it:",
+             "the program does not hang, does not end by a signal, reports no internal error, and leaves no partial file. Status 2",
+             "means bad input; DIR is the folder of the case, and long text is cut. `tests/faults/bad_inputs.py` makes the tables.", ""]
     seen = None
     for outcome in outcomes:
         if outcome.case.group != seen:
