@@ -69,7 +69,7 @@ TEST(OutputFolder, begun_files_are_private) {
   EXPECT_EQ(fs::status(file).permissions(), static_cast<fs::perms>(0666U & ~mask));
 }
 
-// On a shared disk a process of another machine may be at work that has no number here.
+// On a shared disk a process of another machine may be active that has no process number here.
 TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_machine) {
   const TemporaryFolder folder;
   const pid_t child = ::fork();

@@ -72,7 +72,7 @@ struct Miss {
   double relative() const { return amount / tolerance; }
 };
 
-/// What CVODE finds along a plan.
+/// Results of CVODE along a plan.
 struct OutsideCheck {
   bool simulated = true;  ///< false: CVODE gave up
   Miss path;              ///< the worst path constraint or input bound, from the plan's nodes

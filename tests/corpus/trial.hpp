@@ -16,7 +16,7 @@
 
 namespace saltus::corpus {
 
-/// What came of a trial.
+/// Outcome of a trial.
 enum class Outcome {
   right,    ///< ok() and right
   said,     ///< not ok(), and rightly so: there is no solution, or the plan is not right
@@ -49,7 +49,7 @@ struct Instance {
   double amplification = 1.0;       ///< of an error at the start over the horizon
   /// More to ask of an answer that is ok(); empty: right.
   std::function<std::string(const Solution&)> further;
-  /// In place of solve() and all of the above.
+  /// Replaces solve() and all of the above.
   std::function<Verdict(SolverChoice)> run;
 };
 

@@ -64,7 +64,7 @@ struct Miss {
   }
 };
 
-// The real-time iteration, unless it is told to fail.
+// The real-time iteration, or a failing solver.
 template <class Switches>
 class FailingSolver : public RealTimeSolver {
  public:

@@ -13,7 +13,7 @@
 
 namespace saltus::test {
 
-/// What goes wrong while it lasts.
+/// Kind of fault.
 enum class Fault {
   none,
   measurement_nan,
@@ -40,7 +40,7 @@ enum class Fault {
   fallback_throws,
   count
 };
-/// In words.
+/// Name of the fault in the page.
 const char* describe(Fault fault);
 
 class FaultyLoop {

@@ -30,7 +30,7 @@ long resident_kilobytes() {
   return resident * (sysconf(_SC_PAGESIZE) / 1024);
 }
 
-// A thread of its own that reads the last plan it was given, over and over, as a logger does.
+// A separate thread that reads the last plan repeatedly, like a logger.
 class Logger {
  public:
   Logger() : thread_([this] { read(); }) {}

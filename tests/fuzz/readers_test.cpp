@@ -21,7 +21,7 @@ std::vector<std::uint8_t> content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// By hand: the last input is there when the process is not.
+// Stored before the call: the last input survives a crash of the process.
 void keep(const std::vector<std::uint8_t>& bytes) {
   std::ofstream("fuzz_last_input", std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()),

@@ -118,7 +118,7 @@ TEST(Cvodes, FailuresAreAStatus) {
   const auto short_of_steps = cvodes({.max_steps = 3})->make(problem);
   w << 1.0, 0.0, 0.5;
   EXPECT_EQ(short_of_steps->value(w.data(), end.data()), IntegrationStatus::too_many_steps);
-  // ... and the same object goes on with a problem that it can solve.
+  // ... and the same object then solves another problem.
   EXPECT_EQ(blow_up->value(w.data(), end.data()), IntegrationStatus::success);
   EXPECT_NEAR(end[0], 2.0, 1e-7);
 }

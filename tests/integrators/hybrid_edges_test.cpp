@@ -447,7 +447,7 @@ TEST(HybridSliding, LeavesWithExactDerivatives) {
   }
 }
 
-// An event of both fields ends sliding, into a mode that has events of its own, none of them near.
+// An event of both fields ends sliding, into a mode with other events, none of them near.
 TEST(HybridSliding, EndsWithAnEventThatBothFieldsHave) {
   using X = Vec<double, 2>;
   Automaton<2> system;

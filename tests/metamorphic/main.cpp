@@ -106,7 +106,7 @@ FirstTick first_tick(const Stated& stated) {
   RecedingHorizonController controller(MultipleShooting(stated.problem, stated.options),
                                        {.period = 0.01});
   FirstTick result;
-  // A real-time iteration takes a step per tick: at rest it comes to its optimum.
+  // A real-time iteration takes one step per tick: at rest it converges to its optimum.
   for (int k = 0; k < 30; ++k) {
     const ControlTick& tick =
         controller.tick(stated.problem.start_time(), stated.problem.start_guess());

@@ -131,7 +131,7 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
   EXPECT_EQ(controller.tick(0.6, far_away).provenance, Provenance::optimal);
 }
 
-// Beyond what the input can do nothing is planned, and nothing is said of a plan.
+// Beyond the range of the input there is no plan and no report of one.
 TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
   Phase<1, 1> phase{"reach", Integrator1{}, exactly(step * intervals)};
   phase.bound_input(0, between(-1.0, 1.0))
@@ -442,7 +442,7 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
   }
 }
 
-// Keeps what it is told to begin with, and succeeds when it shall.
+// Stores its start and succeeds on demand.
 class Watching final : public RealTimeSolver {
  public:
   Watching(VectorXd& guess, bool& succeeds) : guess_(&guess), succeeds_(&succeeds) {}

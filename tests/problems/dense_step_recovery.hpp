@@ -1,4 +1,4 @@
-// The quadratic program of the push recovery problem, built by hand from its equations.
+// The quadratic program of the push recovery problem, built from its equations.
 //
 // An independent second derivation for tests: knows nothing of framework, robots or problems.
 // State x = (CoM, velocity, angular momentum), input f = (left wrench, right wrench), world axes:
@@ -31,7 +31,7 @@ struct StepRecovery {
   Vec<double, 3> com_weight{0.0, 0.0, 100.0}, velocity_weight{0.0, 0.0, 10.0};
   double momentum_weight = 1.0;
   double com_impact_weight = 1000.0, velocity_impact_weight = 10.0, momentum_impact_weight = 1.0;
-  Vec<double, 3> force_weight{0.001, 0.001, 0.0001};  ///< of either foot
+  Vec<double, 3> force_weight{0.001, 0.001, 0.0001};  ///< force of each foot
   double torque_weight = 0.01;
   double wrench_change = 0.0;  ///< the left wrench before the horizon is `force` without torque
   double capture_point_weight = 1000.0;  ///< about (x, y) of com_desired
@@ -43,7 +43,7 @@ struct StepRecovery {
 /// The program and where its parts stand in z = (x_0, .., x_N, f_0, .., f_(N-1)).
 struct DenseStepRecovery {
   DenseQp qp;
-  std::vector<double> times;  ///< of the nodes
+  std::vector<double> times;  ///< times of the nodes
   /// Per node the first of its four capture point rows (x max, x min, y max, y min), or -1.
   std::vector<int> hull_row;
 

@@ -45,7 +45,7 @@ TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
         << log.samples[i].time;
 }
 
-// What is asked of the estimate, relative to the stance sole: 5 mm, and 0.02 m/s rms.
+// Required accuracy of the estimate, relative to the stance sole: 5 mm, and 0.02 m/s rms.
 TEST_F(Disturbed, StepCatchesAPushByWhatTheSensorsTell) {
   config.plant.sensors = SensorChoice::measured;
   config.push.start = 0.5;  // s; the estimate has found the base's first tilt
@@ -96,7 +96,7 @@ TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
       EXPECT_LT(log.touchdown, level.touchdown - 0.01);  // a period of the planner
     else
       EXPECT_GT(log.touchdown, level.touchdown + 0.01);
-    // It stands there; contacts give way by a millimetre or two.
+    // It stands there; contacts yield by a millimetre or two.
     EXPECT_NEAR(log.body.back().right_sole.translation()[2], height, 0.002);
     EXPECT_NEAR(log.body.back().left_sole.translation()[2], 0.0, 0.002);
   }

@@ -1,4 +1,4 @@
-// What is said of the folder of a run.
+// Messages about the folder of a run.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -36,7 +36,7 @@ TEST(RunBiped, StandingIsNoFailure) {
   EXPECT_EQ(ended.summary["failures"], 0);
 }
 
-// Not the solver, the plant fails: a force that is no number.
+// The plant fails, not the solver: a force is NaN.
 TEST(RunBiped, APlantThatCannotBeIntegratedIsAFailure) {
   FixedSteps problem({}, 0.03);
   Push push;

@@ -96,7 +96,7 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
   EXPECT_FALSE(are_equal(samples(paper, acting, acting), samples(paper, other, acting)));
 }
 
-// The push that is told is the first one, also where others are listed before it.
+// The known push is the first one in time, also if others are listed before it.
 TEST(StepKnown, TellsTheFirstOfManyPushes) {
   const Config config = config_of({"preset=paper", "pushes=1.0 7 -90"});
   ASSERT_GT(config.push.start, 2.0);

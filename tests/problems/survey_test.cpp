@@ -235,7 +235,7 @@ TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
   const auto found = cached_foot_reach(model, robot, folder.path());
   ASSERT_TRUE(found);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
-  // A folder takes the place of the file: the reach is told, and no part of a file is left behind.
+  // A folder has the name of the file: the reach is printed, and no partial file remains.
   const fs::path file = fs::directory_iterator(folder.path())->path();
   fs::remove(file);
   fs::create_directories(file / "taken");

@@ -140,7 +140,7 @@ TEST(SparseSolver, RecognisesInfeasiblePrograms) {
   EXPECT_GE(recognised, asked - 1);  // of a thousand, 999 were measured
 }
 
-// Some iterates lose their digits before it can be told.
+// Some iterates lose their digits before this can be detected.
 TEST(RiccatiSolver, NeverCallsAnUnboundedProgramSolved) {
   int structured = 0, sparse = 0, asked = 0;
   for (int seed = 1; seed <= unsolvable; ++seed) {

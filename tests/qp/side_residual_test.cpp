@@ -1,4 +1,4 @@
-// What one row adds to a KKT residual, by hand.
+// The contribution of one row to a KKT residual, against known values.
 #include "saltus/qp/side_residual.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Objective and residual of sparse programs at optima known by hand; nothing allocated.
+// Objective and residual of sparse programs at known optima, without allocation.
 #include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>

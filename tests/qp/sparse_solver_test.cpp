@@ -71,7 +71,7 @@ TEST(SparseSolver, RecognisesInfeasiblePrograms) {
   EXPECT_LT(iterations, 6 * seeds);         // 4.5 on average were measured
 }
 
-// The iterates run away along the direction, and some lose their digits before it can be told.
+// The iterates diverge along the direction, and some lose their digits before this is detected.
 TEST(SparseSolver, RecognisesMostUnboundedPrograms) {
   int recognised = 0;
   for (int seed = 1; seed <= seeds; ++seed) {

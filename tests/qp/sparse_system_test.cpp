@@ -95,7 +95,7 @@ double difference(const VectorXd& a, const VectorXd& b) {
   return a.size() == 0 ? 0.0 : (a - b).lpNorm<Eigen::Infinity>();
 }
 
-// What the last solution came with is of its own program.
+// The data of the last solution belong to its program.
 TEST(SparseSystem, RowsOfAnotherProgramAreMultipliedAnew) {
   const std::vector<std::pair<int, int>> squares{{0, 0}, {1, 1}}, entries{{0, 0}, {0, 1}};
   SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),

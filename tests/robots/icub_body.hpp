@@ -31,7 +31,7 @@ class IcubBody : public testing::Test {
     right.foot = description.right_foot;
     return make_inverse_dynamics_controller(robot, left, right);
   }
-  /// At rest on the left foot alone.
+  /// The robot at rest on the left foot.
   WholeBodyTasks tasks_on_the_left_foot() const {
     WholeBodyTasks tasks;
     tasks.right_stands = false;

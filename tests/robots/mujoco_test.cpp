@@ -295,7 +295,7 @@ TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
         clearance.update(plant->state());
         least = std::min(least, clearance.approach(0).distance);
       }
-      // MuJoCo's contacts give way: 5 Nm on the weight of an arm.
+      // MuJoCo's contacts yield: 5 Nm on the weight of an arm.
       if (self_collision)
         EXPECT_GT(least, -0.005) << plant->name();
       else

@@ -211,7 +211,7 @@ TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
   EXPECT_LT(height, 1e-4);
 }
 
-// Nor does it dip below the ground, however late it is told and however much later it shall land.
+// It does not go below the ground, for any late change of the landing time.
 TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
   for (const int told : {110, 130, 150, 170, 185, 195, 199})
     for (const double later : {0.02, 0.1, 0.3, 1.0}) {

@@ -25,7 +25,7 @@ using library::two_tanks;
 // Quadratic programs are solved to 1e-8, their duality gap relative to the cost.
 constexpr double same_cost = 1e-6;
 
-// The cheapest of all sequences, each solved as an OptimalControlProblem of its own.
+// The cheapest of all sequences, each solved as a separate OptimalControlProblem.
 double by_enumeration(const ModeGraph& graph, int phases) {
   double best = infinity;
   const auto solver = make_sqp();

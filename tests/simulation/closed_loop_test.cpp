@@ -325,7 +325,7 @@ TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
     EXPECT_FALSE(log.completed);
     for (const char* part : parts)
       EXPECT_NE(log.message.find(part), std::string::npos) << log.message;
-    EXPECT_NEAR(log.final_state()[0], 0.5, 1e-12);  // what came before is kept
+    EXPECT_NEAR(log.final_state()[0], 0.5, 1e-12);  // earlier records are kept
   };
   for (const IntegratorChoice& scheme :
        {runge_kutta4(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11})}) {

@@ -1,4 +1,4 @@
-// What an observer hears of a solve, and how it ends one.
+// Calls of an observer during a solve, and the interruption of a solve.
 #include <gtest/gtest.h>
 
 #include <cmath>

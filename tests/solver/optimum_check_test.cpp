@@ -159,7 +159,7 @@ TEST(SecondOrder, ThePredictedFallDecides) {
   }
 }
 
-// The two first-order numbers, by hand: min (w0 - 2)^2 / 2 with w0 <= 1 at w0 = 0.9, z = 0.5.
+// The two first-order numbers in closed form: min (w0 - 2)^2 / 2 with w0 <= 1 at w0 = 0.9, z = 0.5.
 class OneBound final : public NonlinearProgram {
  public:
   int variables() const override { return 1; }

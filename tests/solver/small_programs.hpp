@@ -1,4 +1,4 @@
-// Programs written by hand, for the solvers alone: no phases, no integrators.
+// Small programs for the solvers alone, without phases and integrators.
 #pragma once
 
 #include <chrono>

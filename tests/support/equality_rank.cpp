@@ -58,7 +58,7 @@ class Demands {
   // Judges rows without entries and forgets them.
   template <class Judge>
   void judge_empty(Judge&& judge) {
-    // Those that say the same about x come to light when x is eliminated from all but one.
+    // Rows with equal parts in x appear when x is eliminated from all but one.
     const std::vector<char> pivots = eliminate(0, nx_);
     for (std::size_t i = rows_.size(); i-- > 0;) {
       const Row& r = rows_[i];

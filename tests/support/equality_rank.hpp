@@ -19,7 +19,7 @@ enum class RowRank {
 struct EqualityRow {
   int stage = 0;
   int group = 0;  ///< -1: bounds of an entry of v = (x, u)
-  int row = 0;    ///< of the group, or entry of v
+  int row = 0;    ///< row of the group, or entry of v
   RowRank rank = RowRank::independent;
 };
 /// "row 2 of group 0 of stage 3 contradicts other equality rows".

@@ -22,7 +22,7 @@ struct RandomQpOptions {
   double rank_deficient = 0.1;  ///< dependent equality rows, within a stage and across two
   double tight = 0.1;           ///< sides as close to one another as the margin permits
   double large_multipliers = 0.05;
-  double smallest_margin = 1e-6;     ///< by which some point satisfies every hard inequality
+  double smallest_margin = 1e-6;  ///< margin with which some point satisfies every hard inequality
   double largest_multiplier = 1e6;   ///< of programs with large ones
   double ordinary_multiplier = 1e1;  ///< of the others
 };

@@ -1,5 +1,5 @@
-// SALTUS_SANITIZED: the address or the thread sanitizer looks, with a malloc of its own that keeps
-// what was freed for a while.
+// SALTUS_SANITIZED: the address or the thread sanitizer is active. Its malloc keeps freed memory
+// for some time.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

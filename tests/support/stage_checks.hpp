@@ -19,7 +19,7 @@ void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random);
 /// The optimum of the stages is an optimum of the sparse program, with multipliers, and back.
 void expect_same_optimum(const SparseQp& qp, StageMap& map);
 
-/// What is in force is the same, number by number.
+/// The active parts are equal, number by number.
 void expect_equal(const StageQp& a, const StageQp& b);
 
 }  // namespace saltus::testing_support

@@ -21,7 +21,7 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options = 
 struct UnboundedQp {
   StageQp qp;
   StagePoint feasible, direction;  ///< feasible + s direction is feasible for all s >= 0
-  double slope = 0.0;              ///< of the cost along it, negative
+  double slope = 0.0;              ///< slope of the cost along it, negative
   std::string proof;
 };
 UnboundedQp unbounded_qp(std::uint64_t seed, const RandomQpOptions& options = {});

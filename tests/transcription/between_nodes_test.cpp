@@ -223,7 +223,7 @@ TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
   const RefinedSolution r = solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 0.05});
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_TRUE(r.solution.ok()) << r.solution.message;
-  // What is in place is told, beside the limit that does not allow more.
+  // The message contains the present value and the limit.
   const RefinedSolution limited =
       solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 1e-6, .most_intervals = 6});
   EXPECT_FALSE(limited.reached);

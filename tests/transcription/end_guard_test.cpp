@@ -139,7 +139,7 @@ TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
   EXPECT_TRUE(s.crossings.front().is_as_declared()) << s.message;
 }
 
-// Up for a second, down from then on: what is in force at the end is not the first field.
+// Up for a second, then down: the field at the end is not the first one.
 TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
   const auto clock = [](const auto& t, const auto&) { return t - 1.0; };
   Phase<1, 0> there{"there", Drift{1.0}, between(1.2, 3.0)};

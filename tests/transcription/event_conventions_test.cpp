@@ -122,7 +122,7 @@ TEST(Window, OfACostMovesWithItsEvent) {
     ShootingOptions options = ten;
     options.threads = threads;
     MultipleShooting shooting(with_impact(phase, 0.72), options);
-    const auto expected = [](double from) {  // of the square root, by hand
+    const auto expected = [](double from) {  // closed form of the square root
       return (std::pow(0.7, 1.5) - std::pow(from - 0.3, 1.5)) / 1.5;
     };
     constexpr double by_runge_kutta = 2e-6;  // h^5 f'''' / 2880 per interval of 0.1 s

@@ -72,7 +72,7 @@ struct Method {
   const char* name;
   IntegratorChoice integrator;
   Form form;
-  double tolerance;  ///< on first and second derivatives, with its reason
+  double tolerance;  ///< tolerance of first and second derivatives, with its reason
 };
 void PrintTo(const Method& m, std::ostream* out) { *out << m.name; }
 
@@ -94,7 +94,7 @@ TEST_P(FreeTime, HasExactDerivatives) {
       MultipleShooting shooting(ocp, {.intervals_per_phase = 2, .integrator = method.integrator});
       NonlinearProgram& nlp = shooting.nlp();
       NlpPoint at = perturbed(nlp, shooting.initial_guess().w, 11, 0.1);
-      // Without a Hessian of its own a program is compared without one.
+      // A program without a Hessian is compared without one.
       const bool exact = nlp.supports(Curvature::exact);
       const DerivativeErrors e =
           derivative_errors(nlp, at, exact ? Curvature::exact : Curvature::gauss_newton);

@@ -1,5 +1,5 @@
-// What is said of a program that was not solved: terms in conflict by their multipliers, and
-// equations that say the same twice.
+// Messages about programs that were not solved: conflicting terms by their multipliers, and
+// dependent equations.
 #include "saltus/transcription/violation.hpp"
 
 #include <gtest/gtest.h>

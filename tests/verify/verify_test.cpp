@@ -203,7 +203,7 @@ TEST(Verify, SplittingAPhaseChangesNothing) {
   EXPECT_NEAR(violation(true), whole, 2e-3 * whole);
 }
 
-// Events inside a phase are followed, by hand too.
+// Events inside a phase are followed, also in a plan made without a solver.
 TEST(Verify, FollowsEventsInsideAPhase) {
   Phase<2, 1> phase{"ball", Ball{}, exactly(1.0)};
   phase
