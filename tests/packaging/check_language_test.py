@@ -10,13 +10,12 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import check_language  # noqa: E402
 
 WIDE = "A line of prose that goes on and on, far beyond what a reader of two windows beside each other can see on a screen, is wide."
-LONG = " ".join(["word"] * 31) + "."
+LONG = "\n".join(" ".join(["word"] * count) for count in (16, 15)) + "."
 SOURCES = [
     # text of a header, rule that it breaks
     ("/// Of the rows.\nint rows();\n", "fragment"),
     ("int rows;  ///< of the program\n", "fragment"),
-    ("/// What a solve has come\n/// to.\n", None),
-    ("/// What it comes\n/// to.\n", "phrase"),
+    ("/// What a solve has come\n/// to.\n", "phrase"),
     ("/// In radians, which is the unit of every angle.\n", None),
     ("/// Number of rows.\nint rows();\n", None),
     ("// The plant is told of it.\n", "phrase"),

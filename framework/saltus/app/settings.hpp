@@ -73,6 +73,7 @@ class Settings {
     std::string name;                 ///< name in the settings
     std::vector<std::string> values;  ///< each "KEY=VALUE"
   };
+  /// Declares a key that selects one of the presets, as in 0.2.
   [[deprecated("use choice() and preset(key, names, values); removed in 0.4")]] void preset(
       std::string key, std::string& field, const std::vector<Preset>& presets, std::string doc);
 
@@ -88,6 +89,7 @@ class Settings {
   /// the command line. Returns a warning for each assignment that it replaced.
   using Translation = std::function<std::vector<std::string>(
       std::vector<Assignment>& file, std::vector<Assignment>& command_line)>;
+  /// Sets the translation of old assignments.
   void translate(Translation translation) { translation_ = std::move(translation); }
 
   /// A condition on several settings, checked after all are set. `complaint` returns an error

@@ -45,7 +45,7 @@ class RunRecorder {
 
   /// All pushes, in the order of time.
   const std::vector<Push>& pushes() const { return pushes_; }
-  /// For what only the plant knows.
+  /// The log, for values that only the plant knows.
   RunLog& log() { return log_; }
   /// The complete log. `applied` and `truth` of the end.
   RunLog finish(const Vec<double, 12>& applied, const TrueState& truth);

@@ -60,22 +60,22 @@ class BalanceController {
 
   /// What the last update() has done, for logs.
   struct Update {
-    double time = 0.0;                ///< of its readings, s
+    double time = 0.0;                ///< time of its readings, s
     bool has_controlled = false;      ///< True if the whole-body controller has run.
     bool has_planned = false;         ///< True if the planners have run.
     bool has_landed = false;          ///< True if the swing foot has landed.
     BalancePlanner::StepChange step;  ///< changes of the step
   };
-  const Update& last() const { return update_; }  ///< of update()
+  const Update& last() const { return update_; }  ///< record of update()
   /// What is known of the robot.
   const WholeBodyEstimate& estimate() const { return parts_.estimator->estimate(); }
   /// What the planners know of the robot, at the last call of the whole-body controller.
   CentroidalEstimate centroidal_estimate() const;
-  const DynamicsModel& model() const { return *parts_.model; }  ///< at that estimate
-  const JointCommands& commands() const { return commands_; }   ///< of the last update()
-  const WholeBodyTasks& tasks() const { return tasks_; }        ///< of the whole-body controller
-  const BalancePlanner& planner() const { return planner_; }    ///< steps and wrenches
-  BalancePlanner& planner() { return planner_; }                ///< steps and wrenches
+  const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
+  const JointCommands& commands() const { return commands_; }   ///< result of the last update()
+  const WholeBodyTasks& tasks() const { return tasks_; }  ///< tasks of the whole-body controller
+  const BalancePlanner& planner() const { return planner_; }           ///< steps and wrenches
+  BalancePlanner& planner() { return planner_; }                       ///< steps and wrenches
   const BalanceStatistics& statistics() const { return statistics_; }  ///< since start()
   const Vec<double, 12>& applied() const { return applied_; }  ///< wrenches that are expected
   Side swing_side() const { return swing_side_; }              ///< foot that swings, or swung last

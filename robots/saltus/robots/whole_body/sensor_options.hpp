@@ -17,7 +17,7 @@ inline double sample_period(double rate, double step) {
   return static_cast<double>(steps_between(rate, step)) * step;
 }
 
-/// Of encoders.
+/// Options of the encoders.
 struct EncoderOptions {
   double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
   /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
@@ -39,7 +39,7 @@ struct InertialOptions {
   double delay;  ///< s
 };
 
-/// Of force-torque sensors.
+/// Options of the force-torque sensors.
 struct ForceTorqueOptions {
   double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
   /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
@@ -48,7 +48,7 @@ struct ForceTorqueOptions {
   double delay = 0.001;                        ///< s: one period of the motor boards
 };
 
-/// Of all senses.
+/// Options of all sensors.
 struct SensorOptions {
   EncoderOptions encoder;  ///< of joints
   /// Xsens MTi-300: 0.01 deg/s per sqrt(Hz), bias repeatable to 0.2 deg/s; raw data up to 2 kHz,
