@@ -243,6 +243,31 @@ TEST(Verdicts, ASolveThatWasStoppedDoesNotBeginAgainWithOtherWeights) {
   }
 }
 
+// Forces of up to 2 N per kg act at their bounds, whatever the mass is. The guess, zero, shows no
+// size of a force.
+TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
+  const auto push = [](double mass) {
+    Phase<2, 1> phase{"push",
+                      [=](auto, auto x, auto u) {
+                        return decltype(x){x[1], u[0] / mass - 1e-3 * sin(x[0])};
+                      },
+                      exactly(1.5)};
+    phase.bound_input(0, between(-2.0 * mass, 2.0 * mass))
+        .minimise("effort", [=](auto, auto, auto u) { return u[0] * u[0] / (mass * mass); })
+        .reach("there", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)});
+    OptimalControlProblem problem("push");
+    problem.start_at({0.0, 0.0}).then(phase);
+    return problem;
+  };
+  const double cost = solved(push(1.0), SolverChoice::ipopt).cost;
+  for (const double mass : {1e-3, 1.0, 1e3, 1e5, 1e6, 1e7})
+    for (const SolverChoice choice : all_solvers) {
+      const Solution plan = solved(push(mass), choice);
+      EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << mass << ": " << plan.message;
+      EXPECT_NEAR(plan.cost, cost, 1e-6 * cost) << name_of(choice) << " " << mass;
+    }
+}
+
 // Rest to rest over 1 m in the least time, 2 s with |u| <= 1, in units of time of 1 / unit s.
 TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
   for (const double unit : {1e-8, 1e-4, 1.0, 1e4, 1e8})

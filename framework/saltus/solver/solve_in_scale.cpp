@@ -17,6 +17,7 @@ constexpr double small = 1e-8, doubtful = 1e-5;
 constexpr double much_larger = 100.0;   // relative to the residual in the scale of the solver
 constexpr double accurate = 1e-8;       // relative gain that another scale need not improve
 constexpr double most_sharpened = 1e6;  // largest factor of the cost
+constexpr int patience = 100;           // a smaller iteration limit is a deliberate stop
 
 KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
                         const NlpPoint& point) {
@@ -105,17 +106,31 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
   if (is_better) best = std::move(next);
 }
 
-// Accepts "infeasible" only if a step towards the rows, in variables of any unit, does not help
-// either. Otherwise solves again from the end of that step, divided by the sizes there.
-void doubt_infeasible(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                      const Quantities& quantities, ProgramSize& size, ScaledResult& best) {
-  if (best.nlp.status != SolveStatus::infeasible || best.nlp.contradiction) return;
+// True if the solver failed without a limit set by the user, at a point that violates the rows.
+bool has_missed_rows(NonlinearProgram& program, const NlpResult& nlp) {
+  if (!may_be_mended(nlp.status) || nlp.contradiction) return false;
+  if (nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience) return false;
+  return nlp.status == SolveStatus::infeasible ||
+         relative_violation(program, nlp.point.w) > most_violation;
+}
+
+// Solves again after a failure away from the rows, from the end of a step towards them, divided by
+// the sizes there. Accepts "infeasible" only if such a step, in variables of any unit, does not
+// help.
+void begin_nearer_to_rows(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                          const Quantities& quantities, ProgramSize& size, ScaledResult& best) {
+  if (!has_missed_rows(program, best.nlp)) return;
+  const bool is_infeasible = best.nlp.status == SolveStatus::infeasible;
   const std::optional<VectorXd> nearer = step_towards_rows(program, best.nlp.point.w);
   if (!nearer || !size.look_at(*nearer)) return;
   NlpPoint from = start;
   from.w = *nearer;
   ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
   judge(solver, program, quantities, next);
+  if (!is_infeasible && !is_convincing(next)) {
+    add_effort(next, best);
+    return;
+  }
   add_effort(best, next);
   // The solver reports infeasible again although a better point exists.
   if (next.nlp.status == SolveStatus::infeasible && !next.nlp.contradiction &&
@@ -187,7 +202,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     of_best = scale;
   }
   if (best.is_doubtful) sharpen(solver, program, quantities, std::move(of_best), best);
-  doubt_infeasible(solver, program, start, quantities, size, best);
+  begin_nearer_to_rows(solver, program, start, quantities, size, best);
   return best;
 }
 
