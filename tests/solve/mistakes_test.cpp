@@ -278,7 +278,7 @@ const std::vector<Mistake>& mistakes() {
              .reach("there", position, exactly(5.0));
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
        },
-       {"no point that meets all constraints was found near the guess", "term 'there'"}},
+       {"no point that meets all constraints was found", "apparent local minimum", "term 'there'"}},
       {"OutOfReachWithEvents",
        [] {
          const auto bounce = [](auto, auto x) { return decltype(x){x[0], -0.5 * x[1]}; };

@@ -8,6 +8,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/solver/infeasibility_proof.hpp"
 #include "saltus/solver/presolve.hpp"
 #include "saltus/transcription/plan_shift.hpp"
 #include "saltus/transcription/quantities.hpp"
@@ -443,8 +444,11 @@ Solution RecedingHorizonController::report() {
   result.hessian = solver_->name();
   shooting_->nlp().objective(result.point.w.data(), result.objective);
   result.kkt = check_(shooting_->nlp(), result.point);
-  if (result.status == SolveStatus::infeasible)
+  if (result.status == SolveStatus::infeasible) {
     result.contradiction = presolve(shooting_->nlp(), result.point.w).contradiction;
+    result.is_proved_infeasible =
+        !result.contradiction && is_proved_infeasible(shooting_->nlp(), result.point.w);
+  }
   const KktResidual kkt = result.kkt;
   Solution solution = shooting_->interpret(std::move(result));
   if (measurement_ == Measurement::not_finite) {

@@ -17,6 +17,7 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/sequences/mode_stages.hpp"
 #include "saltus/sequences/sequence_search.hpp"
+#include "saltus/solver/infeasibility_proof.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/verdict.hpp"
 
@@ -211,9 +212,8 @@ class Enumeration {
            .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2}),
            .accuracy = {.verify = false}});  // only the returned plan is verified
       result = saltus::solve(shooting, *solver_);
-      // A locally infeasible convex program is infeasible.
-      last_is_proof_ =
-          result.status == SolveStatus::infeasible && shooting.nlp().is_linear_quadratic();
+      last_is_proof_ = result.status == SolveStatus::infeasible &&
+                       is_proved_infeasible(shooting.nlp(), result.point.w);
     } catch (const DefinitionError& e) {  // e.g. times that this sequence cannot satisfy
       result.status = SolveStatus::invalid_problem;
       result.cost = infinity;
@@ -326,7 +326,7 @@ class Enumeration {
   std::map<Path, Solution> solved_;
   SequenceResult best_;
   long ruled_out_ = 0;
-  bool last_is_proof_ = false;  // the last program is infeasible and has linear constraints
+  bool last_is_proof_ = false;  // the last program is proved to be infeasible
   bool all_proved_ = true;      // all failed sequences were proved infeasible
   std::string broken_promise_, first_failure_;
 };

@@ -26,8 +26,8 @@ struct Shortage {
   double value = 0.0;     ///< value at that time
   double bound = 0.0;     ///< violated bound at that time
   bool is_exact = false;  ///< lower and upper bound are equal
-  /// True if the program is linear-quadratic, so that the shortage is global. Otherwise it is local
-  /// to the guess.
+  /// True if the program is linear-quadratic and proved to be infeasible. Otherwise the shortage is
+  /// local to the guess.
   bool is_certain = false;
 
   /// "phase 'ride', term 'there'"

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "saltus/solver/infeasibility_proof.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -95,6 +96,8 @@ WhatGives what_gives(LeastRelaxation& relaxed) {
   const RowValues at(relaxed);
   const double least = std::max(worth_naming, worth_mentioning * relaxed.amount);
   std::vector<std::pair<std::string, int>> named;  // rows of each name
+  const bool is_certain = relaxed.amount > 0.0 && at.program.is_linear_quadratic() &&
+                          is_proved_infeasible(at.program, at.w);
   for (int k = 0; k < static_cast<int>(relaxed.asked.size()); ++k) {
     const int group = relaxed.group[k];
     if (group < 0) continue;
@@ -138,7 +141,7 @@ WhatGives what_gives(LeastRelaxation& relaxed) {
            .value = value * unit,
            .bound = (is_low ? lower : upper) * unit,
            .is_exact = lower == upper,
-           .is_certain = at.program.is_linear_quadratic()});
+           .is_certain = is_certain});
     }
   }
   std::ranges::stable_sort(gives.shortages, std::ranges::greater{},

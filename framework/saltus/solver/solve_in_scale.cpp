@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "saltus/solver/infeasibility_proof.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/scoped_observer.hpp"
 #include "saltus/solver/violation_step.hpp"
@@ -108,10 +109,18 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
 
 // True if the solver failed without a limit set by the user, at a point that violates the rows.
 bool has_missed_rows(NonlinearProgram& program, const NlpResult& nlp) {
-  if (!may_be_mended(nlp.status) || nlp.contradiction) return false;
+  if (!may_be_mended(nlp.status) || nlp.contradiction || nlp.is_proved_infeasible) return false;
   if (nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience) return false;
   return nlp.status == SolveStatus::infeasible ||
          relative_violation(program, nlp.point.w) > most_violation;
+}
+
+// Sets the status to infeasible if multipliers prove it where the solver did not decide.
+void prove_infeasible(NonlinearProgram& program, ScaledResult& best) {
+  NlpResult& nlp = best.nlp;
+  if (!has_missed_rows(program, nlp) || !is_proved_infeasible(program, nlp.point.w)) return;
+  nlp.status = SolveStatus::infeasible;
+  nlp.is_proved_infeasible = true;
 }
 
 // Solves again after a failure away from the rows, from the end of a step towards them, divided by
@@ -202,6 +211,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     of_best = scale;
   }
   if (best.is_doubtful) sharpen(solver, program, quantities, std::move(of_best), best);
+  prove_infeasible(program, best);
   begin_nearer_to_rows(solver, program, start, quantities, size, best);
   return best;
 }

@@ -20,7 +20,9 @@ const char* describe(SolveStatus status) {
     case SolveStatus::no_minimum:
       return "the point is stationary but not a minimum: a saddle point or a maximum";
     case SolveStatus::infeasible:
-      return "no point that meets all constraints was found near the guess";
+      return "no point that meets all constraints was found; the solve stopped at an apparent "
+             "local "
+             "minimum of their violation";
     case SolveStatus::unbounded:
       return "the cost is unbounded below within the constraints";
     case SolveStatus::iteration_limit:

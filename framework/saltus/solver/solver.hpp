@@ -30,9 +30,10 @@ enum class SolveStatus {
   /// The first-order conditions hold, but the cost decreases along a direction and its negative: a
   /// saddle point or a maximum.
   no_minimum,
-  infeasible,  ///< no point near the result satisfies the constraints; in a convex problem no point
-               ///< at all
-  unbounded,   ///< the cost is unbounded below
+  /// No point was found that satisfies the constraints. Their violation seems to have a local
+  /// minimum where the solve stopped. Solution::message says if infeasibility is proved.
+  infeasible,
+  unbounded,  ///< the cost is unbounded below
   iteration_limit,
   time_limit,         ///< wall-clock limit
   interrupted,        ///< stopped by SolveObserver::should_stop
@@ -68,6 +69,8 @@ struct NlpResult {
   double seconds = 0.0;                        ///< wall-clock time of all attempts
   KktResidual kkt;                             ///< recomputed from the program
   std::optional<Contradiction> contradiction;  ///< rows that no point satisfies, if known
+  /// Multipliers of affine rows prove that no point satisfies them and the bounds.
+  bool is_proved_infeasible = false;
   std::string hessian;  ///< exact, Gauss-Newton, differenced or limited-memory BFGS
 };
 

@@ -205,10 +205,9 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
   checked();
   Solution solution;
   solution.status = result.status;
-  const bool is_known = program_->is_linear_quadratic() || result.contradiction;
-  solution.message = result.status == SolveStatus::infeasible && is_known
-                         ? "the constraints cannot all be satisfied"
-                         : describe(result.status);
+  const bool is_proved = result.contradiction || result.is_proved_infeasible;
+  solution.message =
+      is_proved ? "the constraints cannot all be satisfied" : describe(result.status);
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     std::string reason;
     if (result.status == SolveStatus::invalid_problem)
