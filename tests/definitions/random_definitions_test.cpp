@@ -73,6 +73,9 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
 bool is_sure_of_none(const Outcome& o) {
   return o.solution && o.solution->status == SolveStatus::infeasible;
 }
+bool is_proved_to_have_none(const Outcome& o) {
+  return o.solution && o.solution->message.find("the constraints cannot all be met") == 0;
+}
 // Of the program: path constraints may be violated between its nodes, which the status says.
 bool is_sure_of_one(const Outcome& o) {
   return o.solution && (o.solution->status == SolveStatus::optimal ||
@@ -99,6 +102,12 @@ TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
     } catch (const std::exception&) {
       continue;
     }
+    for (const auto& [one, a] : outcomes)
+      for (const auto& [other, b] : outcomes) {
+        if (is_sure_of_one(a) && is_proved_to_have_none(b))
+          ADD_FAILURE() << one << " has a point, " << other
+                        << " proves that there is none: " << b.solution->message;
+      }
     if (!drawn.is_convex) continue;
     for (const auto& [name, o] : outcomes)
       if (o.solution && o.solution->status != SolveStatus::evaluation_failed) {

@@ -35,8 +35,9 @@ void append(Numbers& numbers, const VectorXd& values) {
 }
 
 void append(Numbers& numbers, const SequenceResult& result) {
-  numbers.insert(numbers.end(), {result.cost, result.lower_bound, 1.0 * result.nodes,
-                                 1.0 * result.iterations, 1.0 * result.modes.size()});
+  for (const double number : {result.cost, result.lower_bound, static_cast<double>(result.nodes),
+                              static_cast<double>(result.iterations)})
+    numbers.push_back(number);
   for (const int mode : result.modes) numbers.push_back(mode);
   for (const VectorXd& state : result.states) append(numbers, state);
   for (const VectorXd& input : result.inputs) append(numbers, input);
@@ -71,6 +72,7 @@ TEST(PromiseOfSearches, OneGraphIsSearchedBySeveralThreads) {
   for (int i = 0; i < count; ++i) alone.push_back(search(tanks(), level(i), here));
   {
     std::vector<std::jthread> threads;
+    threads.reserve(count);
     for (int i = 0; i < count; ++i)
       threads.emplace_back([&, i] { together[i] = search(graph, level(i), here); });
   }

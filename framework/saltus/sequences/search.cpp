@@ -27,10 +27,6 @@ namespace {
 // Part of the split phase that an inserted or appended phase takes in the initial guess.
 constexpr double inserted_part = 0.1, appended_part = 0.5;
 
-// Smallest guess of a duration, relative to its nominal magnitude, so that a vanished phase can
-// grow.
-constexpr double least_guess = 1e-3;
-
 // Default of SearchOptions::least_cost.
 constexpr double least_cost = 1e-6;
 // A sequence cheaper than its prefix by this relative amount violates costs_are_nonnegative.

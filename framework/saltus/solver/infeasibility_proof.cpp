@@ -170,6 +170,7 @@ class Proof {
   bool project() {
     if (ldl_ == nullptr) {
       std::vector<std::pair<int, int>> entries;
+      entries.reserve(m_ + n_ + pattern_.entries());
       for (int i = 0; i < m_ + n_; ++i) entries.emplace_back(i, i);
       pattern_.for_each([&](int k, int i, int) { entries.emplace_back(m_ + i, k); });
       system_ = SparsityPattern::from_pairs(m_ + n_, m_ + n_, std::move(entries));
