@@ -25,6 +25,13 @@ FORBIDDEN = {
     "examples": ("framework", "problems", "program", "benchmarks", "tests", "docs"),
     "docs": ("problems", "program", "benchmarks", "tests", "examples"),
 }
+# Files that must not include these folders and headers, not even through others: a robot's computer runs them without a
+# simulator and without the application.
+CONTROLLER = ("robots/saltus/robots/walking/balance_controller.cpp", "robots/saltus/robots/whole_body/estimator.cpp",
+              "robots/saltus/robots/whole_body/inverse_dynamics_controller.cpp",
+              "robots/saltus/robots/whole_body/momentum_controller.cpp")
+NOT_FOR_CONTROLLERS = ("framework/app", "framework/simulation", "robots/dart", "robots/mujoco", "robots/simulation",
+                       "robots/saltus/robots/whole_body/plant.hpp", "robots/saltus/robots/centroidal/centroidal_plant.hpp")
 INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 
 
@@ -126,6 +133,25 @@ def private_includes(root):
     return lines
 
 
+def simulators_of_the_controller(root):
+    """A line for every header behind a file of the controller that belongs to a simulator, a plant or the application."""
+    lines = []
+    for file in CONTROLLER:
+        including = {pathlib.PurePosixPath(file): None}
+        waiting = [path for path in including if (root / path).exists()]
+        while waiting:
+            path = waiting.pop()
+            if any(is_below(folder_of(path), top) or path.as_posix() == top for top in NOT_FOR_CONTROLLERS):
+                lines.append(f"{file}: the controller must not include {path}, not even through {including[path]}")
+                continue
+            for included in INCLUDE.findall((root / path).read_text(encoding="utf-8")):
+                target = resolve(root, path, included)
+                if target is not None and target not in including and (root / target).exists():
+                    including[target] = path
+                    waiting.append(target)
+    return lines
+
+
 def links_of_the_application(root):
     """A line for every CMakeLists.txt of a library, except that of app itself, that names the target of app."""
     lines = []
@@ -170,6 +196,7 @@ def look(root):
                 example.setdefault((folder, used), f"{including} includes {included}")
     problems += private_includes(root)
     problems += links_of_the_application(root)
+    problems += simulators_of_the_controller(root)
     round_trip = circle(graph)
     if round_trip:
         problems.append("a circle between folders: " + " -> ".join(round_trip))
