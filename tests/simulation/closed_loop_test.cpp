@@ -438,6 +438,50 @@ TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
   EXPECT_THROW(simulate_closed_loop(up, plant, options), DefinitionError);
 }
 
+// The user's own controller: counts down from what it sees, at half of the rate of its ticks.
+class CountDown final : public LoopController {
+ public:
+  double period() const override { return step; }
+  std::string name() const override { return "count down"; }
+  const HeldInput& tick(double t, const VectorRef& measured) override {
+    if (ticks++ % 2 == 0) rate_ = -measured[0];
+    input_.clear();
+    InputPiece& piece = input_.add();
+    piece.start = t;
+    piece.length = step;
+    piece.size = 1;
+    piece.values[0] = rate_;
+    return input_;
+  }
+
+  int ticks = 0;
+
+ private:
+  double rate_ = 0.0;
+  HeldInput input_{1, 1};
+};
+
+TEST(ClosedLoop, DrivesWithAControllerOfTheUsersOwn) {
+  IntegratorPlant plant = drift(), again = drift();
+  CountDown controller, silent;
+  const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 1.0});
+  EXPECT_TRUE(log.completed) << log.message;
+  EXPECT_EQ(log.controller, "count down");
+  EXPECT_EQ(controller.ticks, 10);
+  EXPECT_EQ(log.ticks.size(), 10u);
+  // Every two ticks the state is multiplied by 1 - 2 step.
+  EXPECT_NEAR(log.final_state()[0], std::pow(1.0 - 2.0 * step, 5), 1e-12);
+  // Without an end of its own, and without a record.
+  LoopOptions options{.duration = infinity, .record = false};
+  EXPECT_THROW(simulate_closed_loop(silent, again, options), DefinitionError);
+  options.until = [](double t, const VectorRef&) { return t > 1.0 - 0.5 * step; };
+  const LoopLog none = simulate_closed_loop(silent, again, options);
+  EXPECT_TRUE(none.completed);
+  EXPECT_TRUE(none.ticks.empty());
+  EXPECT_TRUE(none.recording.samples.empty());
+  EXPECT_EQ(again.state(), plant.state());
+}
+
 TEST(ClosedLoop, EndsWhenTheUserSaysSo) {
   IntegratorPlant plant = drift();
   LoopOptions options{.duration = 5.0, .period = step};

@@ -21,7 +21,7 @@ struct Answer {
   const HeldInput* input = nullptr;
   LoopTick tick;
 };
-struct LoopController {
+struct ControlCalls {
   std::string name;
   double period = 0.0;
   std::function<Answer(double t, const VectorRef& measured)> answer;
@@ -69,7 +69,7 @@ class GaussianNoise {
 
 class Loop {
  public:
-  Loop(LoopController controller, LoopPlant& plant, const LoopOptions& options)
+  Loop(ControlCalls controller, LoopPlant& plant, const LoopOptions& options)
       : controller_(std::move(controller)),
         plant_(plant),
         options_(options),
@@ -90,12 +90,12 @@ class Loop {
 
   LoopLog run() {
     constexpr double rounding = 1e-9;  // of a period
-    const long ticks = std::lround(std::ceil(options_.duration / controller_.period - rounding));
+    const double ticks = std::ceil(options_.duration / controller_.period - rounding);
     log_.completed = true;
     log_.message = "the closed loop reached its end";
     if (controller_.misses != nullptr)
       controller_.misses->begin(start_, plant_.state(), commands_.front().input);
-    for (long k = 0; k < ticks && log_.completed; ++k) {
+    for (long k = 0; static_cast<double>(k) < ticks && log_.completed; ++k) {
       disturb_state();
       if (!tick(k) || !move_on(k)) break;
       if (options_.until && options_.until(plant_.time(), plant_.state())) {
@@ -117,8 +117,9 @@ class Loop {
     const double period = controller_.period;
     if (!(period > 0.0 && std::isfinite(period)))
       complain(fmt::format("the period is {} s, expected more than 0", period));
-    if (!(options_.duration > 0.0 && std::isfinite(options_.duration)))
-      complain(fmt::format("the duration is {} s, expected more than 0", options_.duration));
+    if (!(options_.duration > 0.0 && (std::isfinite(options_.duration) || options_.until)))
+      complain(fmt::format("the duration is {} s, expected more than 0, and finite without `until`",
+                           options_.duration));
     if (options_.samples_per_tick < 1)
       complain(fmt::format("{} samples per tick, expected 1 or more", options_.samples_per_tick));
     for (const VectorXd* deviations :
@@ -196,7 +197,7 @@ class Loop {
       log_.statistics.preparation.add(answer.tick.preparation);
       if (answer.tick.check > 0.0) log_.statistics.check.add(answer.tick.check);
     }
-    log_.ticks.push_back(std::move(answer.tick));
+    if (options_.record) log_.ticks.push_back(std::move(answer.tick));
     if (!answer.input->all_finite())
       return stop(fmt::format("the controller's input at t = {:.4g} s is no number", t));
     while (!commands_.empty() && commands_.back().start >= t + disturbances_.input_delay)
@@ -255,14 +256,16 @@ class Loop {
       return stop(fmt::format("the plant threw at t = {:.4g} s: {}", from, describe_exception()));
     }
     for (HybridEvent& event : plant_.take_events()) {
-      log_.recording.samples.push_back({event.time, event.before, input_, event.mode_before});
-      log_.recording.samples.push_back({event.time, event.after, input_, event.mode_after});
+      if (options_.record) {
+        log_.recording.samples.push_back({event.time, event.before, input_, event.mode_before});
+        log_.recording.samples.push_back({event.time, event.after, input_, event.mode_after});
+      }
       if (misses != nullptr) {
         misses->look(event.time, event.before, command);
         misses->end_phase(event, command);
       }
       if (options_.on_event) options_.on_event(event);
-      log_.recording.events.push_back(std::move(event));
+      if (options_.record) log_.recording.events.push_back(std::move(event));
     }
     if (misses != nullptr && moved) misses->look(plant_.time(), plant_.state(), command);
     return moved || stop(plant_.failure());
@@ -275,11 +278,12 @@ class Loop {
   }
 
   void add_sample() {
+    if (!options_.record) return;
     if (input_.size() == 0 && !commands_.empty()) input_ = commands_.front().input;
     log_.recording.samples.push_back({plant_.time(), plant_.state(), input_, plant_.mode()});
   }
 
-  LoopController controller_;
+  ControlCalls controller_;
   LoopPlant& plant_;
   const LoopOptions& options_;
   const Disturbances& disturbances_;
@@ -407,6 +411,14 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
         plant.time());
   tell_misses(log);
   return log;
+}
+
+LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,
+                             const LoopOptions& options) {
+  const auto answer = [&](double t, const VectorRef& measured) {
+    return Answer{&controller.tick(t, measured), {}};
+  };
+  return Loop({controller.name(), controller.period(), answer}, plant, options).run();
 }
 
 namespace {

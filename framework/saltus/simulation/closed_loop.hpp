@@ -24,10 +24,14 @@ namespace saltus {
 
 /// Options of a closed-loop run and its log.
 struct LoopOptions {
-  double duration = 1.0;     ///< in seconds; the last tick may end slightly later
+  /// Length in seconds; the last tick may end slightly later. Infinite: the run ends when `until`
+  /// is true.
+  double duration = 1.0;
   double period = 0.01;      ///< period of a feedback law in seconds; controllers have their own
   int samples_per_tick = 1;  ///< samples of the log; events and input steps are always recorded
-  int plan_every = 0;        ///< a plan is stored every so many ticks; 0: never
+  /// False: recording and ticks of the log stay empty, for plants that keep a record of their own.
+  bool record = true;
+  int plan_every = 0;  ///< a plan is stored every so many ticks; 0: never
   /// Number of ticks of a receding horizon with unsatisfied constraints whose problems are stored.
   /// They are stored between ticks, so that ticks take no longer.
   int keep_unmet = 0;
@@ -46,6 +50,18 @@ struct LoopOptions {
 
 /// Writes the input for the measured state. The size is the current number of inputs of the plant.
 using FeedbackLaw = std::function<void(double t, const VectorRef& measured, VectorOut input)>;
+
+/// A controller of the user's own. It may run its parts at multiples of its period.
+class LoopController {
+ public:
+  virtual ~LoopController() = default;
+  /// Time between two ticks in seconds.
+  virtual double period() const = 0;
+  /// The input from `t` on, in one piece or more. It stays valid until the next call.
+  virtual const HeldInput& tick(double t, const VectorRef& measured) = 0;
+  /// Name for messages and results.
+  virtual std::string name() const = 0;
+};
 
 /// Runs from the current time and state of the plant. The run ends early if the plant cannot
 /// advance, a law returns NaN, or a formula of either throws; the log reports it and keeps the
@@ -68,6 +84,9 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOpti
                 "problem; a LoopPlant of your own goes with a RecedingHorizonController");
   return {};
 }
+/// The same for a controller of the user's own. Its problem is not known, so nothing is judged.
+LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,
+                             const LoopOptions& options);
 /// The same for a law u(t, x), evaluated every `period`.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
 /// The same; misses refer to the plant's problem.

@@ -97,11 +97,13 @@ void RunRecorder::note_sample(double t, const Vec<double, 12>& applied, const Ve
                           planner_.stands(Side::left), planner_.stands(Side::right)});
 }
 
+void RunRecorder::note_failure(const std::string& failure) {
+  log_.numerical_failure = true;
+  stop(failure);
+}
+
 void RunRecorder::note_step(const std::string& failure, const TrueState& truth) {
-  if (!failure.empty()) {
-    log_.numerical_failure = true;
-    stop(failure);
-  }
+  if (!failure.empty()) note_failure(failure);
   const std::string lost = problem_.lost(truth.time, truth.gamma, planner_.scene());
   if (!lost.empty()) stop(lost);
 }
@@ -172,6 +174,15 @@ LoopState RunRecorder::state(double t, const TrueState& truth) const {
 void RunRecorder::stop(std::string reason) {
   log_.stopped_early = true;
   log_.stop_reason = std::move(reason);
+}
+
+void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& recorder) {
+  LoopOptions options;
+  options.duration = infinity;
+  options.record = false;
+  options.until = [&recorder](double t, const VectorRef&) { return recorder.is_over(t); };
+  const LoopLog log = simulate_closed_loop(controller, plant, options);
+  if (!log.completed && !recorder.has_stopped()) recorder.note_failure(log.message);
 }
 
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,

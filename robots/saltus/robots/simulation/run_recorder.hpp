@@ -8,6 +8,7 @@
 #include "saltus/robots/walking/balance_planner.hpp"
 #include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/progress.hpp"
+#include "saltus/simulation/closed_loop.hpp"
 
 namespace saltus::walking {
 
@@ -23,8 +24,8 @@ struct TrueState {
   const Vec<double, 3>& sole(Side side) const { return soles[side == Side::left ? 0 : 1]; }
 };
 
-/// Called in this order: is_over(), tick() if the planners have run, note_landing() if a foot has
-/// landed, note_sample() before and note_step() after the plant moves on.
+/// Called in this order: note_tick() if the planners have run, note_landing() if a foot has landed
+/// otherwise, note_sample() before and note_step() after the plant moves on, is_over().
 class RunRecorder {
  public:
   RunRecorder(const BipedProblem& problem, const RobotDescription& robot, BalancePlanner& planner,
@@ -40,9 +41,13 @@ class RunRecorder {
   /// What acts from t on, and the mean push until the next sample.
   void note_sample(double t, const Vec<double, 12>& applied, const Vec<double, 3>& push,
                    const TrueState& truth);
+  /// The run ends with an error, described in one sentence.
+  void note_failure(const std::string& failure);
   /// The plant has moved on, or says in a sentence why it could not.
   void note_step(const std::string& failure, const TrueState& truth);
 
+  /// True after a fall or an error.
+  bool has_stopped() const { return log_.stopped_early; }
   /// All pushes, in the order of time.
   const std::vector<Push>& pushes() const { return pushes_; }
   /// The log, for values that only the plant knows.
@@ -71,7 +76,10 @@ class RunRecorder {
   RunLog log_;
 };
 
-/// The steps and wrenches of a problem, for the robot as its controllers know it.
+/// Runs the closed loop until the recorder says that it is over.
+void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& recorder);
+
+/// The planners of a problem, for the robot as its controllers know it.
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
                                       const Scene& scene);
 std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,

@@ -1,7 +1,7 @@
 // The exact centroidal dynamics: a BalancePlanner drives a CentroidalPlant.
 #include <fmt/format.h>
 
-#include <utility>
+#include <cmath>
 
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/ocp/window.hpp"
@@ -15,7 +15,8 @@ namespace {
 // The simulation is the reference: far tighter than anything that is compared with it.
 constexpr double plant_tolerance = 1e-11;
 
-class CentroidalRun {
+// The two sides of the closed loop: planners that tick at their period, and the centroidal model.
+class CentroidalRun final : LoopController, LoopPlant {
  public:
   CentroidalRun(const BipedProblem& problem, const RobotDescription& robot,
                 const Observer& observer)
@@ -37,21 +38,17 @@ class CentroidalRun {
   }
 
   RunLog run() {
-    double t = 0.0;
-    for (long k = 0; !recorder_.is_over(t = static_cast<double>(k) * period_); ++k) {
-      tick(t);
-      const double end = planner_.tick().input.back().start + planner_.tick().input.back().length;
-      while (true) {
-        t = move_on(t);
-        if (end - t <= same_instant || recorder_.is_over(t)) break;
-        if (has_landed(t)) recorder_.note_landing(t, truth(t));
-        planner_.note_contacts();
-      }
-    }
-    return recorder_.finish(applied_, truth(now_));
+    run_until_over(*this, *this, recorder_);
+    return recorder_.finish(applied_, truth());
   }
 
  private:
+  std::string name() const override { return "centroidal"; }
+  double period() const override { return period_; }
+  double time() const override { return now_; }
+  VectorXd state() const override { return plant_.state(); }
+  int inputs() const override { return 12; }
+
   static Vec<double, 9> start_state(const StandingPosture& posture) {
     Vec<double, 9> gamma = Vec<double, 9>::Zero();
     gamma.head<3>() = posture.com;
@@ -71,12 +68,13 @@ class CentroidalRun {
     e.contact_force = plant_.contact_force(applied_);
     return e;
   }
-  TrueState truth(double t) const {
-    return {t, plant_.state(), {sole(Side::left).position, sole(Side::right).position}};
+  TrueState truth() const {
+    return {now_, plant_.state(), {sole(Side::left).position, sole(Side::right).position}};
   }
 
-  void tick(double t) {
+  const HeldInput& tick(double t, const VectorRef&) override {
     CpuTime watch(recorder_.log().plan_seconds);
+    now_ = t;  // the same but for rounding
     double step_seconds = 0.0;
     BalancePlanner::StepChange change;
     {
@@ -91,7 +89,8 @@ class CentroidalRun {
     if (change.has_target) swing_sole_.position = planner_.step().place;
     const bool has_landed_now = has_landed(t);
     planner_.plan_wrenches(t, estimate());
-    recorder_.note_tick(t, change, has_landed_now, step_seconds, truth(t));
+    recorder_.note_tick(t, change, has_landed_now, step_seconds, truth());
+    return planner_.tick().input;
   }
 
   // The swing foot lands at its time.
@@ -102,33 +101,42 @@ class CentroidalRun {
     return true;
   }
 
-  // Under a constant input: to the end of its piece, or to where a push begins or ends and the foot
-  // lands.
-  double move_on(double t) {
-    const HeldInput& input = planner_.tick().input;
-    const InputPiece* piece = &input[0];
-    for (const InputPiece& p : input)
-      if (p.start <= t + same_instant) piece = &p;
-    applied_ = planner_.wrenches(t);
-    double next = piece->start + piece->length;
+  bool advance(const VectorRef& wrenches, double length) override {
+    applied_ = wrenches;
+    double end = now_ + length;
+    for (const InputPiece& piece : planner_.tick().input)  // without the rounding of the difference
+      if (std::abs(piece.start + piece.length - end) < same_instant)
+        end = piece.start + piece.length;
+    while (end - now_ > same_instant) {
+      if (has_landed(now_)) recorder_.note_landing(now_, truth());
+      planner_.note_contacts();
+      const double t = now_, next = next_cut(end);
+      plant_.push = total_push_force(recorder_.pushes(), t, next);
+      recorder_.note_sample(t, applied_, plant_.push, truth());
+      const IntegrationStatus status = plant_.advance(next - t, applied_);
+      std::string failure;
+      if (status == IntegrationStatus::success)
+        now_ = next;
+      else
+        failure = fmt::format("the plant could not be integrated at {:.3f} s: {}", t,
+                              saltus::describe(status));
+      recorder_.note_step(failure, truth());
+      if (recorder_.has_stopped()) return false;
+    }
+    return true;
+  }
+
+  // Where the next push begins or ends or the foot lands, `end` at the latest.
+  double next_cut(double end) const {
+    double next = end;
     const auto cut = [&](double edge) {
-      if (edge - t > same_instant && edge < next - same_instant) next = edge;
+      if (edge - now_ > same_instant && edge < next - same_instant) next = edge;
     };
     for (const Push& push : recorder_.pushes()) {
       cut(push.start);
       cut(push.end());
     }
     if (planner_.is_stepping()) cut(planner_.step().landing);
-    plant_.push = total_push_force(recorder_.pushes(), t, next);
-    recorder_.note_sample(t, applied_, plant_.push, truth(t));
-    const IntegrationStatus status = plant_.advance(next - t, applied_);
-    std::string failure;
-    if (status == IntegrationStatus::success)
-      now_ = next;
-    else
-      failure = fmt::format("the plant could not be integrated at {:.3f} s: {}", t,
-                            saltus::describe(status));
-    recorder_.note_step(failure, truth(now_));
     return next;
   }
 

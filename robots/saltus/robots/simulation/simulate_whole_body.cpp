@@ -108,7 +108,9 @@ void expect_room(const BalanceController& controller, const RobotDescription& ro
   }
 }
 
-class WholeBodyRun {
+// The two sides of the closed loop: the controller, which ticks with the readings of the robot, and
+// the robot, which takes the steps of its engine.
+class WholeBodyRun final : LoopController, LoopPlant {
  public:
   WholeBodyRun(const BipedProblem& problem, const RobotDescription& robot, const Observer& observer,
                const UrdfModel& model)
@@ -122,6 +124,7 @@ class WholeBodyRun {
         pushes_(applied_pushes(recorder_.pushes(), body_, model)),
         robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
                settings_.control.period, pushes_),
+        torques_(1, body_.joints()),
         estimates_(settings_.plant.sensors == SensorChoice::measured) {
     if (settings_.control.self_collision) expect_apart(body_, start_, problem.posture(robot).name);
     if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0)
@@ -132,24 +135,9 @@ class WholeBodyRun {
   }
 
   RunLog run() {
-    while (!recorder_.is_over(robot_.read().time)) {
-      robot_.write(controller_.update(robot_.read()));
-      note_update();
-      const bool has_sample = controller_.last().has_controlled;
-      if (has_sample) begin_sample();
-      std::string failure;
-      {
-        CpuTime watch(recorder_.log().plant_seconds);
-        failure = robot_.wait();
-      }
-      for (const Side side : {Side::left, Side::right})
-        felt(side) += robot_.engine().contact(side).wrench;
-      ++felt_steps_;
-      if (has_sample) end_sample();
-      recorder_.note_step(failure, truth_);
-    }
+    run_until_over(*this, *this, recorder_);
     RunLog log = recorder_.finish(controller_.applied(), truth_);
-    log.plant = robot_.name();
+    log.plant = name();
     log.floating = body_;
     log.ground_friction = settings_.plant.engine.friction;
     if (!pushes_.empty()) log.pushed = pushes_.front().at;
@@ -164,6 +152,40 @@ class WholeBodyRun {
   }
 
  private:
+  double period() const override { return robot_.period(); }
+  const HeldInput& tick(double t, const VectorRef&) override {
+    controller_.update(robot_.read());
+    note_update();
+    torques_.clear();
+    InputPiece& piece = torques_.add();
+    piece.start = t;
+    piece.length = period();
+    piece.size = inputs();
+    piece.values = controller_.commands().torques;
+    return torques_;
+  }
+
+  double time() const override { return robot_.read().time; }
+  VectorXd state() const override { return truth_.gamma; }
+  int inputs() const override { return body_.joints(); }
+  std::string name() const override { return robot_.name(); }
+  bool advance(const VectorRef& torques, double) override {
+    robot_.write({torques});
+    const bool has_sample = controller_.last().has_controlled;
+    if (has_sample) begin_sample();
+    std::string failure;
+    {
+      CpuTime watch(recorder_.log().plant_seconds);
+      failure = robot_.wait();
+    }
+    for (const Side side : {Side::left, Side::right})
+      felt(side) += robot_.engine().contact(side).wrench;
+    ++felt_steps_;
+    if (has_sample) end_sample();
+    recorder_.note_step(failure, truth_);
+    return true;
+  }
+
   Vec<double, 6>& felt(Side side) { return felt_[side == Side::left ? 0 : 1]; }
   // Without errors the controllers' model is the true one.
   const DynamicsModel& true_model() const {
@@ -227,6 +249,7 @@ class WholeBodyRun {
   RunRecorder recorder_;
   std::vector<AppliedPush> pushes_;
   SimulatedRobot robot_;
+  HeldInput torques_;
   bool estimates_;
   std::unique_ptr<DynamicsModel> true_model_;
   TrueState truth_;
