@@ -279,7 +279,7 @@ class Freedoms:
     timed: Tuple[str, ...] = ()
     exact: Tuple[str, ...] = ("forward, N s", "to the right", "back", "to the left")
     directions = 8
-    most = {"formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
+    most = {"push_formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
     told = {"step.planner": "push_formula", "step.duration": 0.6}
     in_place = {"step.reach": "settings", "step.forward_max": 0.001, "step.lateral_min": 0.139, "step.lateral_max": 0.141}
     variants = {"time and place fixed, told of the push (the paper)": {**told, "step.placement": "fixed"},

@@ -13,6 +13,7 @@
 
 #include "problems/library/npz.hpp"
 #include "problems/library/quadratic_program.hpp"
+#include "saltus/core/csv_table.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 
@@ -66,9 +67,7 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
 
 // "file,n,inequalities,equalities,has bounds,cost,active,x[0],x[1],..."
 MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
-  std::istringstream stream(line);
-  std::vector<std::string> field;
-  for (std::string text; std::getline(stream, text, ',');) field.push_back(text);
+  const std::vector<std::string> field = csv_cells(line);
   if (field.size() < 8)
     throw InputError(fmt::format("'{}' has a line that is too short: '{}'",
                                  (data / "expected.csv").string(), line));

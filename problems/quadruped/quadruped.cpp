@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/quadruped/run.hpp"
-#include "saltus/app/csv_table.hpp"
 #include "saltus/app/note_signals.hpp"
 #include "saltus/app/python_script.hpp"
+#include "saltus/core/csv_table.hpp"
 
 namespace saltus::quadruped {
 namespace {

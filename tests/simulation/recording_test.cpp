@@ -8,21 +8,24 @@
 #include <fstream>
 #include <iterator>
 
+#include "saltus/core/csv_table.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/json_object.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/simulation/closed_loop.hpp"
-#include "saltus/simulation/text_table.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 namespace {
 
-TEST(TextTable, ReadsBackExactly) {
-  TextTable table({"t [s]", "a, b", "word"});
+TEST(CsvTable, ReadsBackExactly) {
+  CsvTable table({"t [s]", "a, b", "word"});
   table.number(0.1).number(1.0 / 3.0).word("one, \"two\"").end_row();
   table.number(-0.0).number(std::nan("")).end_row();
   EXPECT_EQ(table.text(),
-            "t [s],\"a, b\",word\n0.1,0.3333333333333333,\"one, \"\"two\"\"\"\n-0,,\n");
+            "t [s],\"a, b\",word\n0.1,0.3333333333333333,\"one, \"\"two\"\"\"\n-0,nan,\n");
+  EXPECT_EQ(csv_cells("0.1,,\"one, \"\"two\"\"\""),
+            (std::vector<std::string>{"0.1", "", "one, \"two\""}));
   EXPECT_THROW(table.number(1).number(2).number(3).number(4), DefinitionError);
   EXPECT_EQ(json_string("a\"b\\\n"), "\"a\\\"b\\\\\\u000a\"");
   EXPECT_EQ(json_number(std::nan("")), "null");

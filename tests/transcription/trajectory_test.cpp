@@ -99,7 +99,7 @@ TEST_F(Course, CsvHasEveryNodeAndTheEventTwice) {
   EXPECT_EQ(lines[10].substr(0, 10), "3,carried,");
   for (const std::string& line : lines)
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 5) << line;
-  // Seventeen digits: read back they are the numbers that were written.
+  // Read back they are the numbers that were written.
   EXPECT_EQ(std::stod(lines[1].substr(9)), 0.5);
 }
 

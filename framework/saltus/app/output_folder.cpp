@@ -61,16 +61,10 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
 }
 
 void OutputFolder::write(std::string_view name, std::string_view content) const {
-  const fs::path file = path_ / name;
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  write_whole(file, content, error);
-  if (!error) {
-    for (const std::string& earlier : std::exchange(earlier_, {}))
-      if (earlier != name) fs::remove(path_ / earlier, error);
-    return;
-  }
-  throw InputError(fmt::format("cannot write '{}': {}", file.string(), error.message()));
+  write_whole(path_ / name, content);
+  std::error_code ignored;
+  for (const std::string& earlier : std::exchange(earlier_, {}))
+    if (earlier != name) fs::remove(path_ / earlier, ignored);
 }
 
 void OutputFolder::write(std::string_view name, const nlohmann::ordered_json& value) const {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/app/csv_table.hpp"
+#include "saltus/core/csv_table.hpp"
 
 namespace saltus {
 

@@ -16,6 +16,7 @@
 #include "saltus/app/json_text.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/version.hpp"
+#include "saltus/core/csv_table.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
@@ -55,19 +56,6 @@ std::string content_of(const fs::path& file) {
   return file_content(file, file.extension() == ".csv" ? longest_table : longest_file);
 }
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  bool is_quoted = false;
-  for (const char c : line) {
-    if (c == '"') is_quoted = !is_quoted;
-    if (c == ',' && !is_quoted)
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  }
-  return cells;
-}
-
 FileComparison compare_tables(const std::string& name, const std::string& before,
                               const std::string& after) {
   std::istringstream one(before), other(after);
@@ -75,7 +63,7 @@ FileComparison compare_tables(const std::string& name, const std::string& before
   std::getline(one, line);
   std::getline(other, other_line);
   if (line != other_line) return {name, false, "has different columns"};
-  const std::vector<std::string> columns = cells_of(line);
+  const std::vector<std::string> columns = csv_cells(line);
   long rows = 0;
   while (true) {
     const bool has_one = !std::getline(one, line).fail();
@@ -85,7 +73,7 @@ FileComparison compare_tables(const std::string& name, const std::string& before
     if (!has_one) break;
     ++rows;
     if (line == other_line) continue;
-    const std::vector<std::string> cells = cells_of(line), other_cells = cells_of(other_line);
+    const std::vector<std::string> cells = csv_cells(line), other_cells = csv_cells(other_line);
     if (cells.size() != columns.size() || other_cells.size() != columns.size())
       return {name, false, fmt::format("has a wrong number of cells in row {}", rows)};
     for (std::size_t i = 0; i < columns.size(); ++i)

@@ -15,6 +15,8 @@
 #include <string>
 #include <system_error>
 
+#include "saltus/core/error.hpp"
+
 namespace saltus {
 
 namespace fs = std::filesystem;
@@ -63,6 +65,13 @@ void write_whole(const fs::path& file, std::string_view content, std::error_code
     fs::rename(temporary, file, error);
   }
   if (error) fs::remove(temporary, ignored);
+}
+
+void write_whole(const fs::path& file, std::string_view content) {
+  std::error_code error;
+  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
+  write_whole(file, content, error);
+  if (error) throw InputError(fmt::format("cannot write '{}': {}", file.string(), error.message()));
 }
 
 void remove_orphans(const fs::path& folder) {

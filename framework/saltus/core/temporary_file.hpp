@@ -20,6 +20,9 @@ bool make_private_file(const std::filesystem::path& file);
 void write_whole(const std::filesystem::path& file, std::string_view content,
                  std::error_code& error);
 
+/// The same, in a folder that is created if it does not exist. Throws InputError naming the file.
+void write_whole(const std::filesystem::path& file, std::string_view content);
+
 /// Removes temporary files of dead processes of this machine from the folder. Files of other
 /// machines on a shared disk remain.
 void remove_orphans(const std::filesystem::path& folder);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/verify/plan_rows.hpp"
+
 namespace saltus {
 namespace {
 
@@ -13,11 +15,18 @@ namespace {
 // much.
 constexpr double late = 20.0 * same_instant;
 
-double outside(double value, const Bounds& b) {
-  return std::isfinite(value) ? std::max({b.lower - value, value - b.upper, 0.0}) : infinity;
-}
-
 }  // namespace
+
+bool is_in_force(const Window& window, const Schedule& schedule, double phase_start, double t) {
+  const auto time_of = [&](const Instant& instant) {
+    if (instant.is_event()) return schedule.time_of(instant.event());
+    return instant.seconds() + (window.clock == Clock::phase ? phase_start : 0.0);
+  };
+  if (window.from && t < time_of(*window.from) - same_instant) return false;
+  if (window.to && t >= time_of(*window.to) - same_instant) return false;
+  return window.modes.empty() ||
+         std::ranges::find(window.modes, schedule.mode_at(t + same_instant)) != window.modes.end();
+}
 
 double MissTolerance::of(const std::string& term, const Bounds& bounds, double nominal) const {
   if (const auto it = of_term.find(term); it != of_term.end()) return it->second;
@@ -52,16 +61,7 @@ VectorXd MissRecord::argument(double t, const VectorXd& state, const VectorXd& i
 }
 
 bool MissRecord::is_in_force(const Window& window, double t) const {
-  const Schedule& schedule = problem_.schedule();
-  const auto time_of = [&](const Instant& instant) {
-    if (instant.is_event()) return schedule.time_of(instant.event());
-    return instant.seconds() + (window.clock == Clock::phase ? (recedes_ ? t : entered_) : 0.0);
-  };
-  if (window.from && t < time_of(*window.from) - same_instant) return false;
-  if (window.to && t >= time_of(*window.to) - same_instant) return false;
-  if (window.modes.empty()) return true;
-  const std::string mode = schedule.mode_at(t + same_instant);
-  return std::find(window.modes.begin(), window.modes.end(), mode) != window.modes.end();
+  return saltus::is_in_force(window, problem_.schedule(), recedes_ ? t : entered_, t);
 }
 
 void MissRecord::judge(const std::string& term, double t, double value, const Bounds& bounds,
@@ -69,7 +69,7 @@ void MissRecord::judge(const std::string& term, double t, double value, const Bo
   const LoopMiss miss{definition().name,
                       term,
                       t,
-                      outside(value, bounds),
+                      beyond(value, bounds),
                       tolerance_.of(term, bounds, nominal),
                       at_end};
   if (!(miss.amount > miss.tolerance)) return;

@@ -12,6 +12,9 @@
 
 namespace saltus {
 
+/// True if the window is open at time t of a phase that begins at `phase_start`, s.
+bool is_in_force(const Window& window, const Schedule& schedule, double phase_start, double t);
+
 /// A violated hard constraint with its largest violation.
 struct LoopMiss {
   std::string phase;       ///< name of the phase

@@ -10,6 +10,8 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/interval_of.hpp"
+#include "saltus/simulation/loop_misses.hpp"
+#include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
 namespace {
@@ -29,10 +31,6 @@ VectorXd given_parameters(const PhaseDefinition& phase) {
     at += block.value.size();
   }
   return p;
-}
-
-double outside(double value, const Bounds& b) {
-  return std::isfinite(value) ? std::max({b.lower - value, value - b.upper, 0.0}) : infinity;
 }
 
 // Keeps the largest miss of each term of each phase.
@@ -227,15 +225,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
 
 // A window limit inside a piece takes effect with the next piece.
 bool PhasedPlant::is_in_force(const Window& window, double t) const {
-  const Schedule& schedule = problem_.schedule();
-  const auto time_of = [&](const Instant& instant) {
-    if (instant.is_event()) return schedule.time_of(instant.event());
-    return instant.seconds() + (window.clock == Clock::phase ? entered_ : 0.0);
-  };
-  if (window.from && t < time_of(*window.from) - same_instant) return false;
-  if (window.to && t >= time_of(*window.to) - same_instant) return false;
-  if (window.modes.empty()) return true;
-  return std::ranges::find(window.modes, schedule.mode_at(t + same_instant)) != window.modes.end();
+  return saltus::is_in_force(window, problem_.schedule(), entered_, t);
 }
 
 void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
@@ -247,7 +237,7 @@ void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
     } else if (!term.soft) {
       const VectorXd value = term.function(z);
       for (int i = 0; i < value.size(); ++i)
-        note(at_ends_, {definition().name, term.name, time(), outside(value[i], term.bounds[i])});
+        note(at_ends_, {definition().name, term.name, time(), beyond(value[i], term.bounds[i])});
     }
   }
 }
@@ -261,12 +251,12 @@ void PhasedPlant::look_on_the_way(const VectorRef& input) {
       continue;
     const VectorXd value = term.function(z);
     for (int i = 0; i < value.size(); ++i)
-      note(on_the_way_, {phase.name, term.name, time(), outside(value[i], term.bounds[i])});
+      note(on_the_way_, {phase.name, term.name, time(), beyond(value[i], term.bounds[i])});
   }
   for (const ComponentBounds& b : phase.state_bounds)
     if (is_in_force(b.window, time()))
       note(on_the_way_, {phase.name, fmt::format("bounds of state {}", b.component), time(),
-                         outside(state_[b.component], b.bounds)});
+                         beyond(state_[b.component], b.bounds)});
 }
 
 void PhasedPlant::begin_phase(const VectorRef& input) {

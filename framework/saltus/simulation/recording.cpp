@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <span>
+#include <utility>
 
-#include "saltus/simulation/text_table.hpp"
+#include "saltus/core/csv_table.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
 
 namespace saltus {
 namespace {
@@ -16,12 +21,8 @@ std::vector<std::string> filled_up(std::vector<std::string> names, const char* l
   return names;
 }
 
-void write_cells(TextTable& table, const VectorXd& values, std::size_t columns) {
-  for (std::size_t i = 0; i < columns; ++i)
-    if (i < static_cast<std::size_t>(values.size()))
-      table.number(values[static_cast<Eigen::Index>(i)]);
-    else
-      table.empty();
+std::span<const double> span_of(const VectorXd& values) {
+  return {values.data(), static_cast<std::size_t>(values.size())};
 }
 
 // Events inside a shooting interval of a phase with events. `mode` is the mode at its start; -1:
@@ -79,24 +80,48 @@ std::string Recording::trajectory_csv() const {
   if (has_modes) columns.emplace_back("mode");
   columns.insert(columns.end(), states.begin(), states.end());
   columns.insert(columns.end(), inputs.begin(), inputs.end());
-  TextTable table(columns);
+  CsvTable table(columns);
   for (const Sample& s : samples) {
     table.number(s.time);
     if (has_modes) table.word(s.mode);
-    write_cells(table, s.state, nx);
-    write_cells(table, s.input, nu);
-    table.end_row();
+    table.numbers(span_of(s.state), nx).numbers(span_of(s.input), nu).end_row();
   }
   return table.text();
 }
 
 std::string Recording::events_csv() const {
-  TextTable table({"t [s]", "event", "kind", "mode before", "mode after"});
+  CsvTable table({"t [s]", "event", "kind", "mode before", "mode after"});
   for (const HybridEvent& e : events) {
     table.number(e.time).word(e.name).word(describe(e.kind)).word(e.mode_before);
     table.word(e.mode_after).end_row();
   }
   return table.text();
+}
+
+void Recording::write(const std::string& path) const {
+  const std::filesystem::path folder(path);
+  write_whole(folder / "trajectory.csv", trajectory_csv());
+  write_whole(folder / "events.csv", events_csv());
+}
+
+void save(const OptimalControlProblem& problem, const Trajectory& plan, const std::string& folder,
+          std::vector<std::string> state_names, std::vector<std::string> input_names) {
+  Recording recording = record(problem, plan);
+  const auto check = [](const char* what, const auto& names, std::size_t columns) {
+    if (!names.empty() && names.size() != columns)
+      throw DefinitionError(fmt::format("save: {} names of {} were given, but the plan has {} {}",
+                                        names.size(), what, columns, what));
+  };
+  check("states", state_names, recording.state_columns().size());
+  check("inputs", input_names, recording.input_columns().size());
+  recording.state_names = std::move(state_names);
+  recording.input_names = std::move(input_names);
+  recording.write(folder);
+}
+
+void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
+          std::vector<std::string> state_names, std::vector<std::string> input_names) {
+  save(problem, plan.trajectory, folder, std::move(state_names), std::move(input_names));
 }
 
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,

@@ -7,6 +7,7 @@
 
 #include "saltus/model/event_integrator.hpp"
 #include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/solution.hpp"
 #include "saltus/transcription/trajectory.hpp"
 
 namespace saltus {
@@ -34,11 +35,25 @@ struct Recording {
   std::string trajectory_csv() const;
   /// "t [s]", event, kind, and the modes before and after it.
   std::string events_csv() const;
+  /// Writes trajectory.csv and events.csv into the folder, which it creates. Throws InputError
+  /// naming the file that cannot be written.
+  void write(const std::string& folder) const;
 };
 
 /// Samples a plan. Its modes are the phases, and inside a phase those of its automaton or schedule.
 /// Its events are the ends of phases and the events inside them.
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
                  int samples_per_interval = 8);
+
+/// Writes trajectory.csv and events.csv of a plan, which `saltus plot FOLDER` draws. Creates the
+/// folder. Names are as in a Recording, one per column, or none. Throws DefinitionError if their
+/// number is wrong, and InputError naming the file that cannot be written.
+///
+///     save(problem, plan, "swing_up", {"angle [rad]", "rate [rad/s]"}, {"torque [Nm]"});
+void save(const OptimalControlProblem& problem, const Trajectory& plan, const std::string& folder,
+          std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
+/// The same for a solution.
+void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
+          std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
 
 }  // namespace saltus

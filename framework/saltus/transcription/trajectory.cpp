@@ -1,7 +1,6 @@
 #include "saltus/transcription/trajectory.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "saltus/core/csv_table.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -164,17 +164,12 @@ void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
     if (const AlgebraicPart& algebraic = phase.integrator->problem().algebraic)
       nz = std::max(nz, algebraic.equations->count());
   }
-  fmt::print(out, "t,phase");
-  for (int i = 0; i < nx; ++i) fmt::print(out, ",x{}", i);
-  for (int i = 0; i < nu; ++i) fmt::print(out, ",u{}", i);
-  for (int i = 0; i < nz; ++i) fmt::print(out, ",z{}", i);
-  fmt::print(out, "\n");
-  const auto print = [&](const VectorXd& v, int columns) {
-    for (int i = 0; i < columns; ++i)
-      if (i < v.size())
-        fmt::print(out, ",{:.17g}", v[i]);
-      else
-        fmt::print(out, ",");
+  std::vector<std::string> columns{"t", "phase"};
+  for (const auto& [letter, count] : {std::pair{"x", nx}, {"u", nu}, {"z", nz}})
+    for (int i = 0; i < count; ++i) columns.push_back(fmt::format("{}{}", letter, i));
+  CsvTable table(columns);
+  const auto add = [&](const VectorXd& v, int count) {
+    table.numbers({v.data(), static_cast<std::size_t>(v.size())}, count);
   };
   const int samples = std::max(1, samples_per_interval);
   for (std::size_t k = 0; k < pieces_.size(); ++k) {
@@ -182,13 +177,14 @@ void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
     const bool closes = k + 1 == pieces_.size() || pieces_[k + 1].phase != piece.phase;
     for (int s = 0; s < samples + (closes ? 1 : 0); ++s) {
       const double t = s == samples ? piece.end() : piece.start + piece.length * s / samples;
-      fmt::print(out, "{:.17g},{}", t, phases_[piece.phase].name);
-      print(state_in(piece, t), nx);
-      print(input_in(piece, t), nu);
-      print(algebraic_in(piece, t), nz);
-      fmt::print(out, "\n");
+      table.number(t).word(phases_[piece.phase].name);
+      add(state_in(piece, t), nx);
+      add(input_in(piece, t), nu);
+      add(algebraic_in(piece, t), nz);
+      table.end_row();
     }
   }
+  out << table.text();
 }
 
 }  // namespace saltus

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "saltus/app/csv_table.hpp"
+#include "saltus/core/csv_table.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 #include "saltus/robots/walking/verdict.hpp"
 
