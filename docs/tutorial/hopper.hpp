@@ -3,8 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <saltus/saltus.hpp>
 #include <string>
 
@@ -59,14 +57,3 @@ inline Phase<2, 0> flight(const std::string& name) {
 
 inline const std::vector<std::string> state_names{"height [m]", "speed [m/s]"};
 inline const std::vector<std::string> input_names{"force [N]"};
-
-// Writes tables for `saltus plot`: FOLDER/trajectory.csv and events.csv.
-inline void write(const OptimalControlProblem& problem, const Trajectory& plan,
-                  const std::string& folder) {
-  Recording recording = record(problem, plan);
-  recording.state_names = state_names;
-  recording.input_names = input_names;
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder + "/trajectory.csv") << recording.trajectory_csv();
-  std::ofstream(folder + "/events.csv") << recording.events_csv();
-}

@@ -12,6 +12,6 @@ int main() {
   std::printf("%s\n", plan.message.c_str());
   std::printf("force: %.1f N at the start, %.1f N at the end; weight: %.1f N\n",
               plan.trajectory.input(0.0)[0], plan.trajectory.input(0.499)[0], mass * gravity);
-  write(problem, plan.trajectory, "step_1");
+  save(problem, plan, "step_1", state_names, input_names);
   return plan.ok() ? 0 : 1;
 }

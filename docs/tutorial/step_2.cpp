@@ -15,6 +15,6 @@ int main() {
   std::printf("lift-off after %.4f s\n", plan.durations[0]);
   for (const GuardCrossing& crossing : plan.crossings)
     std::printf("'%s' at %.3f m/s\n", crossing.event.c_str(), crossing.rate);
-  write(problem, plan.trajectory, "step_2");
+  save(problem, plan, "step_2", state_names, input_names);
   return plan.ok() ? 0 : 1;
 }

@@ -16,6 +16,6 @@ int main() {
   std::printf("%s\n", plan.message.c_str());
   std::printf("lift-off after %.4f s, apex after %.4f s\n", plan.durations[0],
               plan.durations[0] + plan.durations[1]);
-  write(problem, plan.trajectory, "step_3");
+  save(problem, plan, "step_3", state_names, input_names);
   return plan.ok() ? 0 : 1;
 }

@@ -19,6 +19,6 @@ int main() {
   std::printf("%s\n", plan.message.c_str());
   std::printf("push off %.4f s, fly %.4f s, land %.4f s\n", plan.durations[0], plan.durations[1],
               plan.durations[2]);
-  write(problem, plan.trajectory, "step_4");
+  save(problem, plan, "step_4", state_names, input_names);
   return plan.ok() ? 0 : 1;
 }

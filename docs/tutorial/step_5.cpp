@@ -17,6 +17,6 @@ int main() {
   std::printf("%s\n", plan.message.c_str());
   std::printf("lands with %.4f m/s; on the ground %.4f s, in the air %.4f s\n",
               plan.trajectory.state(0.0)[1], plan.durations[0], plan.durations[1]);
-  write(problem, plan.trajectory, "step_5");
+  save(problem, plan, "step_5", state_names, input_names);
   return plan.ok() ? 0 : 1;
 }

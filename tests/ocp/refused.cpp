@@ -7,12 +7,6 @@
 #include "saltus/ocp/link.hpp"
 #include "saltus/ocp/phase.hpp"
 #include "saltus/simulation/integrator_plant.hpp"
-#if defined(CASE_shooting_options) || defined(CASE_plant_without_phases)
-#include "saltus/simulation/closed_loop.hpp"
-#include "saltus/solve/solve.hpp"
-#include "saltus/transcription/multiple_shooting.hpp"
-#endif
-
 using namespace saltus;
 
 struct Cart {
@@ -153,13 +147,6 @@ void define() {
   automaton.event("event", "one", "two", both, Crossing::rising);
 #elif defined(CASE_rows_of_plant)
   make_plant<2, 1>(Rows<1>{}, {}, VectorXd::Zero(2));
-#elif defined(CASE_shooting_options)
-  const ShootingOptions grid{.intervals_per_phase = 60};
-  solve(OptimalControlProblem("options"), grid);
-#elif defined(CASE_plant_without_phases)
-  extern ShrinkingHorizonController& controller;
-  extern IntegratorPlant& plant;
-  simulate_closed_loop(controller, plant, {.duration = 1.0});
 #else
   // What is allowed beside: every kind of number, and choices between a number and a scalar.
   phase.keep(

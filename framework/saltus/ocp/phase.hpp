@@ -185,8 +185,16 @@ class Phase {
   template <class F>
   Phase& begin_with(std::string name, F formula, Bounds bounds,
                     std::optional<Penalty> penalty = std::nullopt) {
+    return begin_with(std::move(name), std::move(formula), std::vector<Bounds>{bounds},
+                      std::move(penalty));
+  }
+  /// The same with bounds per row.
+  template <class F>
+  Phase& begin_with(std::string name, F formula, std::vector<Bounds> bounds,
+                    std::optional<Penalty> penalty = std::nullopt) {
     add_constraint(d_, std::move(name), TermDomain::phase_start,
-                   erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
+                   erased("term", name, std::move(formula)), std::move(bounds), {},
+                   std::move(penalty));
     return *this;
   }
   /// Limits the integral of the scalar formula, evaluated at the end of the phase. The same name in
@@ -231,6 +239,15 @@ class Phase {
              {});
     return *this;
   }
+  /// The scalar formula once, where the phase begins (after the jump).
+  template <class F>
+  Phase& minimise_at_start(std::string name, F formula) {
+    static_assert(returns_rows<F, 1>,
+                  "a cost must return a scalar; track_at_start() takes a vector and squares it");
+    add_cost(d_, std::move(name), TermDomain::phase_start, erased("term", name, std::move(formula)),
+             {});
+    return *this;
+  }
   /// Adds the integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
   /// CostRule applies as in minimise().
   template <class F>
@@ -246,6 +263,14 @@ class Phase {
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
     add_least_squares(d_, std::move(name), TermDomain::phase_end,
+                      erased("term", name, std::move(residual)), weights, {}, std::move(reference));
+    return *this;
+  }
+  /// 1/2 |residual - reference|^2_W once, where the phase begins (after the jump).
+  template <class F>
+  Phase& track_at_start(std::string name, F residual, const VectorXd& weights,
+                        Reference reference = {}) {
+    add_least_squares(d_, std::move(name), TermDomain::phase_start,
                       erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }

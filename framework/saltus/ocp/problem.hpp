@@ -76,6 +76,18 @@ class OptimalControlProblem {
         make_link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...));
   }
 
+  /// Adds weight/2 |formula|^2 to the cost, where the formula takes the ends as that of link()
+  /// does. It is a link to zero with a quadratic penalty, whose weight set_penalty_weight(name,
+  /// ...) sets.
+  ///
+  ///     ocp.track_link("equal steps", [](const auto& a, const auto& b) {
+  ///       return a.duration - b.duration; }, 10.0, end_of(first), end_of(second));
+  template <class F, class... Ends>
+  OptimalControlProblem& track_link(std::string name, F formula, double weight, Ends... ends) {
+    Limits limits(exactly(0.0), soft(name, weight, Penalty::L2));
+    return link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...);
+  }
+
   /// Sets the events and modes to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
   /// Sets the rule for running costs. Default: the integral.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "saltus/core/describe_exception.hpp"
@@ -29,6 +30,7 @@ struct ControlCalls {
   std::function<void(double t)> prepare = {};  ///< what can be done ahead of the measurement
   std::function<double()> end = {};            ///< when the motion will be over, s
   MissRecord* misses = nullptr;                ///< follows the motion, if there is a problem
+  std::function<bool(const HybridEvent&)> ends_phase = {};  ///< empty: every event does
 };
 
 // Of a period: with less time left to the end no tick is made. Its inputs could not make up for
@@ -262,7 +264,8 @@ class Loop {
       }
       if (misses != nullptr) {
         misses->look(event.time, event.before, command);
-        misses->end_phase(event, command);
+        if (!controller_.ends_phase || controller_.ends_phase(event))
+          misses->end_phase(event, command);
       }
       if (options_.on_event) options_.on_event(event);
       if (options_.record) log_.recording.events.push_back(std::move(event));
@@ -368,8 +371,125 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
   return log;
 }
 
-LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
-                             const LoopOptions& options) {
+namespace {
+
+// A plant of the user's own, followed through the phases of the controller's problem.
+class FollowedPlant final : public LoopPlant {
+ public:
+  FollowedPlant(ShrinkingHorizonController& controller, LoopPlant& plant)
+      : controller_(controller),
+        plant_(plant),
+        ends_(controller.whole().phases().size(), infinity),
+        phase_(controller.phase()),
+        entered_(controller.entered_at()) {}
+
+  double time() const override { return plant_.time() + idle_; }
+  VectorXd state() const override { return plant_.state(); }
+  int inputs() const override { return plant_.inputs(); }
+  std::string failure() const override { return failure_.empty() ? plant_.failure() : failure_; }
+  std::string mode() const override {
+    const std::string own = plant_.mode();
+    return own.empty() ? definition().name : own;
+  }
+  std::vector<HybridEvent> take_events() override { return std::exchange(events_, {}); }
+  void disturb(const VectorRef& change) override { plant_.disturb(change); }
+  std::string name() const override { return plant_.name(); }
+
+  int phase() const { return phase_; }
+  int phases() const { return static_cast<int>(ends_.size()); }
+  double entered_at() const { return entered_; }
+  void end_phase_at(int phase, double t) { ends_[phase] = t; }
+  double end() const { return phase_ + 1 == phases() ? planned_end() : infinity; }
+  bool is_over() const { return over_since_.has_value(); }
+  double over_since() const { return *over_since_; }
+  bool is_end_of_phase(const HybridEvent& event) const {
+    return std::ranges::any_of(phase_ends_, [&](const auto& end) {
+      return end.first == event.time && end.second == event.name;
+    });
+  }
+
+  bool advance(const VectorRef& input, double length) override {
+    const double until = time() + length;
+    while (!is_over() && time() < until) {
+      const double stop = std::min(until, std::max(time(), planned_end()));
+      const bool was_inside = has_guard() && guard() < 0.0;
+      VectorXd fitted = VectorXd::Zero(inputs());  // a phase may begin within a piece
+      const Eigen::Index common = std::min(fitted.size(), input.size());
+      fitted.head(common) = input.head(common);
+      if (stop > time() && !plant_.advance(fitted, stop - time())) return false;
+      HybridEvent end;
+      end.time = time();
+      end.name = "switch";
+      end.before = state();
+      bool ends = !has_guard() && time() >= planned_end() - same_instant;
+      for (HybridEvent& event : plant_.take_events()) {
+        const bool is_guard = has_guard() && event.name == definition().end_guards.front().event;
+        if (is_guard && !ends) {
+          ends = true;
+          end = std::move(event);
+        } else {
+          events_.push_back(std::move(event));
+        }
+      }
+      if (!ends && was_inside && guard() >= 0.0) {
+        ends = true;
+        end.name = definition().end_guards.front().event;
+      }
+      if (ends && !end_phase(std::move(end))) return false;
+    }
+    if (time() < until) idle_ += until - time();  // the motion is over before the tick is
+    return true;
+  }
+
+ private:
+  const PhaseDefinition& definition() const { return controller_.whole().phases()[phase_]; }
+  bool has_guard() const { return !definition().end_guards.empty(); }
+  double planned_end() const { return has_guard() ? infinity : ends_[phase_]; }
+  double guard() const {  // negative inside the phase; it reads no input
+    const EndGuard& g = definition().end_guards.front();
+    VectorXd z(definition().sizes.size());
+    z << time(), state(), VectorXd::Zero(definition().sizes.nu), controller_.parameters_of(phase_);
+    return crossing_sign(g.crossing) * g.guard(z)[0];
+  }
+  bool end_phase(HybridEvent event) {
+    event.mode_before = event.mode_after = definition().name;
+    if (phase_ + 1 == phases()) {
+      over_since_ = event.time;
+      if (!has_guard()) event.name = "end";
+    } else {
+      plant_.enter_phase(++phase_);
+      entered_ = event.time;
+      event.mode_after = definition().name;
+      const Arguments& sizes = definition().sizes;
+      if (sizes.nx != state().size() || sizes.nu != inputs())
+        failure_ = fmt::format(
+            "the plant has {} states and {} inputs at t = {:.6g} s, where phase '{}' of the "
+            "controller begins, which has {} and {}: change them in enter_phase()",
+            state().size(), inputs(), time(), definition().name, sizes.nx, sizes.nu);
+    }
+    event.after = state();
+    phase_ends_.emplace_back(event.time, event.name);
+    events_.push_back(std::move(event));
+    return failure_.empty();
+  }
+
+  ShrinkingHorizonController& controller_;
+  LoopPlant& plant_;
+  std::vector<double> ends_;  // planned, s
+  int phase_;
+  double entered_;     // s
+  double idle_ = 0.0;  // s, since the motion is over
+  std::optional<double> over_since_;
+  std::string failure_;
+  std::vector<HybridEvent> events_;
+  std::vector<std::pair<double, std::string>> phase_ends_;
+};
+
+// `plant` knows the phase that it is in.
+template <class Plant>
+LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
+                      const LoopOptions& options,
+                      std::function<bool(const HybridEvent&)> ends_phase) {
   expect_fit(controller.definition(), plant);
   const ControlTick* last = nullptr;
   std::vector<UnmetTick> unmet;
@@ -396,10 +516,16 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
       controller.whole(), options.tolerance,
       [&](int phase) { return controller.parameters_of(phase); }, false);
   const auto end = [&] { return plant.end(); };
-  LoopLog log =
-      Loop({controller.solver_name(), controller.period(), answer, plan, {}, end, &misses}, plant,
-           until_over)
-          .run();
+  LoopLog log = Loop({controller.solver_name(),
+                      controller.period(),
+                      answer,
+                      plan,
+                      {},
+                      end,
+                      &misses,
+                      std::move(ends_phase)},
+                     plant, until_over)
+                    .run();
   log.unmet = std::move(unmet);
   log.reached_end = plant.is_over() || asked_to_end;
   if (log.completed && plant.is_over())
@@ -411,6 +537,23 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
         plant.time());
   tell_misses(log);
   return log;
+}
+
+}  // namespace
+
+LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
+                             const LoopOptions& options) {
+  return run_shrinking(controller, plant, options, {});
+}
+
+LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, LoopPlant& plant,
+                             const LoopOptions& options) {
+  if (auto* const phased = dynamic_cast<PhasedPlant*>(&plant))
+    return simulate_closed_loop(controller, *phased, options);
+  FollowedPlant followed(controller, plant);
+  return run_shrinking(controller, followed, options, [&followed](const HybridEvent& event) {
+    return followed.is_end_of_phase(event);
+  });
 }
 
 LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,

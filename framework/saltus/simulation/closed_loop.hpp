@@ -75,15 +75,12 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
 /// period before the end is skipped.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
-/// Gives a clear compiler error for a plant without phases.
-template <std::derived_from<LoopPlant> Plant>
-  requires(!std::derived_from<Plant, PhasedPlant>)
-LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOptions&) {
-  static_assert(std::derived_from<Plant, PhasedPlant>,
-                "a ShrinkingHorizonController needs a PhasedPlant, which knows the phases of the "
-                "problem; a LoopPlant of your own goes with a RecedingHorizonController");
-  return {};
-}
+/// The same for a plant that knows nothing of phases. A phase ends when the plan says so. If it has
+/// a guard, it ends with an event of the guard's name (LoopPlant::take_events()), or at the end of
+/// the sample in which the guard of the problem changes its sign. LoopPlant::enter_phase() is
+/// called then. A plant whose state or input has another size than the phase ends the run.
+LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, LoopPlant& plant,
+                             const LoopOptions& options);
 /// The same for a controller of the user's own. Its problem is not known, so nothing is judged.
 LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,
                              const LoopOptions& options);

@@ -11,6 +11,7 @@
 #include "saltus/core/csv_table.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/temporary_file.hpp"
+#include "saltus/transcription/solution.hpp"
 
 namespace saltus {
 namespace {

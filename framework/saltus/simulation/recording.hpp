@@ -7,10 +7,11 @@
 
 #include "saltus/model/event_integrator.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/transcription/solution.hpp"
 #include "saltus/transcription/trajectory.hpp"
 
 namespace saltus {
+
+struct Solution;
 
 /// Values at one instant.
 struct Sample {

@@ -34,18 +34,20 @@ struct SolveOptions {
   std::optional<Trajectory> guess = {};
   /// Receives every iteration and can end the solve: solver/observer.hpp.
   SolveObserver observer = {};
+
+  /// The grid and the integrator alone, for MultipleShooting(problem, options).
+  operator ShootingOptions() const;  // NOLINT(google-explicit-constructor)
 };
 
 /// A solve that does not converge returns its status and message (Solution) without throwing.
 /// Throws DefinitionError for invalid problems or options.
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options = {});
-/// Gives a clear compiler error for options of the wrong type.
+/// The same on the grid of a MultipleShooting. Without an integrator that of SolveOptions is taken.
+Solution solve_on(const OptimalControlProblem& problem, const ShootingOptions& grid);
+/// The same. A template, so that braces mean SolveOptions.
 template <std::same_as<ShootingOptions> Options>
-Solution solve(const OptimalControlProblem& problem, const Options&) {
-  static_assert(!std::same_as<Options, ShootingOptions>,
-                "solve(problem, options) takes SolveOptions; ShootingOptions are those of "
-                "MultipleShooting(problem, options)");
-  return solve(problem);
+Solution solve(const OptimalControlProblem& problem, const Options& grid) {
+  return solve_on(problem, grid);
 }
 
 }  // namespace saltus
