@@ -182,7 +182,7 @@ TEST(FirstHour, AnEndIsReachedWithAPlantOfOnesOwn) {
   const LoopLog log = simulate_closed_loop(controller, plant, options);
   EXPECT_TRUE(log.ok()) << log.message;
   EXPECT_NEAR(plant.state()[0], 1.0, 1e-4);
-  // As with the plant that knows the phases.
+  // The result equals that of the plant that knows the phases.
   ShrinkingHorizonController same = controller_of(problem, 0.04);
   PhasedPlant phased(problem, runge_kutta4());
   const LoopLog reference = simulate_closed_loop(same, phased, options);
@@ -197,7 +197,7 @@ TEST(FirstHour, AnEndIsReachedWithAPlantOfOnesOwn) {
   }
 }
 
-// Bounces by itself, and reports that, or only when it is told that the phase has changed.
+// A ball that bounces by itself and reports the event, or that bounces in enter_phase().
 class BouncingBall final : public LoopPlant {
  public:
   explicit BouncingBall(bool reports) : reports_(reports) {}

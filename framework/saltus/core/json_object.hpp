@@ -27,9 +27,9 @@ class JsonObject {
   /// A value that is JSON already.
   JsonObject& raw(std::string_view key, std::string_view json);
 
-  /// In one line.
+  /// The object in one line.
   std::string str() const { return "{" + joined(", ") + "}"; }
-  /// With a line for each member, and a line break at the end.
+  /// The object with one line per member and a line break at the end.
   std::string lines() const { return "{\n  " + joined(",\n  ") + "\n}\n"; }
 
  private:

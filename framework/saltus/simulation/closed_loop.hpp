@@ -75,10 +75,10 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
 /// period before the end is skipped.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
-/// The same for a plant that knows nothing of phases. A phase ends when the plan says so. If it has
-/// a guard, it ends with an event of the guard's name (LoopPlant::take_events()), or at the end of
-/// the sample in which the guard of the problem changes its sign. LoopPlant::enter_phase() is
-/// called then. A plant whose state or input has another size than the phase ends the run.
+/// The same for a plant without phases. The plan determines the end of a phase, unless the phase
+/// has a guard. Then it ends with an event of the guard's name (LoopPlant::take_events()), or at
+/// the end of the sample in which the guard changes its sign. Each new phase calls
+/// LoopPlant::enter_phase(). A plant whose state or input does not fit the new phase ends the run.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
 /// The same for a controller of the user's own. Its problem is not known, so nothing is judged.

@@ -28,8 +28,8 @@ class LoopPlant {
   virtual std::string mode() const { return {}; }
   /// Events since the last call, in order of time.
   virtual std::vector<HybridEvent> take_events() { return {}; }
-  /// The controller's problem goes on to this phase now, by its plan or its guard: the moment for a
-  /// jump that the plant does not make by itself. Called for a ShrinkingHorizonController only.
+  /// Called when the problem of a ShrinkingHorizonController enters this phase. Make the jump of
+  /// the state here if the plant does not make it by itself.
   virtual void enter_phase(int /*phase*/) {}
   /// Adds `change` (nx) to the state. Throws DefinitionError if the plant does not support it.
   virtual void disturb(const VectorRef& change);
