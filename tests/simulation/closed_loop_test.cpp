@@ -471,7 +471,7 @@ TEST(ClosedLoop, DrivesWithAControllerOfTheUsersOwn) {
   EXPECT_EQ(log.ticks.size(), 10u);
   // Every two ticks the state is multiplied by 1 - 2 step.
   EXPECT_NEAR(log.final_state()[0], std::pow(1.0 - 2.0 * step, 5), 1e-12);
-  // Without an end of its own, and without a record.
+  // The duration is infinite and nothing is recorded.
   LoopOptions options{.duration = infinity, .record = false};
   EXPECT_THROW(simulate_closed_loop(silent, again, options), DefinitionError);
   options.until = [](double t, const VectorRef&) { return t > 1.0 - 0.5 * step; };
