@@ -44,8 +44,10 @@ JsonObject& JsonObject::raw(std::string_view key, std::string_view json) {
   return *this;
 }
 
-std::string JsonObject::joined(std::string_view separator) const {
-  return fmt::format("{}", fmt::join(members_, separator));
+std::string JsonObject::str() const { return fmt::format("{{{}}}", fmt::join(members_, ", ")); }
+
+std::string JsonObject::lines() const {
+  return fmt::format("{{\n  {}\n}}\n", fmt::join(members_, ",\n  "));
 }
 
 }  // namespace saltus

@@ -28,22 +28,24 @@ class JsonObject {
   JsonObject& raw(std::string_view key, std::string_view json);
 
   /// The object in one line.
-  std::string str() const { return "{" + joined(", ") + "}"; }
+  std::string str() const;
   /// The object with one line per member and a line break at the end.
-  std::string lines() const { return "{\n  " + joined(",\n  ") + "\n}\n"; }
+  std::string lines() const;
 
  private:
-  std::string joined(std::string_view separator) const;
-
   std::vector<std::string> members_;
 };
 
 /// A list of what `to_json` makes of each item.
 template <class Items, class ToJson>
 std::string json_list(const Items& items, const ToJson& to_json) {
-  std::string list;
-  for (const auto& item : items) list += (list.empty() ? "" : ", ") + to_json(item);
-  return "[" + list + "]";
+  std::string list = "[";
+  for (const auto& item : items) {
+    if (list.size() > 1) list += ", ";
+    list += to_json(item);
+  }
+  list += ']';
+  return list;
 }
 
 }  // namespace saltus
