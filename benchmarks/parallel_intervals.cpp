@@ -14,7 +14,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace {
@@ -72,7 +72,7 @@ int run(const std::string& name, int intervals, int threads) {
       fastest_alone / fastest_together, is_same ? "the same bits" : "OTHER BITS");
 
   const auto solve_with = [&](MultipleShooting& shooting) {
-    const auto solver = make_sqp({.qp = riccati_qp()});
+    const auto solver = make_native_solver({.qp = riccati_qp()});
     return solver->solve(shooting.nlp(), shooting.initial_guess(), false);
   };
   const NlpResult one = solve_with(alone), several = solve_with(together);

@@ -36,8 +36,8 @@ int main() {
     const char* name;
     std::shared_ptr<Solver> solver;
   };
-  const Named solvers[] = {{"SQP, sparse", make_sqp({.qp = sparse_qp()})},
-                           {"SQP, Riccati", make_sqp({.qp = riccati_qp()})},
+  const Named solvers[] = {{"SQP, sparse", make_native_solver({.qp = sparse_qp()})},
+                           {"SQP, Riccati", make_native_solver({.qp = riccati_qp()})},
                            {"Ipopt", make_ipopt()}};
   std::printf("%-14s %14s %10s %9s %10s\n", "solver", "cost", "iterations", "time", "KKT");
   std::ofstream table("all_solvers.csv");

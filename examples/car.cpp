@@ -57,7 +57,7 @@ int main() {
   // A second solve with other data; the program is built once.
   MultipleShooting shooting{car, {.intervals_per_phase = 30, .integrator = runge_kutta4()}};
   shooting.set_data("road", Road<double>{.slope = 0.05, .headwind = 5.0});
-  const Solution uphill = solve(shooting, *make_sqp());
+  const Solution uphill = solve(shooting, *make_native_solver());
   std::printf("uphill, against the wind: %.3f s, shift after %.3f s\n", uphill.cost,
               uphill.durations[0]);
   return plan.ok() && uphill.ok() ? 0 : 1;

@@ -36,7 +36,7 @@ int main() {
 
   MultipleShooting shooting{problem,
                             {.intervals_per_phase = 20, .integrator = runge_kutta4({.steps = 10})}};
-  const std::unique_ptr<Solver> solver = make_sqp({.qp = riccati_qp()});
+  const std::unique_ptr<Solver> solver = make_native_solver({.qp = riccati_qp()});
   const Solution plan = solve(shooting, *solver);
   std::printf("%s\ncost %.2f, first force %.2f N\n", plan.message.c_str(), plan.cost,
               plan.trajectory.input(0.0)[0]);

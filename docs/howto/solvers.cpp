@@ -7,8 +7,8 @@ int main() {
   MultipleShooting shooting{ride(), {.intervals_per_phase = 40, .integrator = runge_kutta4()}};
 
   const std::shared_ptr<Solver> solvers[] = {
-      make_sqp(),                                          // sparse factorisation
-      make_sqp({.tolerance = 1e-10, .qp = riccati_qp()}),  // stage by stage
+      make_native_solver(),                                          // sparse factorisation
+      make_native_solver({.tolerance = 1e-10, .qp = riccati_qp()}),  // stage by stage
       make_ipopt({.tolerance = 1e-9}),
   };
   bool is_good = true;

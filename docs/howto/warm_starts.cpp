@@ -3,7 +3,7 @@
 
 int main() {
   MultipleShooting shooting{ride(), {.intervals_per_phase = 40, .integrator = runge_kutta4()}};
-  const std::unique_ptr<Solver> solver = make_sqp();
+  const std::unique_ptr<Solver> solver = make_native_solver();
   const Solution first = solve(shooting, *solver);
 
   shooting.start_at(0.0, VectorXd{{0.1, 0.2}});  // the new start

@@ -35,6 +35,20 @@ set(SALTUS_INCLUDE_ROOTS ${PROJECT_SOURCE_DIR}/framework ${PROJECT_SOURCE_DIR}/i
                          ${PROJECT_SOURCE_DIR}/robots)
 target_include_directories(saltus_usage INTERFACE "$<BUILD_INTERFACE:${SALTUS_INCLUDE_ROOTS}>"
                                                   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+# Headers at the old paths of moved ones (moved_headers.txt), for projects that contain Saltus.
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/framework/cmake/moved_headers.txt)
+file(STRINGS ${PROJECT_SOURCE_DIR}/framework/cmake/moved_headers.txt SALTUS_MOVED_HEADERS REGEX "^[a-z]")
+set(SALTUS_MOVED_HEADERS_DIR ${PROJECT_BINARY_DIR}/moved_headers)
+foreach(line ${SALTUS_MOVED_HEADERS})
+  string(REGEX MATCH "^[a-z]+ ([^ ]+) ([^ ]+)$" line "${line}")
+  set(old ${CMAKE_MATCH_1})
+  set(new ${CMAKE_MATCH_2})
+  file(CONFIGURE OUTPUT ${SALTUS_MOVED_HEADERS_DIR}/saltus/${old} @ONLY
+       CONTENT "// Moved: include <saltus/@new@>. This header is removed in 0.4.\n#pragma once\n#include <saltus/@new@>\n")
+endforeach()
+if(NOT PROJECT_IS_TOP_LEVEL)
+  target_include_directories(saltus_usage INTERFACE "$<BUILD_INTERFACE:${SALTUS_MOVED_HEADERS_DIR}>")
+endif()
 # Packaged libraries (DART) are built for 16-byte alignment. The same limit everywhere keeps the
 # layout of Eigen types compatible for every -march.
 target_compile_definitions(saltus_usage INTERFACE EIGEN_MAX_ALIGN_BYTES=16)

@@ -21,7 +21,7 @@
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/qp/sparse_solver.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::library {
@@ -75,7 +75,7 @@ OptimalControlProblem walk(int steps, double capture_point, const StepLimits& li
 double is_feasible(int steps, double capture_point) {
   MultipleShooting shooting(walk(steps, capture_point, flat_foot),
                             {.intervals_per_phase = 2, .integrator = zero_order_hold()});
-  const auto solver = make_sqp({.tolerance = 1e-9});
+  const auto solver = make_native_solver({.tolerance = 1e-9});
   const Solution solution = solve(shooting, *solver);
   if (solution.status == SolveStatus::optimal) return 1.0;
   return solution.status == SolveStatus::infeasible ? 0.0 : std::nan("");
@@ -136,7 +136,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
   const double far = capturability_margin(3, flat_foot, pendulum_frequency(height)) - margin;
   const OptimalControlProblem problem = walk(3, far, flat_foot);
   MultipleShooting shooting(problem, {.intervals_per_phase = 2, .integrator = used});
-  const auto solver = make_sqp({.tolerance = 1e-9});
+  const auto solver = make_native_solver({.tolerance = 1e-9});
   const Solution solution = solve(shooting, *solver);
   Motion motion;
   motion.recording = record(problem, solution.trajectory, 20);

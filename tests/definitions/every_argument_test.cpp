@@ -18,7 +18,7 @@
 #include "saltus/ocp/phase.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::test {
@@ -306,16 +306,17 @@ struct Way {
 const std::vector<Way>& ways() {
   static const std::vector<Way> all{
       // The slow one first: all others are compared with it.
-      {"sparse, nonlinear", true, false, [] { return make_sqp({.tolerance = 1e-9}); }},
+      {"sparse, nonlinear", true, false, [] { return make_native_solver({.tolerance = 1e-9}); }},
       {"Ipopt, nonlinear", true, false, [] { return make_ipopt({.tolerance = 1e-9}); }},
       {"riccati, nonlinear", true, false,
-       [] { return make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}); }},
-      {"sparse", false, false, [] { return make_sqp({.tolerance = 1e-9}); }},
-      {"riccati", false, false, [] { return make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}); }},
+       [] { return make_native_solver({.tolerance = 1e-9, .qp = riccati_qp()}); }},
+      {"sparse", false, false, [] { return make_native_solver({.tolerance = 1e-9}); }},
+      {"riccati", false, false,
+       [] { return make_native_solver({.tolerance = 1e-9, .qp = riccati_qp()}); }},
       {"Ipopt", false, false, [] { return make_ipopt({.tolerance = 1e-9}); }},
-      {"sparse, exact hold", false, true, [] { return make_sqp({.tolerance = 1e-9}); }},
+      {"sparse, exact hold", false, true, [] { return make_native_solver({.tolerance = 1e-9}); }},
       {"riccati, exact hold", false, true,
-       [] { return make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}); }}};
+       [] { return make_native_solver({.tolerance = 1e-9, .qp = riccati_qp()}); }}};
   return all;
 }
 

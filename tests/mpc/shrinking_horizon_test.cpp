@@ -12,7 +12,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/point_mass.hpp"
 
@@ -40,7 +40,9 @@ OptimalControlProblem by_way_of(Bounds first, Bounds second, Bounds total) {
 const ShootingOptions grid{.intervals_per_phase = 8, .integrator = runge_kutta4()};
 
 RecedingHorizonController optimising(MultipleShooting rest) {
-  return {std::move(rest), make_real_time_solver(make_sqp({.tolerance = 1e-9})), {.period = 0.05}};
+  return {std::move(rest),
+          make_real_time_solver(make_native_solver({.tolerance = 1e-9})),
+          {.period = 0.05}};
 }
 
 TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
@@ -48,11 +50,11 @@ TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
   MultipleShooting shortened(by_way_of(any, any, exactly(1.0)), grid);
   shortened.set_remaining(between(0.05, 0.85), exactly(0.95));
   shortened.start_at(0.05, VectorXd{{0.01, 0.3}});
-  const Solution left = solve(shortened, *make_sqp({.tolerance = 1e-10}));
+  const Solution left = solve(shortened, *make_native_solver({.tolerance = 1e-10}));
 
   OptimalControlProblem written = by_way_of(between(0.05, 0.85), any, exactly(0.95));
   MultipleShooting anew(written.start_time(0.05).start_at({0.01, 0.3}), grid);
-  const Solution known = solve(anew, *make_sqp({.tolerance = 1e-10}));
+  const Solution known = solve(anew, *make_native_solver({.tolerance = 1e-10}));
   ASSERT_TRUE(left.ok() && known.ok()) << left.message << known.message;
   EXPECT_NEAR(left.cost, known.cost, 1e-7);  // costs of about 6, tolerance 1e-10 on their slopes
   EXPECT_NEAR(left.durations[0], known.durations[0], 1e-6);
@@ -65,7 +67,7 @@ TEST(WhatIsLeft, OfAFixedPhaseIsShorter) {
   EXPECT_THROW(shooting.set_remaining(exactly(-0.1), {}), DefinitionError);
   shooting.set_remaining(exactly(0.3), {});
   shooting.start_time(0.1);
-  const Solution s = solve(shooting, *make_sqp());
+  const Solution s = solve(shooting, *make_native_solver());
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.durations[0], 0.3, 1e-12);
   EXPECT_NEAR(s.trajectory.end_time(), 1.0, 1e-12);
@@ -126,7 +128,7 @@ TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
   }
   const auto expect_furthest = [](MultipleShooting& shooting, double limit, double duration) {
     shooting.set_remaining(exactly(duration), {});
-    const Solution s = solve(shooting, *make_sqp());
+    const Solution s = solve(shooting, *make_native_solver());
     ASSERT_TRUE(s.ok()) << s.message;
     const double slow = std::min(limit, duration);
     EXPECT_NEAR(-s.cost, slow + 2.0 * (duration - slow), 1e-6) << limit << " of " << duration;
@@ -241,7 +243,8 @@ RecedingHorizonController idle(MultipleShooting rest) {
 
 TEST(ShrinkingHorizon, APlanGoesThroughPhasesWithoutATickAndAFallbackIsNone) {
   const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
-  const Solution plan = solve(*std::make_unique<MultipleShooting>(problem, grid), *make_sqp());
+  const Solution plan =
+      solve(*std::make_unique<MultipleShooting>(problem, grid), *make_native_solver());
   ASSERT_TRUE(plan.ok()) << plan.message;
   for (const bool is_adopted : {true, false}) {
     std::vector<RecedingHorizonController> rests = rests_of(problem, grid, idle);

@@ -13,7 +13,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -61,7 +61,7 @@ RecedingHorizonController controller_for(Back which, ControllerOptions options =
   if (which == Back::ipopt)
     solver = make_real_time_solver(make_ipopt());
   else if (which == Back::sqp)
-    solver = make_real_time_solver(make_sqp({}));
+    solver = make_real_time_solver(make_native_solver({}));
   else
     solver = make_real_time_iteration(shooting.nlp(), iteration);
   options.period = step;

@@ -14,7 +14,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/late_solver.hpp"
 
@@ -241,12 +241,12 @@ TEST(TickStatus, AnOptimumIsOneWhateverTheUnits) {
       return MultipleShooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
     };
     MultipleShooting whole = shooting();
-    const Solution best = solve(whole, *make_sqp());
+    const Solution best = solve(whole, *make_native_solver());
     ASSERT_TRUE(best.ok()) << best.message;
     for (const bool is_whole : {false, true}) {
       MultipleShooting mine = shooting();
-      auto solver =
-          is_whole ? make_real_time_solver(make_sqp(), true) : make_real_time_iteration(mine.nlp());
+      auto solver = is_whole ? make_real_time_solver(make_native_solver(), true)
+                             : make_real_time_iteration(mine.nlp());
       RecedingHorizonController controller(std::move(mine), std::move(solver), {.period = step});
       for (int k = 0; k < 6; ++k) {
         const ControlTick& tick = controller.tick(0.0, start);

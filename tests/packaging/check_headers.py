@@ -7,6 +7,7 @@ The flags name the headers of others; the prefix is an installation of all compo
 import concurrent.futures
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -21,17 +22,24 @@ def check(header, include, compiler, flags):
 
 def main(arguments):
     include = pathlib.Path(arguments[0]) / "include"
-    headers = sorted(path.relative_to(include).as_posix() for path in include.rglob("*.hpp"))
+    headers, failures = [], 0
+    for path in sorted(include.rglob("*.hpp")):
+        # A header at the old path of one that moved (framework/cmake/moved_headers.txt) only includes the new one.
+        moved = re.match(r"// Moved: include <([^>]+)>", path.read_text(encoding="utf-8"))
+        if not moved:
+            headers.append(path.relative_to(include).as_posix())
+        elif not (include / moved[1]).exists():
+            failures += 1
+            print(f"{path.relative_to(include)} moved to {moved[1]}, which is not installed")
     if not headers:
         print(f"no headers in {include}")
         return 1
-    failures = 0
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         for header, status, words in pool.map(lambda h: check(h, include, arguments[1], arguments[2:]), headers):
             if status:
                 failures += 1
                 print(f"{header} does not compile alone:\n{words[:1500]}")
-    print(f"public headers: {len(headers) - failures} of {len(headers)} compile alone")
+    print(f"public headers: {len(headers)}, failures: {failures}")
     return 1 if failures else 0
 
 

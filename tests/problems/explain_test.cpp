@@ -18,7 +18,7 @@
 #include "saltus/solve/what_is_asked.hpp"
 #include "saltus/solver/elastic_program.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -270,7 +270,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
     OptimalControlProblem better = problem;
     for (const ProblemChange& change : remedy.changes) better = changed(better, change);
     MultipleShooting with(better, options);
-    const auto sqp = make_sqp({.tolerance = 1e-9});
+    const auto sqp = make_native_solver({.tolerance = 1e-9});
     Solution plan = solve(with, *sqp);
     if (!plan.ok()) plan = solve(with, *sqp, with.guess_from(e.trajectory));
     EXPECT_TRUE(plan.ok() || plan.status == SolveStatus::coarse_grid)

@@ -7,7 +7,7 @@
 
 #include "problems/library/run_case.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/support/print_cases.hpp"
 #include "tests/support/program_derivatives.hpp"
 
@@ -57,7 +57,7 @@ TEST(SolverUsedAgain, ComesBackToTheSameBits) {
     for (const ReferenceCase& c : reference_cases()) {
       if (c.id != "A12b" && c.id != "B01" && c.id != "B02c") continue;
       MultipleShooting shooting(c.problem(), c.options);
-      const auto solver = make_sqp({.tolerance = 1e-8, .qp = method});
+      const auto solver = make_native_solver({.tolerance = 1e-8, .qp = method});
       const NlpPoint guess = shooting.initial_guess();
       const NlpResult first = solver->solve(shooting.nlp(), guess, false);
       const NlpResult second = solver->solve(shooting.nlp(), guess, false);

@@ -86,7 +86,7 @@ class Browser(unittest.TestCase):
         # Types a word, and leaves what the frame of results shows where it can be read.
         typed = """<script>
           const typed = () => {
-            document.getElementById("MSearchField").value = "make_sqp";
+            document.getElementById("MSearchField").value = "make_native_solver";
             searchBox.OnSearchFieldFocus(true);
             searchBox.Search();
           };
@@ -97,7 +97,7 @@ class Browser(unittest.TestCase):
             file.write(page.replace("</head>", typed + "</head>"))
         found = self.opened(os.path.join(html, "typed.html"), "", "--virtual-time-budget=5000",  # ms
                             "--allow-file-access-from-files")
-        self.assertTrue(re.search(r'data-found="[^"]*make_sqp', found), "the search finds nothing")
+        self.assertTrue(re.search(r'data-found="[^"]*make_native_solver', found), "the search finds nothing")
 
 
 if __name__ == "__main__":

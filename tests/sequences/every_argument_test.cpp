@@ -15,7 +15,7 @@
 #include "saltus/model/function.hpp"
 #include "saltus/sequences/search.hpp"
 #include "saltus/sequences/sequence_search.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -209,7 +209,7 @@ void expect_agreement(int seed, Tally& tally) {
       graph.problem(path),
       {.intervals_per_phase = 1,
        .integrator = is_convex ? zero_order_hold() : runge_kutta4({.steps = 2})});
-  const auto solver = make_sqp();
+  const auto solver = make_native_solver();
   const Solution slow = solve(shooting, *solver);
   ++(is_convex ? tally.convex : tally.enumerated);
   EXPECT_NE(fast.guarantee, Guarantee::contradicted) << fast.message;
@@ -268,7 +268,7 @@ TEST(EveryArgument, TheSearchIsAsGoodAsAllSequencesTogether) {
       const std::vector<int> path{bits & 1, (bits >> 1) & 1, (bits >> 2) & 1};
       MultipleShooting shooting(graph.problem(path),
                                 {.intervals_per_phase = 1, .integrator = zero_order_hold()});
-      const auto solver = make_sqp();
+      const auto solver = make_native_solver();
       const Solution s = solve(shooting, *solver);
       if (s.ok() || s.status == SolveStatus::coarse_grid) best = std::min(best, s.cost);
     }

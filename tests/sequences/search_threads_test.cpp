@@ -16,7 +16,7 @@
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/sequences/sequence_search.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/optimum_derivatives.hpp"
 #include "tests/support/random_qp.hpp"
@@ -108,7 +108,7 @@ OptimalControlProblem pendulum() {
 TEST(PromiseOfOptimumDerivatives, EachCallMayComeFromAnotherThread) {
   const auto derivatives_at = [](const Place& place) {
     MultipleShooting shooting(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()});
-    const Solution solution = solve(shooting, *make_sqp());
+    const Solution solution = solve(shooting, *make_native_solver());
     EXPECT_TRUE(solution.ok()) << solution.message;
     Numbers numbers;
     std::unique_ptr<OptimumDerivatives> derivatives;

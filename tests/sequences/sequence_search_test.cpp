@@ -12,7 +12,7 @@
 #include "saltus/core/random.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/sequences/search.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -28,7 +28,7 @@ constexpr double same_cost = 1e-6;
 // The cheapest of all sequences, each solved as a separate OptimalControlProblem.
 double by_enumeration(const ModeGraph& graph, int phases) {
   double best = infinity;
-  const auto solver = make_sqp();
+  const auto solver = make_native_solver();
   std::vector<int> path;
   const auto extend = [&](auto&& self) -> void {
     if (static_cast<int>(path.size()) == phases) {

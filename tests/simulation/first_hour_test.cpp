@@ -15,7 +15,7 @@
 #include "saltus/simulation/closed_loop.hpp"
 #include "saltus/simulation/recording.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -160,9 +160,9 @@ TEST(FirstHour, APlanIsSaved) {
 ShrinkingHorizonController controller_of(const OptimalControlProblem& problem, double period) {
   return {problem, rests_of(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
                             [&](MultipleShooting rest) {
-                              return RecedingHorizonController(std::move(rest),
-                                                               make_real_time_solver(make_sqp()),
-                                                               {.period = period});
+                              return RecedingHorizonController(
+                                  std::move(rest), make_real_time_solver(make_native_solver()),
+                                  {.period = period});
                             })};
 }
 

@@ -10,7 +10,7 @@
 #include "saltus/mpc/real_time_solver.hpp"
 #include "saltus/simulation/closed_loop.hpp"
 #include "saltus/simulation/integrator_plant.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -347,9 +347,9 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
     return ShrinkingHorizonController(
         problem, rests_of(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
                           [](MultipleShooting rest) {
-                            return RecedingHorizonController(std::move(rest),
-                                                             make_real_time_solver(make_sqp()),
-                                                             {.period = 0.05});
+                            return RecedingHorizonController(
+                                std::move(rest), make_real_time_solver(make_native_solver()),
+                                {.period = 0.05});
                           }));
   };
   LoopOptions options{.duration = 2.0, .plan_every = 5};
@@ -400,7 +400,8 @@ TEST(ShrinkingLoop, ATickThatFallsOnTheEndIsNotMade) {
       problem, rests_of(problem, {.intervals_per_phase = 1, .integrator = runge_kutta4()},
                         [](MultipleShooting rest) {
                           return RecedingHorizonController(
-                              std::move(rest), make_real_time_solver(make_sqp()), {.period = 0.04});
+                              std::move(rest), make_real_time_solver(make_native_solver()),
+                              {.period = 0.04});
                         }));
   PhasedPlant plant(problem, runge_kutta4());
   LoopOptions options{.duration = 6.0};

@@ -7,7 +7,7 @@
 #include "saltus/mpc/any_real_time_solver.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/any_solver.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace Ipopt {  // as its headers declare it
@@ -34,7 +34,7 @@ MultipleShooting regulator() {
 
 TEST(SolverChoice, EveryNameMakesASolverThatFindsTheOptimum) {
   MultipleShooting shooting = regulator();
-  const double optimum = solve(shooting, *make_sqp({.tolerance = 1e-10})).cost;
+  const double optimum = solve(shooting, *make_native_solver({.tolerance = 1e-10})).cost;
   for (const auto& [name, choice] : solver_choices()) {
     const Solution s = solve(shooting, *make_solver(choice, {.tolerance = 1e-10}));
     ASSERT_TRUE(s.ok()) << name << ": " << s.message;
@@ -45,7 +45,7 @@ TEST(SolverChoice, EveryNameMakesASolverThatFindsTheOptimum) {
 TEST(SolverChoice, OursHaveAMethodForTheirQuadraticPrograms) {
   MultipleShooting shooting = regulator();
   for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
-    const auto solver = make_sqp({.qp = qp_method(choice)});
+    const auto solver = make_native_solver({.qp = qp_method(choice)});
     EXPECT_TRUE(solve(shooting, *solver).ok());
     EXPECT_NE(solver->name().find(choice == SolverChoice::sparse ? "sparse" : "stages"),
               std::string::npos)
@@ -117,9 +117,9 @@ class NoStages final : public NonlinearProgram {
 TEST(QpMethod, ByStagesNeedsStages) {
   NoStages program;
   const NlpPoint start{VectorXd::Zero(1), {}, {}};
-  EXPECT_NEAR(make_sqp()->solve(program, start, false).point.w[0], 1.0, 1e-8);
+  EXPECT_NEAR(make_native_solver()->solve(program, start, false).point.w[0], 1.0, 1e-8);
   try {
-    make_sqp({.qp = riccati_qp()})->solve(program, start, false);
+    make_native_solver({.qp = riccati_qp()})->solve(program, start, false);
     FAIL() << "accepted";
   } catch (const DefinitionError& e) {
     EXPECT_NE(std::string(e.what()).find("sparse_qp()"), std::string::npos) << e.what();

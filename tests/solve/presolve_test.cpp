@@ -18,8 +18,8 @@
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solve/check.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/presolve.hpp"
-#include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -31,7 +31,7 @@ const std::vector<std::string>& solver_names() {
 }
 std::unique_ptr<Solver> solver_named(const std::string& name) {
   if (name == "Ipopt") return make_ipopt();
-  return name == "riccati" ? make_sqp({.qp = riccati_qp()}) : make_sqp();
+  return name == "riccati" ? make_native_solver({.qp = riccati_qp()}) : make_native_solver();
 }
 MultipleShooting shooting_of(OptimalControlProblem problem, int intervals = 10) {
   return MultipleShooting(std::move(problem),
@@ -171,9 +171,11 @@ TEST(Presolve, EveryControllerSaysSo) {
        [](NonlinearProgram& p) { return make_real_time_iteration(p, {.qp = riccati_qp()}); }},
       {"iteration, sparse",
        [](NonlinearProgram& p) { return make_real_time_iteration(p, {.qp = sparse_qp()}); }},
-      {"sparse", [](NonlinearProgram&) { return make_real_time_solver(make_sqp()); }},
+      {"sparse", [](NonlinearProgram&) { return make_real_time_solver(make_native_solver()); }},
       {"riccati",
-       [](NonlinearProgram&) { return make_real_time_solver(make_sqp({.qp = riccati_qp()})); }},
+       [](NonlinearProgram&) {
+         return make_real_time_solver(make_native_solver({.qp = riccati_qp()}));
+       }},
       {"Ipopt", [](NonlinearProgram&) { return make_real_time_solver(make_ipopt()); }}};
   for (const Constant& c : constants())
     for (const auto& [name, make] : methods) {

@@ -10,7 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solve/homotopy.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -127,7 +127,7 @@ TEST(SeveralStarts, AreTheSameToTheBitWithAnyNumberOfThreads) {
 
 TEST(SeveralStarts, StartsThatFailAreHandedBack) {
   SeveralStartsOptions options{.intervals_per_phase = 5};
-  options.make_solver = [] { return make_sqp({.max_iterations = 1}); };
+  options.make_solver = [] { return make_native_solver({.max_iterations = 1}); };
   const SeveralSolutions none = solve_from(valleys(), {towards(1.2), towards(-1.2)}, options);
   EXPECT_FALSE(none.ok());
   EXPECT_EQ(none.optimum_of, (std::vector<int>{-1, -1}));
@@ -168,7 +168,7 @@ TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
   ocp.start_at({0.0, 0.0}).then(swing);
   MultipleShooting shooting(ocp,
                             {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2})});
-  const auto solver = make_sqp();
+  const auto solver = make_native_solver();
   const VectorXd none = VectorXd::Zero(1), earth = VectorXd::Constant(1, 9.81);
   const Homotopy way = solve_along(shooting, *solver, "gravity", none, earth);
   ASSERT_TRUE(way.ok()) << way.reached << " " << way.solution.message;
@@ -202,7 +202,7 @@ TEST(Homotopy, TriesNothingTwiceInARow) {
   OptimalControlProblem ocp("too far");
   ocp.start_at({0.0}).then(go);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
-  const auto solver = make_sqp();
+  const auto solver = make_native_solver();
   const Homotopy way =
       solve_along(shooting, *solver, "goal", VectorXd::Zero(1), VectorXd::Constant(1, 1.02));
   EXPECT_FALSE(way.ok());

@@ -81,7 +81,7 @@ TEST(Solve, CostRulesAreAsFarOffAsTheReadmeSays) {
 
 // The observer of one solve is not that of the next, however the one has ended.
 TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
-  const std::shared_ptr<Solver> solver = make_sqp();
+  const std::shared_ptr<Solver> solver = make_native_solver();
   int heard = 0;
   SolveOptions watched{.solver = solver};
   watched.observer.report = [&](const SolverIteration&) {
@@ -96,7 +96,7 @@ TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
 }
 
 TEST(Solve, ARefusedLimitIsAResult) {
-  const Solution s = solve(race(), {.solver = make_sqp({.max_iterations = 1})});
+  const Solution s = solve(race(), {.solver = make_native_solver({.max_iterations = 1})});
   EXPECT_FALSE(s.ok());
   EXPECT_EQ(s.status, SolveStatus::iteration_limit) << s.message;
 }

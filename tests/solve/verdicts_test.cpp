@@ -327,10 +327,11 @@ TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
             choice == SolverChoice::ipopt
                 ? make_ipopt(
                       {.tolerance = tolerance, .max_iterations = most, .curvature = curvature})
-                : make_sqp({.tolerance = tolerance,
-                            .max_iterations = most,
-                            .curvature = curvature,
-                            .qp = choice == SolverChoice::sparse ? sparse_qp() : riccati_qp()});
+                : make_native_solver(
+                      {.tolerance = tolerance,
+                       .max_iterations = most,
+                       .curvature = curvature,
+                       .qp = choice == SolverChoice::sparse ? sparse_qp() : riccati_qp()});
         int iterations = 0;
         solver->set_observer({.report = [&](const SolverIteration& now) {
           iterations += now.number > 0 && !now.is_restoring ? 1 : 0;

@@ -13,7 +13,7 @@
 #include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/barrier_run.hpp"
 #include "saltus/solver/differenced_program.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/verdict.hpp"
 #include "tests/solver/small_programs.hpp"
 
@@ -152,7 +152,8 @@ TEST(DifferencedProgram, HasTheExactSecondDerivatives) {
 TEST(Sqp, DoesWithoutSecondDerivatives) {
   Rosenbrock program;
   program.has_curvature = false;
-  const NlpResult r = make_sqp()->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);
+  const NlpResult r =
+      make_native_solver()->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);
   ASSERT_EQ(r.status, SolveStatus::optimal);
   EXPECT_EQ(r.hessian, "differenced");
   EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
@@ -162,7 +163,8 @@ TEST(Sqp, DoesWithoutSecondDerivatives) {
 TEST(Barrier, BoundWithoutRoomHasAFiniteMultiplier) {
   for (const double start : {0.0, 1.0, 30.0}) {
     StartsOnItsBound program;
-    const NlpResult r = make_sqp()->solve(program, {Vec<double, 2>{start, 1.0}, {}, {}}, false);
+    const NlpResult r =
+        make_native_solver()->solve(program, {Vec<double, 2>{start, 1.0}, {}, {}}, false);
     ASSERT_EQ(r.status, SolveStatus::optimal);
     EXPECT_LE(r.point.w[0], 1e-8);
     EXPECT_GE(r.point.w[0], 0.0);
@@ -194,7 +196,7 @@ TEST(Barrier, WeakCarIsSolvedByBothKindsOfLinearAlgebra) {
     for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
       MultipleShooting shooting(ocp,
                                 {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
-      const Solution s = solve(shooting, *make_sqp({.qp = qp}));
+      const Solution s = solve(shooting, *make_native_solver({.qp = qp}));
       ASSERT_TRUE(s.ok()) << s.message << " with intervals: " << intervals;
       EXPECT_NEAR(s.cost, 102.45, 0.15) << intervals;  // 102.52 to 102.37, by the grid
     }
@@ -222,7 +224,7 @@ TEST(Sqp, CountsTheEffortOfEveryAttempt) {
   program.row_lower_[0] = program.row_upper_[0] = 1.0 / 3.0;
   for (const double tolerance : {1e-8, 1e-12, 1e-15, 1e-17}) {
     int last = 0;
-    const std::unique_ptr<Solver> solver = make_sqp({.tolerance = tolerance});
+    const std::unique_ptr<Solver> solver = make_native_solver({.tolerance = tolerance});
     SolveObserver observer;
     observer.report = [&](const SolverIteration& i) { last = std::max(last, i.number); };
     solver->set_observer(observer);

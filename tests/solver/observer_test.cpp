@@ -9,7 +9,7 @@
 
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -36,8 +36,8 @@ struct Named {
   std::unique_ptr<Solver> (*make)();
 };
 const Named solvers[] = {
-    {"SQP on a sparse factor", [] { return make_sqp(); }},
-    {"SQP stage by stage", [] { return make_sqp({.qp = riccati_qp()}); }},
+    {"SQP on a sparse factor", [] { return make_native_solver(); }},
+    {"SQP stage by stage", [] { return make_native_solver({.qp = riccati_qp()}); }},
     {"Ipopt", [] { return make_ipopt(); }},
 };
 
@@ -97,7 +97,7 @@ MultipleShooting dear_swing() {
 
 TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
   MultipleShooting shooting = dear_swing();
-  const std::unique_ptr<Solver> solver = make_sqp();
+  const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
   solver->set_observer({.report = [&](const SolverIteration& it) { last = it.cost; }});
   const Solution s = solve(shooting, *solver);
@@ -108,7 +108,7 @@ TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
 // A solve that ends by what its observer throws leaves the solver as it was.
 TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
   MultipleShooting shooting = dear_swing();
-  const std::unique_ptr<Solver> solver = make_sqp();
+  const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
   bool throws = true;
   solver->set_observer({.report = [&](const SolverIteration& it) {

@@ -8,7 +8,7 @@
 
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -33,8 +33,8 @@ OptimalControlProblem problem(Cost cost, Bounds input = unbounded()) {
 std::vector<std::unique_ptr<Solver>> solvers() {
   std::vector<std::unique_ptr<Solver>> result;
   result.push_back(make_ipopt());
-  result.push_back(make_sqp());
-  result.push_back(make_sqp({.qp = riccati_qp()}));
+  result.push_back(make_native_solver());
+  result.push_back(make_native_solver({.qp = riccati_qp()}));
   return result;
 }
 

@@ -14,9 +14,9 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/solve_in_scale.hpp"
-#include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
@@ -197,8 +197,8 @@ TEST(Scale, OfACostIsFoundByEverySolver) {
     EXPECT_LE(s.kkt_in_scale.scaled(), 1e-7);
     return s.cost / factor;
   };
-  for (const auto& make : {+[] { return make_ipopt(); }, +[] { return make_sqp(); },
-                           +[] { return make_sqp({.qp = riccati_qp()}); }}) {
+  for (const auto& make : {+[] { return make_ipopt(); }, +[] { return make_native_solver(); },
+                           +[] { return make_native_solver({.qp = riccati_qp()}); }}) {
     const double right = cost(*make(), 1.0, true);
     for (const double factor : {1e-8, 1e-4, 1e4, 1e8})
       EXPECT_NEAR(cost(*make(), factor, true), right, 1e-6 * right) << factor;

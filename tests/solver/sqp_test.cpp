@@ -1,6 +1,6 @@
 // Does sequential quadratic programming reach known optima, whatever the Hessian, and does it say
 // why when there is none?
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,9 @@ namespace {
 
 using namespace testing_support;
 
-std::unique_ptr<Solver> sqp(const SqpOptions& options = {}) { return make_sqp(options); }
+std::unique_ptr<Solver> sqp(const NativeSolverOptions& options = {}) {
+  return make_native_solver(options);
+}
 
 NlpPoint point_at(double a, double b) { return {Vec<double, 2>{a, b}, {}, {}}; }
 
@@ -128,13 +130,13 @@ TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
   const ReferenceCase& c = reference_case("C03");
   MultipleShooting shooting(c.problem(), c.options);
   // The dense solver knows nothing of indefinite models.
-  const SqpOptions options{.curvature = Curvature::gauss_newton};
+  const NativeSolverOptions options{.curvature = Curvature::gauss_newton};
   const QpMethod dense_qp = [](const NonlinearProgram&, const SparsityPattern& hessian,
                                const SparsityPattern& rows, const QpOptions& qp) {
     return make_dense_qp_solver(hessian, rows, qp);
   };
-  const auto dense =
-      make_sqp({.curvature = Curvature::gauss_newton, .qp = dense_qp, .elastic_qp = dense_qp});
+  const auto dense = make_native_solver(
+      {.curvature = Curvature::gauss_newton, .qp = dense_qp, .elastic_qp = dense_qp});
   const Solution one = solve(shooting, *dense), other = solve(shooting, *sqp(options));
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_NEAR(one.cost, other.cost, 1e-9 * one.cost);

@@ -7,7 +7,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/support/point_mass.hpp"
 #include "tests/support/program_derivatives.hpp"
@@ -122,7 +122,8 @@ TEST(Closing, IsSolvedStageByStage) {
   for (OptimalControlProblem ocp : {oscillation().close(), hopping()}) {
     MultipleShooting shooting(
         ocp, {.intervals_per_phase = 12, .integrator = runge_kutta4({.steps = 4})});
-    const Solution by_stages = solve(shooting, *make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}));
+    const Solution by_stages =
+        solve(shooting, *make_native_solver({.tolerance = 1e-9, .qp = riccati_qp()}));
     const Solution by_ipopt = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
     ASSERT_TRUE(by_stages.ok()) << ocp.name() << ": " << by_stages.message;
     EXPECT_NEAR(by_stages.cost, by_ipopt.cost, 1e-8) << ocp.name();

@@ -11,7 +11,7 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/support/program_derivatives.hpp"
 
@@ -90,7 +90,7 @@ TEST(InnerEvents, LeastTimeIsSolvedWithDifferencedSecondDerivatives) {
       ASSERT_TRUE(expected.ok()) << expected.message;
       EXPECT_NE(expected.method.find("limited-memory BFGS Hessian"), std::string::npos);
       for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
-        const Solution s = solve(shooting, *make_sqp({.qp = qp}));
+        const Solution s = solve(shooting, *make_native_solver({.qp = qp}));
         ASSERT_TRUE(s.ok()) << s.message << " with intervals: " << intervals;
         EXPECT_NEAR(s.cost, expected.cost, 1e-7);
         EXPECT_LE(s.iterations, 50);

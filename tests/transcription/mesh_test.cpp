@@ -9,7 +9,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/support/point_mass.hpp"
 
@@ -104,7 +104,7 @@ TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
   const Mesh held = coarse.divided({{}, {3, true}, {}, {2, true}, {}});
   MultipleShooting shooting(cart(exactly(1.0)), on({held}));
   for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
-    const Solution s = solve(shooting, *make_sqp({.tolerance = 1e-10, .qp = qp}));
+    const Solution s = solve(shooting, *make_native_solver({.tolerance = 1e-10, .qp = qp}));
     ASSERT_TRUE(s.ok()) << s.message;
     EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
     ASSERT_EQ(s.trajectory.pieces().size(), 8u);
@@ -123,7 +123,7 @@ TEST(Mesh, HeldRampsGoOn) {
   const Solution expected = solve(below, *make_ipopt({.tolerance = 1e-11}));
   ASSERT_TRUE(expected.ok()) << expected.message;
   MultipleShooting shooting(ramps, on({coarse.divided({{}, {3, true}, {2, true}, {}})}));
-  const Solution s = solve(shooting, *make_sqp({.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_native_solver({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
   EXPECT_THROW(shooting.stages(), DefinitionError);

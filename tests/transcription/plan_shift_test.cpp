@@ -8,7 +8,7 @@
 
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/kkt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/event_problems.hpp"
@@ -20,7 +20,7 @@ namespace {
 
 using namespace testing_support;
 
-std::unique_ptr<Solver> sqp() { return make_sqp({.tolerance = 1e-9}); }
+std::unique_ptr<Solver> sqp() { return make_native_solver({.tolerance = 1e-9}); }
 
 MultipleShooting gears() {
   OptimalControlProblem car = two_gears::problem();

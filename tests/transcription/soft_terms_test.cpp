@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "tests/support/event_problems.hpp"
 
@@ -107,7 +107,7 @@ enum class Method { ipopt, riccati };
 
 Solution solve_with(MultipleShooting& shooting, Method method) {
   if (method == Method::ipopt) return solve(shooting, *make_ipopt({.tolerance = 1e-11}));
-  return solve(shooting, *make_sqp({.tolerance = 1e-10, .qp = riccati_qp()}));
+  return solve(shooting, *make_native_solver({.tolerance = 1e-10, .qp = riccati_qp()}));
 }
 
 // min 1/2 (1 - v)^2 + penalty(v): within the threshold as L2, beyond it the slope is constant.

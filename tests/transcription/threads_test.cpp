@@ -22,7 +22,7 @@
 #include "saltus/model/algebraic.hpp"
 #include "saltus/model/automaton.hpp"
 #include "saltus/ocp/cost_functions.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -66,7 +66,7 @@ Solution plan(const OptimalControlProblem& problem, const IntegratorChoice& sche
               double gravity) {
   MultipleShooting shooting{problem, {.intervals_per_phase = 12, .integrator = scheme}};
   shooting.set_data("gravity", Vec<double, 1>{gravity});
-  const auto solver = by_stages ? make_sqp({.qp = riccati_qp()}) : make_sqp();
+  const auto solver = by_stages ? make_native_solver({.qp = riccati_qp()}) : make_native_solver();
   return solve(shooting, *solver);
 }
 
@@ -177,7 +177,7 @@ TEST(Threads, ASolveIsTheSameToTheBitWithAnyNumberOfThreads) {
     MultipleShooting shooting(
         swing_up(),
         {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2}), .threads = threads});
-    const auto solver = make_sqp({.qp = riccati_qp()});
+    const auto solver = make_native_solver({.qp = riccati_qp()});
     return solve(shooting, *solver);
   };
   const Solution one = solved_with(1), two = solved_with(2);
@@ -345,7 +345,7 @@ MatrixXd samples_of(const Trajectory& plan) {
 
 TEST_P(PromiseOfPlans, APlanIsReadByFourThreadsWhileItsProgramIsSolvedAgain) {
   MultipleShooting untouched = shooting(), read = shooting();
-  const auto solver = make_sqp(), other_solver = make_sqp();
+  const auto solver = make_native_solver(), other_solver = make_native_solver();
   const Solution first = solve(untouched, *solver);
   const Solution plan = solve(read, *other_solver);
   ASSERT_EQ(first.point.w, plan.point.w);
@@ -371,13 +371,13 @@ TEST_P(PromiseOfPlans, APlanIsReadByFourThreadsWhileItsProgramIsSolvedAgain) {
 
 TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
   MultipleShooting alone = shooting();
-  const Solution expected = solve(alone, *make_sqp());
+  const Solution expected = solve(alone, *make_native_solver());
   std::atomic<int> others = 0;
   std::vector<std::jthread> threads;
   for (int i = 0; i < 3; ++i)
     threads.emplace_back([&] {
       MultipleShooting own = shooting();  // of the shared problem and the shared choice
-      others += solve(own, *make_sqp()).point.w == expected.point.w ? 0 : 1;
+      others += solve(own, *make_native_solver()).point.w == expected.point.w ? 0 : 1;
       GetParam().problem.check();
       others += GetParam().problem.warnings().size() == expected.warnings.size() ? 0 : 1;
     });
@@ -388,14 +388,14 @@ TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
 // One thread at a time, another one each time.
 TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorGoFromThreadToThread) {
   MultipleShooting alone = shooting();
-  const Solution expected = solve(alone, *make_sqp());
+  const Solution expected = solve(alone, *make_native_solver());
   std::unique_ptr<MultipleShooting> program;
   std::unique_ptr<Solver> solver;
   std::unique_ptr<Integrator> integrator;
   Solution found;
   std::thread([&] {
     program = std::make_unique<MultipleShooting>(shooting());
-    solver = make_sqp();
+    solver = make_native_solver();
   }).join();
   std::thread([&] { found = solve(*program, *solver); }).join();
   EXPECT_EQ(found.point.w, expected.point.w);

@@ -8,7 +8,7 @@
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -173,7 +173,7 @@ TEST(Verdict, AHeadingThatTurnsWithinAnIntervalIsSeen) {
   Trajectory steep(guess.phases(), {piece});
   piece.end_state = steep.state_in(piece, piece.end() - 1e-12);
   const Solution s = [&] {
-    const auto solver = make_sqp({.max_iterations = 1});
+    const auto solver = make_native_solver({.max_iterations = 1});
     return solve(shooting, *solver, shooting.guess_from(Trajectory(guess.phases(), {piece})));
   }();
   ASSERT_TRUE(s.verification.has_value());
@@ -196,7 +196,7 @@ TEST(Verdict, AllowWidensOneTermAndFactorsWidenAll) {
     ocp.start_at({0, 1}).then(p).costs(CostRule::integrated);
     MultipleShooting shooting(
         ocp, {.intervals_per_phase = 5, .integrator = runge_kutta4(), .accuracy = accuracy});
-    return solve(shooting, *make_sqp());
+    return solve(shooting, *make_native_solver());
   };
   const Solution strict = solved(phase, {});
   EXPECT_EQ(strict.status, SolveStatus::coarse_grid) << strict.message;

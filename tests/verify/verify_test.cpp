@@ -9,7 +9,7 @@
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/plan_of.hpp"
 #include "tests/support/point_mass.hpp"

@@ -2,7 +2,7 @@
 
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -15,9 +15,9 @@ std::unique_ptr<RealTimeSolver> whole_solve_by_ipopt(NonlinearProgram& program,
 }
 
 std::unique_ptr<RealTimeSolver> whole_solve_by_sqp(const RealTimeChoice& choice) {
-  SqpOptions options{.tolerance = choice.tolerance, .qp = qp_method(choice.solver)};
+  NativeSolverOptions options{.tolerance = choice.tolerance, .qp = qp_method(choice.solver)};
   if (choice.max_iterations > 0) options.max_iterations = choice.max_iterations;
-  return make_real_time_solver(make_sqp(options), /*use_multipliers=*/true);
+  return make_real_time_solver(make_native_solver(options), /*use_multipliers=*/true);
 }
 
 std::unique_ptr<RealTimeSolver> iteration(NonlinearProgram& program, const RealTimeChoice& choice) {

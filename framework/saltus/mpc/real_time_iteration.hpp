@@ -22,7 +22,7 @@ struct RealTimeIterationOptions {
   /// program does not support it, the exact Hessian is used, or else differences of first
   /// derivatives. RealTimeSolver::name() reports which one.
   Curvature curvature = Curvature::gauss_newton;
-  double convexity_floor = 1e-6;  ///< see SqpOptions
+  double convexity_floor = 1e-6;  ///< see NativeSolverOptions
   /// Empty: Riccati recursion over the stages of the program. A shooting program fills them
   /// directly, so that a measurement changes only the initial state of the first one.
   QpMethod qp = {};

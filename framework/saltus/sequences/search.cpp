@@ -18,7 +18,7 @@
 #include "saltus/sequences/mode_stages.hpp"
 #include "saltus/sequences/sequence_search.hpp"
 #include "saltus/solver/infeasibility_proof.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/verdict.hpp"
 
 namespace saltus {
@@ -46,7 +46,7 @@ class Enumeration {
   Enumeration(const ModeGraph& graph, const SearchOptions& options)
       : graph_(graph),
         options_(options),
-        solver_(make_sqp({.tolerance = options.tolerance})),
+        solver_(make_native_solver({.tolerance = options.tolerance})),
         deadline_(seconds_after(begin_, options.deadline)) {
     solver_->set_deadline(deadline_);
   }

@@ -14,7 +14,7 @@
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/sequences/dual_bound.hpp"
 #include "saltus/sequences/mode_stages.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -558,7 +558,7 @@ Solution SequenceSearch::solve_sequence(const std::vector<int>& path) const {
       std::move(problem),
       {.intervals_per_phase = 1,
        .integrator = options_.integrator ? options_.integrator : zero_order_hold()});
-  const auto solver = make_sqp({.tolerance = options_.tolerance});
+  const auto solver = make_native_solver({.tolerance = options_.tolerance});
   return saltus::solve(shooting, *solver);
 }
 

@@ -14,7 +14,7 @@
 #include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/model/derivative_check.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/dependent_rows.hpp"
 #include "saltus/transcription/integration_failure.hpp"
 #include "saltus/transcription/quantities.hpp"
@@ -457,7 +457,7 @@ class Checker {
   }
 
   void look_at_first_solve() {
-    const std::unique_ptr<Solver> solver = make_sqp({.time_limit = time_limit});
+    const std::unique_ptr<Solver> solver = make_native_solver({.time_limit = time_limit});
     const Solution plan = solve(*shooting_, *solver);
     const GridAccuracy& wanted = options_.accuracy;
     const bool is_known = plan.verification.has_value();

@@ -1,7 +1,7 @@
 #include "saltus/solve/counted_solves.hpp"
 
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 namespace {
@@ -21,7 +21,7 @@ CountedSolves::CountedSolves(const ExplainOptions& options) : options_(options) 
 
 std::unique_ptr<Solver> CountedSolves::make_solver() const {
   std::unique_ptr<Solver> solver =
-      options_.make_solver ? options_.make_solver() : make_sqp({.tolerance = tolerance});
+      options_.make_solver ? options_.make_solver() : make_native_solver({.tolerance = tolerance});
   solver->set_deadline(deadline_);
   return solver;
 }

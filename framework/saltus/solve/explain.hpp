@@ -33,7 +33,7 @@ struct ExplainOptions {
   ShootingOptions shooting = {};  ///< default integrator: Runge-Kutta 4 in two steps
   int remedies = 3;               ///< largest number besides the shortages themselves; 0: none
   double time_limit = 20.0;       ///< wall-clock limit in seconds; 0: none
-  /// Factory for the solver; empty: make_sqp() with tolerance 1e-9.
+  /// Factory for the solver; empty: make_native_solver() with tolerance 1e-9.
   std::function<std::unique_ptr<Solver>()> make_solver = {};
   /// Additional initial guess, such as the trajectory of a failed solve.
   std::optional<Trajectory> guess = {};

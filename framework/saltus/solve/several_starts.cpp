@@ -13,7 +13,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/quantities.hpp"
 
@@ -123,7 +123,7 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
     for (std::size_t i = next++; i < count; i = next++) try {
         MultipleShooting shooting(problem, grid);
         const std::unique_ptr<Solver> solver =
-            options.make_solver ? options.make_solver() : make_sqp();
+            options.make_solver ? options.make_solver() : make_native_solver();
         all[i] = solve(shooting, *solver, point_of(shooting, starts[i]));
       } catch (...) {
         thrown[i] = std::current_exception();

@@ -31,7 +31,7 @@ struct SeveralStartsOptions {
   int intervals_per_phase = 30;      ///< number of intervals of every phase
   std::vector<int> intervals = {};   ///< per phase; overrides the number above
   IntegratorChoice integrator = {};  ///< empty: runge_kutta4({.steps = 2})
-  /// Called once per start; empty: make_sqp().
+  /// Called once per start; empty: make_native_solver().
   std::function<std::unique_ptr<Solver>()> make_solver = {};
   int threads = 0;  ///< 0: number of processors
   /// Two results are the same optimum if no variable differs by more than this and the costs differ

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/scoped_observer.hpp"
-#include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
@@ -24,7 +24,7 @@ SolveOptions::operator ShootingOptions() const {
 
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options) {
   MultipleShooting shooting(problem, options);
-  const std::shared_ptr<Solver> solver = options.solver ? options.solver : make_sqp();
+  const std::shared_ptr<Solver> solver = options.solver ? options.solver : make_native_solver();
   const bool is_watched = options.observer.report || options.observer.should_stop;
   const ScopedObserver watched(*solver, is_watched ? options.observer : solver->observer());
   return options.guess ? solve(shooting, *solver, shooting.guess_from(*options.guess))
@@ -35,7 +35,7 @@ Solution solve_on(const OptimalControlProblem& problem, const ShootingOptions& g
   ShootingOptions options = grid;
   if (!options.integrator) options.integrator = default_integrator();
   MultipleShooting shooting(problem, std::move(options));
-  return solve(shooting, *make_sqp());
+  return solve(shooting, *make_native_solver());
 }
 
 }  // namespace saltus

@@ -28,7 +28,7 @@ struct SolveOptions {
   /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics use a SUNDIALS integrator.
   IntegratorChoice integrator = {};
   int threads = 1;  ///< threads that evaluate intervals: ShootingOptions::threads
-  /// Empty: make_sqp() with a scaled KKT error of 1e-8. The solver can be reused.
+  /// Empty: make_native_solver() with a scaled KKT error of 1e-8. The solver can be reused.
   std::shared_ptr<Solver> solver = {};
   /// Initial guess instead of the problem's own guess: another solution of the problem on any grid.
   std::optional<Trajectory> guess = {};

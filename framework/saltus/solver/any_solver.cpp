@@ -1,7 +1,7 @@
 #include "saltus/solver/any_solver.hpp"
 
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 
@@ -10,10 +10,10 @@ std::unique_ptr<Solver> make_solver(SolverChoice choice, const SolverLimits& lim
     return make_ipopt({.tolerance = limits.tolerance,
                        .max_iterations = limits.max_iterations,
                        .time_limit = limits.time_limit});
-  return make_sqp({.tolerance = limits.tolerance,
-                   .max_iterations = limits.max_iterations,
-                   .time_limit = limits.time_limit,
-                   .qp = qp_method(choice)});
+  return make_native_solver({.tolerance = limits.tolerance,
+                             .max_iterations = limits.max_iterations,
+                             .time_limit = limits.time_limit,
+                             .qp = qp_method(choice)});
 }
 
 }  // namespace saltus

@@ -28,7 +28,7 @@ double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().ma
 
 }  // namespace
 
-SqpEngine::SqpEngine(const NonlinearProgram& program, const SqpOptions& options)
+SqpEngine::SqpEngine(const NonlinearProgram& program, const NativeSolverOptions& options)
     : model(program), qp_options{.tolerance = 0.01 * options.tolerance, .convex = false} {
   if (program.is_linear_quadratic())
     qp_options = {.tolerance = options.tolerance, .max_iterations = options.max_iterations};
@@ -49,7 +49,7 @@ bool SqpEngine::fits(const NonlinearProgram& p) const {
          p.is_linear_quadratic() == (convexification == nullptr);
 }
 
-SqpRun::SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
+SqpRun::SqpRun(NonlinearProgram& program, const NativeSolverOptions& options, Curvature curvature,
                SqpEngine& engine, WallClock::time_point deadline, const SolveObserver& observer,
                int first_number)
     : program_(program),

@@ -24,14 +24,14 @@
 #include "saltus/solver/convexify.hpp"
 #include "saltus/solver/elastic_qp.hpp"
 #include "saltus/solver/l1_merit.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/quadratic_model.hpp"
-#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 
 /// Data that depend only on the patterns and are kept between runs.
 struct SqpEngine {
-  SqpEngine(const NonlinearProgram& program, const SqpOptions& options);
+  SqpEngine(const NonlinearProgram& program, const NativeSolverOptions& options);
   bool fits(const NonlinearProgram& program) const;
 
   QuadraticModel model;
@@ -46,7 +46,7 @@ struct SqpEngine {
 
 class SqpRun {
  public:
-  SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
+  SqpRun(NonlinearProgram& program, const NativeSolverOptions& options, Curvature curvature,
          SqpEngine& engine, WallClock::time_point deadline, const SolveObserver& observer,
          int first_number = 0);
 
@@ -71,7 +71,7 @@ class SqpRun {
   double accept(const VectorXd& w, double alpha);
 
   NonlinearProgram& program_;
-  const SqpOptions& options_;
+  const NativeSolverOptions& options_;
   Curvature curvature_;
   SqpEngine& engine_;
   QuadraticModel& model_;

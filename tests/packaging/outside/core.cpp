@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <saltus/integrators/runge_kutta.hpp>
 #include <saltus/ocp/problem.hpp>
-#include <saltus/solver/sqp.hpp>
+#include <saltus/solver/native_solver.hpp>
 #include <saltus/transcription/multiple_shooting.hpp>
 
 // The folders of the source tree must not be on a user's path.
@@ -37,7 +37,7 @@ int main() {
   OptimalControlProblem race("race");
   race.start_at({0, 0}).then(drive);
   MultipleShooting shooting{race, {.intervals_per_phase = 20, .integrator = runge_kutta4()}};
-  const auto solver = make_sqp();
+  const auto solver = make_native_solver();
   const Solution plan = solve(shooting, *solver);
   // Full throttle to the middle, full brake from there: 2 sqrt(100 m / 1 m/s^2).
   std::printf("%s: %.9f s\n", plan.message.c_str(), plan.cost);

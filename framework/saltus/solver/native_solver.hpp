@@ -19,7 +19,7 @@
 namespace saltus {
 
 /// Options of the native solver.
-struct SqpOptions {
+struct NativeSolverOptions {
   /// Scaled KKT error. If the reported residual NlpResult::kkt exceeds the tolerance, the result is
   /// `acceptable` up to 100 times the tolerance and a failure above that.
   double tolerance = 1e-8;
@@ -40,7 +40,12 @@ struct SqpOptions {
   QpMethod elastic_qp = sparse_qp();
 };
 
-/// Creates the native solver.
-std::unique_ptr<Solver> make_sqp(SqpOptions options = {});
+/// The native solver: chooses the barrier method or sequential quadratic programming itself.
+std::unique_ptr<Solver> make_native_solver(NativeSolverOptions options = {});
+
+// Old names, removed in 0.4.
+using SqpOptions [[deprecated("use NativeSolverOptions")]] = NativeSolverOptions;
+[[deprecated("use make_native_solver")]] std::unique_ptr<Solver> make_sqp(
+    NativeSolverOptions options = {});
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,11 +49,13 @@ ProgramScale limit_slopes(NonlinearProgram& program, const VectorXd& w) {
   return scale;
 }
 
-class SqpSolver final : public Solver {
+class NativeSolver final : public Solver {
  public:
-  explicit SqpSolver(SqpOptions options) : options_(std::move(options)) {}
+  explicit NativeSolver(NativeSolverOptions options) : options_(std::move(options)) {}
 
-  std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
+  std::string name() const override {
+    return engine_ ? "native solver with " + engine_->qp->name() : "native solver";
+  }
 
   double tolerance() const override { return options_.tolerance; }
   bool keeps_stages() const override { return options_.qp.by_stages; }
@@ -104,7 +106,7 @@ class SqpSolver final : public Solver {
     if (!warm || start.lambda.size() != program.rows())
       return refined(program, curvature, deadline, solve_cold(program, start, curvature, deadline));
 
-    SqpOptions few = options_;
+    NativeSolverOptions few = options_;
     few.max_iterations = std::min(options_.max_iterations, warm_models);
     NlpResult result =
         SqpRun(program, few, curvature, *engine_, deadline, observer()).solve(start, true);
@@ -155,7 +157,7 @@ class SqpSolver final : public Solver {
     if (result.status != SolveStatus::optimal && result.status != SolveStatus::acceptable)
       return result;
     if (result.kkt.scaled() <= options_.tolerance) return result;
-    SqpOptions few = options_;
+    NativeSolverOptions few = options_;
     few.max_iterations = std::min(refining_models, left_after(result));
     NlpResult better =
         SqpRun(program, few, curvature, *engine_, deadline, observer(), result.iterations)
@@ -204,15 +206,19 @@ class SqpSolver final : public Solver {
     return result;
   }
 
-  SqpOptions options_;
+  NativeSolverOptions options_;
   std::unique_ptr<SqpEngine> engine_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace
 
-std::unique_ptr<Solver> make_sqp(SqpOptions options) {
-  return std::make_unique<SqpSolver>(std::move(options));
+std::unique_ptr<Solver> make_native_solver(NativeSolverOptions options) {
+  return std::make_unique<NativeSolver>(std::move(options));
+}
+
+std::unique_ptr<Solver> make_sqp(NativeSolverOptions options) {
+  return make_native_solver(std::move(options));
 }
 
 }  // namespace saltus
