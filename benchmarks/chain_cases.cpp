@@ -6,7 +6,7 @@
 #include "benchmarks/chain_sqp.hpp"
 #include "benchmarks/data_file.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 namespace {

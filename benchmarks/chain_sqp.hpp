@@ -5,7 +5,7 @@
 
 #include "benchmarks/hanging_chain.hpp"
 #include "benchmarks/tracking_program.hpp"
-#include "saltus/qp/stage_qp_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

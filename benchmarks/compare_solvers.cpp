@@ -12,7 +12,7 @@
 #include <string>
 
 #include "benchmarks/random_programs.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 namespace {
 

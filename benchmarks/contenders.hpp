@@ -7,7 +7,7 @@
 
 #include "benchmarks/cases.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

@@ -8,7 +8,7 @@
 #include "benchmarks/latency.hpp"
 #include "benchmarks/latency_output.hpp"
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus::bench {

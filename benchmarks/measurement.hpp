@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "benchmarks/statistics.hpp"
-#include "saltus/qp/stage_qp_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

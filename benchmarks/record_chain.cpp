@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/hanging_chain.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/model/make_function.hpp"

@@ -12,7 +12,7 @@
 
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

@@ -2,7 +2,7 @@
 // ball arrives softly. CVODES locates the impacts and differentiates through them.
 #include <cstdio>
 #include <fstream>
-#include <saltus/integrators/cvodes.hpp>
+#include <saltus/integrators/sundials.hpp>
 #include <saltus/saltus.hpp>
 #include <saltus/solver/ipopt.hpp>
 

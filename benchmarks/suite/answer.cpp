@@ -16,11 +16,11 @@
 #include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/qp_problems.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/app/version.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus::bench {
 namespace {

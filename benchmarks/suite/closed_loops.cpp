@@ -15,7 +15,7 @@
 #include "benchmarks/tracking_program.hpp"
 #include "saltus/core/data_file.hpp"
 #include "saltus/model/make_function.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 namespace {

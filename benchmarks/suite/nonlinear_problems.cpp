@@ -11,7 +11,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/core/text.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"

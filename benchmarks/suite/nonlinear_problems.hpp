@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "problems/library/reference_case.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/solver.hpp"
-#include "saltus/solver/solver_choice.hpp"
 
 namespace saltus::bench {
 

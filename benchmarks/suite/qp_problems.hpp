@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

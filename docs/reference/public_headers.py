@@ -33,7 +33,7 @@ ARITHMETIC = re.compile(
     r"^\s*(?:\[\[gnu::\w+\]\] )?(?:friend |static )?[\w:]+(?:<[^>]*>)?&? (?:operator[-+*/<>=!]+|sin|cos|tan|asin|acos"
     r"|atan|sinh|cosh|tanh|exp|log|sqrt|abs|min|max|atan2|hypot|pow|combine)\(")
 AUTODIFF = ("saltus/autodiff/dual.hpp", "saltus/autodiff/math.hpp", "saltus/autodiff/tracer.hpp",
-            "saltus/autodiff/scalar.hpp")
+            "saltus/autodiff/dual.hpp")
 
 
 def public_headers():

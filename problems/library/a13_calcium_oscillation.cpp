@@ -10,8 +10,7 @@
 // Source: Sager, mintOC.de, calcium oscillation (1610.654); Lebiedz, Sager, Bock and Lebiedz, Phys.
 // Rev. Lett. 95, 108303 (2005). Optimum and switching times were computed independently.
 #include "problems/library/cases.hpp"
-#include "saltus/integrators/implicit_midpoint.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

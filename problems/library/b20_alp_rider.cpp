@@ -15,7 +15,6 @@
 #include <cmath>
 
 #include "problems/library/cases.hpp"
-#include "saltus/integrators/implicit_midpoint.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {

@@ -20,7 +20,7 @@
 #include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 

@@ -8,7 +8,7 @@
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
-#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 namespace saltus::library {
 namespace {

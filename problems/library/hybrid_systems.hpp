@@ -6,8 +6,8 @@
 #include <numbers>
 #include <string>
 
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/simulate.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/model/automaton.hpp"
 #include "saltus/model/integrator.hpp"
 

@@ -1,6 +1,6 @@
 #include "problems/library/motion.hpp"
 
-#include "saltus/simulation/integrator_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 namespace saltus::library {
 

@@ -9,8 +9,8 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/integrators/sundials.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/replay.hpp"
 
 namespace saltus {

@@ -6,8 +6,8 @@
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/solver.hpp"
-#include "saltus/solver/solver_choice.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 
 namespace saltus {

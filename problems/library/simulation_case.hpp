@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problems/library/checked_value.hpp"
-#include "saltus/simulation/recording.hpp"
+#include "saltus/simulation/loop_log.hpp"
 
 namespace saltus {
 

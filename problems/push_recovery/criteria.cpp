@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "problems/push_recovery/step_problem.hpp"
-#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/robots/walking/step_plan.hpp"
-#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/optimum_check.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::push_recovery {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "problems/quadruped/rigid_body.hpp"
-#include "saltus/ocp/joint_schedule.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::quadruped {
 

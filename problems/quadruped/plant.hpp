@@ -14,7 +14,7 @@
 #include "problems/quadruped/gait.hpp"
 #include "problems/quadruped/ground.hpp"
 #include "problems/quadruped/rigid_body.hpp"
-#include "saltus/simulation/integrator_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 namespace saltus::quadruped {
 

@@ -9,7 +9,7 @@
 // changes to the next one.
 #include "problems/quadruped/problem.hpp"
 
-#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/math.hpp"
 
 namespace saltus::quadruped {
 

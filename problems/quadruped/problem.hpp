@@ -3,8 +3,8 @@
 
 #include "problems/quadruped/rigid_body.hpp"
 #include "saltus/model/named_parameters.hpp"
-#include "saltus/ocp/joint_schedule.hpp"
 #include "saltus/ocp/problem.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::quadruped {
 

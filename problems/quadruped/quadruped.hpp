@@ -2,7 +2,7 @@
 // which uses only the framework.
 #pragma once
 
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus::quadruped {
 

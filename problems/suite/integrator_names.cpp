@@ -1,8 +1,7 @@
 #include "problems/suite/integrator_names.hpp"
 
-#include "saltus/integrators/arkode.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 
 namespace saltus {

@@ -20,7 +20,7 @@
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/simulation/explanation_json.hpp"
-#include "saltus/simulation/recording.hpp"
+#include "saltus/simulation/loop_log.hpp"
 #include "saltus/solve/explain.hpp"
 
 namespace saltus {

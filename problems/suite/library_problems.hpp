@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus {
 

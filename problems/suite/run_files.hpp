@@ -7,8 +7,8 @@
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
 #include "problems/suite/library_loop.hpp"
-#include "saltus/app/output_folder.hpp"
-#include "saltus/simulation/recording.hpp"
+#include "saltus/app/program.hpp"
+#include "saltus/simulation/loop_log.hpp"
 #include "saltus/solve/explain.hpp"
 
 namespace saltus {

@@ -10,7 +10,7 @@
 #include "problems/suite/suite_output.hpp"
 #include "saltus/app/note_signals.hpp"
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/app/settings.hpp"
 
 namespace saltus {

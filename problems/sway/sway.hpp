@@ -3,7 +3,7 @@
 #pragma once
 
 #include "problems/biped/configurable_biped.hpp"
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus::sway {
 

@@ -1,5 +1,5 @@
 // The command line taken apart, and the program that acts on it.
-#include "saltus/app/command_line.hpp"
+#include "saltus/app/program.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "tests/app/support.hpp"

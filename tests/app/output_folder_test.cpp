@@ -1,5 +1,5 @@
 // Results on disk: refused early, complete or absent, exact.
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/math.hpp"
 #include "tests/autodiff/compare_scalars.hpp"
 
 namespace saltus {

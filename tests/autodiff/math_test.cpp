@@ -8,7 +8,6 @@
 #include <functional>
 #include <initializer_list>
 
-#include "saltus/autodiff/smooth.hpp"
 #include "saltus/core/types.hpp"
 
 namespace saltus {

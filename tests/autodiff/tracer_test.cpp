@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/math.hpp"
 #include "saltus/core/types.hpp"
 
 namespace saltus {

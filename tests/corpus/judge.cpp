@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/corpus/claims.hpp"
 #include "tests/corpus/stationarity.hpp"
 #include "tests/corpus/trial.hpp"

@@ -11,7 +11,7 @@
 #include "saltus/core/random.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/solver_choice.hpp"
+#include "saltus/solver/native_solver.hpp"
 #include "tests/corpus/outside.hpp"
 
 namespace saltus::corpus {

@@ -12,7 +12,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/definitions/random_definition.hpp"
 

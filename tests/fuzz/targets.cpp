@@ -14,14 +14,14 @@
 #include "problems/biped/survival/map_cells.hpp"
 #include "problems/biped/survival/map_file.hpp"
 #include "problems/library/npz.hpp"
-#include "saltus/app/command_line.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/app/rerun.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 #include "saltus/robots/walking/push.hpp"
-#include "saltus/yaml/yaml_file.hpp"
+#include "saltus/yaml/yaml_section.hpp"
 
 namespace saltus::fuzz {
 namespace {

@@ -1,9 +1,7 @@
 // The fixed-step schemes do not allocate after construction, those of SUNDIALS not after the first
 // call of each kind.
-#include "saltus/integrators/arkode.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"

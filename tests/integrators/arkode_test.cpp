@@ -1,5 +1,5 @@
 // ARKODE: measured orders with fixed steps, agreement under error control, stiff problems.
-#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 #include "problems/library/initial_value_problems.hpp"
 #include "saltus/core/error.hpp"

@@ -1,12 +1,10 @@
 // CVODES on problems with known answers: stiff, orbital, and its sensitivities.
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 #include <malloc.h>
 
 #include "problems/library/initial_value_problems.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/arkode.hpp"
-#include "saltus/integrators/idas.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/sundials_support.hpp"
 #include "tests/integrators/support.hpp"

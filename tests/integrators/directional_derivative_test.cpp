@@ -1,14 +1,14 @@
 // Derivatives of the flow along a direction: where two events fall together, where a guard reads an
 // input, and where one is grazed.
-#include "saltus/model/directional_derivative.hpp"
+#include "saltus/model/integrator.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/model/automaton.hpp"
 
 namespace saltus {

@@ -5,9 +5,9 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_integrator.hpp"
-#include "saltus/integrators/hybrid_simulation.hpp"
-#include "saltus/integrators/idas.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/simulate.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/count_allocations.hpp"

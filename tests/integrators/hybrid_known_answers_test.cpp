@@ -1,7 +1,7 @@
 // Events against closed forms: times, states and derivatives, by every scheme that handles events.
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/hybrid_simulation.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/simulate.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "problems/library/hybrid_systems.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/hybrid_simulation.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/simulate.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 namespace saltus::test {
 

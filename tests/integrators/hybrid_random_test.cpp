@@ -8,7 +8,7 @@
 #include <random>
 
 #include "saltus/integrators/hybrid_integrator.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/sanitized.hpp"

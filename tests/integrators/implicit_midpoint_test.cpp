@@ -1,9 +1,8 @@
 // The implicit midpoint rule: measured order, exact discrete derivatives, and what it is chosen
 // for.
-#include "saltus/integrators/implicit_midpoint.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/count_allocations.hpp"
 

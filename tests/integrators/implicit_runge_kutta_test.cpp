@@ -1,11 +1,11 @@
 // Gauss-Legendre and Radau IIA: coefficients, measured orders, exact discrete derivatives,
 // stability, failures. What they cost is counted: scheme_instructions.cpp.
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 #include <string>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/count_allocations.hpp"
 

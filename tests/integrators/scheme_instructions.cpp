@@ -11,7 +11,6 @@
 #include <string>
 #include <type_traits>
 
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/model/make_function.hpp"
 

@@ -2,7 +2,7 @@
 #include "saltus/integrators/simulate.hpp"
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "tests/integrators/support.hpp"
 

@@ -17,7 +17,7 @@
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/metamorphic/cases.hpp"
 
 namespace saltus::metamorphic {

@@ -1,7 +1,7 @@
 // The problems of examples/, docs/first_problem.cpp and docs/tutorial/, as their programs state
 // them.
 #include "docs/tutorial/hopper.hpp"
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "tests/metamorphic/cases.hpp"
 
 namespace saltus::metamorphic {

@@ -9,7 +9,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/model/derivative_check.hpp"
-#include "saltus/model/formula_with_algebraic.hpp"
 #include "saltus/model/make_function.hpp"
 #include "tests/support/count_allocations.hpp"
 

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "saltus/model/derivative_check.hpp"
-#include "saltus/model/structure.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {

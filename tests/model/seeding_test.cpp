@@ -1,5 +1,5 @@
 // Passes read every entry exactly once, and nothing else answers in its lane.
-#include "saltus/model/seeding.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/math.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/ocp/cost_functions.hpp"

@@ -13,13 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/mpc/shrinking_horizon.hpp"
-#include "saltus/simulation/recording.hpp"
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/simulation/loop_log.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/sanitized.hpp"

@@ -1,5 +1,5 @@
 // Are quantiles right to the width of a bucket?
-#include "saltus/mpc/latency_histogram.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 
 #include <gtest/gtest.h>
 

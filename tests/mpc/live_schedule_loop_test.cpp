@@ -9,7 +9,7 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/point_mass.hpp"
 #include "tests/support/walking_problem.hpp"

@@ -13,7 +13,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/late_solver.hpp"

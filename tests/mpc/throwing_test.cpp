@@ -7,11 +7,11 @@
 #include <stdexcept>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 

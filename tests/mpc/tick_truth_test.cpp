@@ -12,7 +12,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "tests/support/count_allocations.hpp"

@@ -1,5 +1,5 @@
 // Schedules side by side: what each does, all do.
-#include "saltus/ocp/joint_schedule.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

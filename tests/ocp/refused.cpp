@@ -3,10 +3,9 @@
 #include <type_traits>
 
 #include "saltus/model/automaton.hpp"
-#include "saltus/ocp/jump.hpp"
 #include "saltus/ocp/link.hpp"
 #include "saltus/ocp/phase.hpp"
-#include "saltus/simulation/integrator_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 using namespace saltus;
 
 struct Cart {

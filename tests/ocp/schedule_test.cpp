@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/reference.hpp"
+#include "saltus/ocp/term.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <sstream>
 
-#include "saltus/app/assignment.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "saltus/core/skew.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::testing {
 namespace {

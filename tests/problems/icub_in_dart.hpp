@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "saltus/app/assignment.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "tests/problems/push_recovery_run.hpp"

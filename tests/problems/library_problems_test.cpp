@@ -11,7 +11,7 @@
 
 #include "problems/library/catalogue.hpp"
 #include "saltus/app/program.hpp"
-#include "saltus/solver/observer.hpp"
+#include "saltus/solver/solver.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "problems/library/c01_mpc_qps.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 namespace {

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/app/assignment.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"

@@ -1,8 +1,8 @@
 // Does the program of the design page compile, solve, and hold what it promises?
 #include <gtest/gtest.h>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "saltus/qp/riccati_solver.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/support/stage_conversion.hpp"
 
 namespace saltus {

@@ -11,7 +11,7 @@
 
 #include "saltus/core/random.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/support/random_qp.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // Both systems of the barrier method by the equations that newton_system.hpp says they solve.
-#include "saltus/qp/newton_system.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/support/random_qp.hpp"
 
 int main(int count, char** words) {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/qp/qp_result.hpp"
 #include "saltus/qp/sparse_qp.hpp"
-#include "saltus/qp/stage_structure.hpp"
 #include "tests/support/stage_checks.hpp"
 
 namespace saltus::testing {

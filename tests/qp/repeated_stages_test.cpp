@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "saltus/core/random.hpp"
-#include "saltus/qp/riccati_solver.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/support/random_qp.hpp"
 #include "tests/support/stage_conversion.hpp"
 

@@ -11,9 +11,9 @@
 
 #include "saltus/qp/kkt_system.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/riccati_system.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/qp/program_with_groups.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"

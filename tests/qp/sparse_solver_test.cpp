@@ -1,5 +1,5 @@
 // The sparse solver: known optima, programs without one, warm starts, deadlines, no allocation.
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
 

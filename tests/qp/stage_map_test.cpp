@@ -9,7 +9,7 @@
 #include <span>
 
 #include "saltus/core/error.hpp"
-#include "saltus/qp/sparse_by_stages.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/qp/random_staged.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/dense_qp_solver.hpp"

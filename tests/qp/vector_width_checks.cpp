@@ -6,7 +6,7 @@
 
 #include "saltus/qp/packed_qp.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "tests/support/random_qp.hpp"
 
 namespace saltus::testing {

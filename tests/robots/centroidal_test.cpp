@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/autodiff/eigen_scalar.hpp"
+#include "saltus/autodiff/dual.hpp"
 #include "saltus/autodiff/tracer.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/robots/centroidal/centroidal_plant.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "saltus/autodiff/eigen_scalar.hpp"
+#include "saltus/autodiff/dual.hpp"
 #include "saltus/autodiff/tracer.hpp"
 
 namespace saltus {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/walking/progress.hpp"
 
 namespace saltus::walking {

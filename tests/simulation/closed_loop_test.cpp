@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {

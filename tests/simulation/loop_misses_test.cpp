@@ -1,5 +1,5 @@
 // What a closed loop misses of its controller's problem is in its log.
-#include "saltus/simulation/loop_misses.hpp"
+#include "saltus/simulation/loop_log.hpp"
 
 #include <gtest/gtest.h>
 

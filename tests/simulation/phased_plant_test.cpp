@@ -1,5 +1,5 @@
 // A plant with phases: does each end where its guard or the plan says, and what did it cost?
-#include "saltus/simulation/phased_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,8 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/simulation/closed_loop.hpp"
-#include "saltus/simulation/integrator_plant.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "tests/support/point_mass.hpp"
 

@@ -1,5 +1,5 @@
 // Tables that others read: names, units, empty cells, both sides of an event.
-#include "saltus/simulation/recording.hpp"
+#include "saltus/simulation/loop_log.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

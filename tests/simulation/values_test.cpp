@@ -14,10 +14,10 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/mpc/shrinking_horizon.hpp"
-#include "saltus/sequences/sequence_result.hpp"
+#include "saltus/sequences/search.hpp"
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"
 
 namespace saltus {

@@ -14,7 +14,7 @@
 #include "saltus/ocp/phase.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {

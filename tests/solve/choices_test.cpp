@@ -6,7 +6,7 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/any_real_time_solver.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 

@@ -8,7 +8,7 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/simulation/closed_loop.hpp"
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 namespace {

@@ -1,5 +1,5 @@
-// "The constraints cannot all be satisfied" is a proof. Where there is none the message speaks of an
-// apparent local minimum of the violation.
+// "The constraints cannot all be satisfied" is a proof. Where there is none the message speaks of
+// an apparent local minimum of the violation.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solve/explain.hpp"
 #include "saltus/solve/solve.hpp"
-#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/infeasibility_proof.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"

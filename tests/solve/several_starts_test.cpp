@@ -1,6 +1,6 @@
 // Several starts and homotopy: distinct optima in an order that no thread decides, and the way to a
 // problem that its own guess does not solve.
-#include "saltus/solve/several_starts.hpp"
+#include "saltus/solve/solve.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solve/homotopy.hpp"
 #include "saltus/solver/native_solver.hpp"
 
 namespace saltus {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "saltus/saltus.hpp"
-#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 
 namespace saltus {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/point_mass.hpp"

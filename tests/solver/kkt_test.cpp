@@ -1,5 +1,5 @@
 // Our own residual: zero at an optimum, and each part sees its own kind of error.
-#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/optimum_check.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,6 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/scaled_program.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "problems/library/catalogue.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "tests/solver/small_programs.hpp"
 #include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/event_problems.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "saltus/core/clock.hpp"
-#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 
 namespace saltus {
 

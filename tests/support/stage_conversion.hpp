@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/core/types.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/qp/stage_qp.hpp"
 

@@ -7,12 +7,9 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/idas.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/model/eliminated.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/integrators/sundials.hpp"
+#include "saltus/model/algebraic.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"

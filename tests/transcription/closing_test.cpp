@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"

@@ -4,9 +4,8 @@
 
 #include <cmath>
 
-#include "saltus/integrators/arkode.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"

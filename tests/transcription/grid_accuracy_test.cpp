@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/replay.hpp"

@@ -5,9 +5,8 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/ipopt.hpp"

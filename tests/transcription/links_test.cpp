@@ -7,9 +7,8 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/optimum_derivatives.hpp"

@@ -1,5 +1,5 @@
 // Meshes of unequal intervals, and nodes through which an input is held.
-#include "saltus/transcription/mesh.hpp"
+#include "saltus/transcription/grid.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // One-sided derivatives of optima where an event stands at a node or at another event: against
 // closed forms, and against solving again on that side.
-#include "saltus/transcription/one_sided_derivative.hpp"
+#include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,6 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/limit_at_zero.hpp"
 #include "saltus/solver/ipopt.hpp"
-#include "saltus/transcription/optimum_derivatives.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "benchmarks/push_recovery_cases.hpp"
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/optimum_derivatives.hpp"
 #include "tests/support/event_problems.hpp"

@@ -6,9 +6,9 @@
 
 #include <cmath>
 
-#include "saltus/qp/sparse_solver.hpp"
-#include "saltus/solver/kkt.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/native_solver.hpp"
+#include "saltus/solver/optimum_check.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/event_problems.hpp"

@@ -10,7 +10,7 @@
 
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "saltus/solver/convexify.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 

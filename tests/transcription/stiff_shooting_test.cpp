@@ -4,10 +4,8 @@
 
 #include <cmath>
 
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/solver/any_solver.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"

@@ -1,5 +1,5 @@
 // A solution between nodes, at events and as CSV.
-#include "saltus/transcription/trajectory.hpp"
+#include "saltus/transcription/solution.hpp"
 
 #include <gtest/gtest.h>
 

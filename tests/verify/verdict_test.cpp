@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solve/solve.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"

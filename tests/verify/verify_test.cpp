@@ -6,12 +6,12 @@
 
 #include <cmath>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/solve/solve.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
-#include "saltus/transcription/plan_of.hpp"
+#include "saltus/transcription/replay.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {

@@ -1,10 +1,10 @@
-#include "saltus/app/assignment.hpp"
+#include "saltus/app/settings.hpp"
 
 #include <fmt/format.h>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
-#include "saltus/yaml/yaml_file.hpp"
+#include "saltus/yaml/yaml_section.hpp"
 
 namespace saltus {
 namespace {

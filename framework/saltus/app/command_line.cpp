@@ -1,4 +1,4 @@
-#include "saltus/app/command_line.hpp"
+#include "saltus/app/program.hpp"
 
 #include "saltus/app/option_parser.hpp"
 #include "saltus/core/error.hpp"

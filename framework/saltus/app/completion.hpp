@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/app/log_formats.hpp"
+#include "saltus/app/program.hpp"
 
 #include <fmt/format.h>
 

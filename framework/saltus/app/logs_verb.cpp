@@ -6,9 +6,8 @@
 #include <span>
 #include <string>
 
-#include "saltus/app/log_formats.hpp"
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

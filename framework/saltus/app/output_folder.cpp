@@ -1,4 +1,4 @@
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

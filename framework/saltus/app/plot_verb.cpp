@@ -7,7 +7,7 @@
 #include <string>
 
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 

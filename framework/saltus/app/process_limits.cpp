@@ -12,7 +12,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "saltus/app/exit_status.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/write_all.hpp"
 
 namespace saltus {

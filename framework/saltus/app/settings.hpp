@@ -12,11 +12,88 @@
 #include <variant>
 #include <vector>
 
-#include "saltus/app/assignment.hpp"
-#include "saltus/app/range.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
 
 namespace saltus {
+
+// One "key = value" from a file or the command line, with its source.
+
+/// A value as written. `Settings` converts it to the type of its key.
+struct Assignment {
+  /// Source of the text: a file, --set, or a flag.
+  enum class Origin { file, set, flag };
+  enum class Form { scalar, list, none };  ///< `none`: a key without a value
+
+  std::string key;                 ///< dotted, as written: "push.impulse"
+  Form form = Form::none;          ///< how the value was written
+  std::vector<std::string> items;  ///< one entry for a scalar, any number for a list
+  Origin origin = Origin::set;     ///< source
+  std::string location;  ///< source for messages: "push.yaml:3", "--set push.impulse=7", "--urdf"
+};
+
+/// Reads the settings of a YAML file, in the order of the file. Nested maps become dotted keys.
+/// Throws InputError as `read_yaml` does, and if the file has no setting.
+std::vector<Assignment> read_assignments(const std::filesystem::path& file);
+
+/// Parses the "KEY=VALUE" of --set. Lists are written [a, b, c] or a,b,c. Throws InputError if the
+/// '=' or the key is missing.
+Assignment parse_set_argument(std::string_view text);
+
+/// The assignment of a flag: `--urdf robot.urdf` means `--set urdf=robot.urdf`.
+Assignment flag_assignment(std::string_view flag, std::string_view value);
+
+/// A flag without a value (`--stepping`), which only boolean settings accept.
+Assignment bare_flag_assignment(std::string_view flag);
+
+// Range of numbers that a setting accepts; its ends may be excluded.
+
+/// An interval of allowed numbers. Ranges from `Bounds` (`at_least(0)`, `between(0, 1)`) include
+/// their ends; those from `above`, `below` or `strictly_between` do not.
+struct Range {
+  double lower = -infinity;     ///< smallest allowed number
+  double upper = infinity;      ///< largest allowed number
+  bool lower_excluded = false;  ///< `lower` itself is not allowed
+  bool upper_excluded = false;  ///< `upper` itself is not allowed
+
+  Range() = default;
+  /// Range with both ends included.
+  Range(const Bounds& bounds) : lower(bounds.lower), upper(bounds.upper) {}  // NOLINT: intended
+
+  /// False for NaN.
+  bool contains(double value) const {
+    const bool low_enough = upper_excluded ? value < upper : value <= upper;
+    const bool high_enough = lower_excluded ? value > lower : value >= lower;
+    return low_enough && high_enough;
+  }
+  /// True if every number is allowed.
+  bool is_free() const { return lower == -infinity && upper == infinity; }
+
+  /// Text for messages: "at least 0 N s", "above 0 and at most 1"; empty if every number is
+  /// allowed.
+  std::string text(const std::string& unit = "") const;
+};
+
+/// Numbers greater than `lower`.
+inline Range above(double lower) {
+  Range range{at_least(lower)};
+  range.lower_excluded = true;
+  return range;
+}
+
+/// Numbers less than `upper`.
+inline Range below(double upper) {
+  Range range{at_most(upper)};
+  range.upper_excluded = true;
+  return range;
+}
+
+/// Numbers greater than `lower` and less than `upper`.
+inline Range strictly_between(double lower, double upper) {
+  Range range{between(lower, upper)};
+  range.lower_excluded = range.upper_excluded = true;
+  return range;
+}
 
 /// A registry of keys, each bound to a field of a struct that must outlive the registry. The value
 /// of the field at its declaration is the default.

@@ -19,10 +19,371 @@
 #pragma once
 
 #include <concepts>
+#include <type_traits>
 
-#include "saltus/autodiff/eigen_scalar.hpp"
-#include "saltus/autodiff/pack.hpp"
-#include "saltus/autodiff/scalar.hpp"
+#include "saltus/core/types.hpp"
+
+namespace saltus {
+
+// Concepts for the number types that replace double in a formula, and their compile-time errors.
+
+/// True for number types that carry derivatives or dependencies. Each type specialises it.
+template <class S>
+inline constexpr bool is_active_scalar = false;
+
+/// A number type that replaces double in a user's formula: a dual number or a tracer.
+template <class S>
+concept ActiveScalar = is_active_scalar<S>;
+
+/// Any number type of a formula.
+template <class S>
+concept Scalar = ActiveScalar<S> || std::is_arithmetic_v<S>;
+
+/// Two scalars of which at least one is active. The operators and functions of Saltus apply to
+/// these.
+template <class A, class B>
+concept ActivePair = (ActiveScalar<A> && (std::same_as<A, B> || std::is_arithmetic_v<B>)) ||
+                     (ActiveScalar<B> && std::is_arithmetic_v<A>);
+
+namespace detail {
+template <class... Ts>
+struct CommonScalar {
+  using Type = double;
+};
+template <class T, class... Ts>
+struct CommonScalar<T, Ts...> {
+  using Rest = typename CommonScalar<Ts...>::Type;
+  using Type = std::conditional_t<ActiveScalar<T>, T, Rest>;
+};
+
+// Each function is instantiated once for all scalars, so that the compiler reports one error
+// instead of one per scalar.
+template <bool used>
+bool branching_on_a_state() {
+  static_assert(!used,
+                "a formula cannot branch on a state, input or parameter, because its derivatives "
+                "and sparsity must hold on both sides: use saltus::select(condition, a, b), min, "
+                "max, abs or smooth_step instead, without std::");
+  return false;
+}
+template <bool used>
+void index_of_a_scalar() {
+  static_assert(!used,
+                "a scalar has no entries: a formula is called as f(t, x), f(t, x, u) or "
+                "f(t, x, u, p), with the time t first, and only x, u and p have entries");
+}
+template <bool used>
+long double argument_of_standard_function() {
+  static_assert(
+      !used,
+      "use sin(x), not std::sin(x): functions of <cmath> lose derivatives, so call the functions "
+      "of saltus without std:: (sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
+      "tanh, exp, log, sqrt, pow, hypot, abs, min, max)");
+  return 0.0L;
+}
+template <bool used>
+double number_without_derivatives() {
+  static_assert(
+      !used,
+      "a number with derivatives does not convert to double: declare variables and results of a "
+      "formula with its scalar type, S and Vec<S, n> instead of double and Vec<double, n>");
+  return 0.0;
+}
+}  // namespace detail
+
+/// The active type among Ts, or double if there is none.
+template <class... Ts>
+using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
+
+/// An active scalar and a number of any arithmetic type, as in 2 * x.
+template <class A, class B>
+concept ScalarAndNumber = (ActiveScalar<A> && (std::is_arithmetic_v<B> || std::is_enum_v<B>)) ||
+                          (ActiveScalar<B> && (std::is_arithmetic_v<A> || std::is_enum_v<A>));
+
+namespace detail {
+template <class A>
+decltype(auto) operand(const A& a) {
+  if constexpr (ActiveScalar<A>) {
+    return (a);
+  } else {
+    return static_cast<double>(a);
+  }
+}
+}  // namespace detail
+
+// Operators for numbers that are not doubles. Each scalar type defines those for doubles itself.
+// These match better than built-in operators, which would convert the scalar to long double
+// (argument_of_standard_function()).
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator+(const A& a, const B& b) {
+  return detail::operand(a) + detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator-(const A& a, const B& b) {
+  return detail::operand(a) - detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator*(const A& a, const B& b) {
+  return detail::operand(a) * detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator/(const A& a, const B& b) {
+  return detail::operand(a) / detail::operand(b);
+}
+
+// Comparisons are declared so that the compiler reports the advice above instead of a missing
+// operator.
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator<(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator>(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator<=(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator>=(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator==(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+template <class A, class B>
+  requires ActivePair<A, B>
+bool operator!=(const A&, const B&) {
+  return detail::branching_on_a_state<ActivePair<A, B>>();
+}
+
+}  // namespace saltus
+
+// Memory layout of the tangent of a dual number: packs of doubles for vector instructions.
+//
+// The width follows the target: 8 doubles with AVX-512, 4 with AVX, otherwise 2. A pack wider than
+// the registers is slow and changes the calling convention. The width is therefore part of the
+// names that depend on it (SALTUS_LANES_ABI). A program and an installed library may thus use
+// different -march options: each keeps its own instances of the templates.
+//
+// Packs have the alignment of a double. Eigen aligns the heap to 16 bytes only
+// (EIGEN_MAX_ALIGN_BYTES=16). A dynamic matrix of duals with naturally aligned packs would crash.
+
+// Name of an inline namespace.
+#if defined(__AVX512F__)
+#define SALTUS_LANES_ABI lanes_8
+#elif defined(__AVX__)
+#define SALTUS_LANES_ABI lanes_4
+#else
+#define SALTUS_LANES_ABI lanes_2
+#endif
+
+namespace saltus {
+inline namespace SALTUS_LANES_ABI {
+
+#if defined(__AVX512F__)
+inline constexpr int native_lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int native_lanes = 4;
+#else
+inline constexpr int native_lanes = 2;
+#endif
+
+/// A vector of `lanes` doubles with element-wise + - * and double * Pack. Each width is a separate
+/// specialisation because types that depend on a template parameter lose vector attributes.
+template <int lanes>
+struct Pack;
+template <>
+struct Pack<1> {
+  using Lanes = double;
+};
+template <>
+struct Pack<2> {
+  using Lanes [[gnu::vector_size(16), gnu::aligned(8)]] = double;
+};
+template <>
+struct Pack<4> {
+  using Lanes [[gnu::vector_size(32), gnu::aligned(8)]] = double;
+};
+template <>
+struct Pack<8> {
+  using Lanes [[gnu::vector_size(64), gnu::aligned(8)]] = double;
+};
+
+/// The widest pack of the target that n doubles fill.
+constexpr int lanes_for(int n) {
+  int lanes = 1;
+  while (lanes < n && lanes < native_lanes) lanes *= 2;
+  return lanes;
+}
+
+/// n doubles stored in whole packs. Surplus lanes are computed and never read.
+template <int n>
+class Chunk {
+ public:
+  static constexpr int lanes = lanes_for(n);
+  static constexpr int packs = (n + lanes - 1) / lanes;
+
+  static Chunk zero() {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = Lanes{};
+    return c;
+  }
+  /// Loads packs * lanes doubles.
+  static Chunk load(const double* values) {
+    // Vector types may alias their elements. A memcpy would use smaller pieces than the next read.
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = reinterpret_cast<const Lanes*>(values)[k];
+    return c;
+  }
+  static Chunk unit(int lane) {
+    Chunk c = zero();
+    c.set(lane, 1.0);
+    return c;
+  }
+
+  double operator[](int i) const {
+    if constexpr (lanes == 1) {
+      return packs_[i];
+    } else {
+      return packs_[i / lanes][i % lanes];
+    }
+  }
+  void set(int i, double value) {
+    if constexpr (lanes == 1) {
+      packs_[i] = value;
+    } else {
+      packs_[i / lanes][i % lanes] = value;
+    }
+  }
+
+  Chunk& operator+=(const Chunk& b) {
+    for (int k = 0; k < packs; ++k) packs_[k] += b.packs_[k];
+    return *this;
+  }
+  Chunk& operator-=(const Chunk& b) {
+    for (int k = 0; k < packs; ++k) packs_[k] -= b.packs_[k];
+    return *this;
+  }
+  [[gnu::always_inline]] friend Chunk operator+(const Chunk& a, const Chunk& b) {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = a.packs_[k] + b.packs_[k];
+    return c;
+  }
+  [[gnu::always_inline]] friend Chunk operator-(const Chunk& a, const Chunk& b) {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = a.packs_[k] - b.packs_[k];
+    return c;
+  }
+  [[gnu::always_inline]] friend Chunk operator-(const Chunk& a) {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = -a.packs_[k];
+    return c;
+  }
+  [[gnu::always_inline]] friend Chunk operator*(double s, const Chunk& a) {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k];
+    return c;
+  }
+  /// s a + r b in one pass, for the product and chain rules of two arguments.
+  [[gnu::always_inline]] friend Chunk combine(double s, const Chunk& a, double r, const Chunk& b) {
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k] + r * b.packs_[k];
+    return c;
+  }
+
+ private:
+  using Lanes = typename Pack<lanes>::Lanes;
+  Lanes packs_[packs];
+};
+
+/// An empty tangent, for a number without derivatives.
+template <>
+class Chunk<0> {
+ public:
+  static Chunk zero() { return {}; }
+  Chunk& operator+=(const Chunk&) { return *this; }
+  Chunk& operator-=(const Chunk&) { return *this; }
+  friend Chunk operator+(const Chunk&, const Chunk&) { return {}; }
+  friend Chunk operator-(const Chunk&, const Chunk&) { return {}; }
+  friend Chunk operator-(const Chunk&) { return {}; }
+  friend Chunk operator*(double, const Chunk&) { return {}; }
+  friend Chunk combine(double, const Chunk&, double, const Chunk&) { return {}; }
+};
+
+}  // namespace SALTUS_LANES_ABI
+}  // namespace saltus
+
+// Lets Eigen vectors and matrices hold active scalars and mix with matrices of doubles.
+
+// types.hpp must precede all other Eigen headers.
+// Formulas may contain cross products and inverses. All of <Eigen/Geometry> takes a twentieth of
+// the time to compile a first program; include it for rotations.
+#include <Eigen/LU>
+#if EIGEN_VERSION_AT_LEAST(3, 4, 90)
+#include <Eigen/Geometry>
+#else
+#include <Eigen/src/Geometry/OrthoMethods.h>
+#endif
+
+namespace Eigen {
+
+template <saltus::ActiveScalar S>
+struct NumTraits<S> : NumTraits<double> {
+  using Real = S;
+  using NonInteger = S;
+  using Nested = S;
+  using Literal = double;  // `2.0 * v` multiplies by a double, not by a dual constant
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = !std::is_trivially_default_constructible_v<S>,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
+};
+
+template <saltus::ActiveScalar S, class Operation>
+struct ScalarBinaryOpTraits<S, double, Operation> {
+  using ReturnType = S;
+};
+template <saltus::ActiveScalar S, class Operation>
+struct ScalarBinaryOpTraits<double, S, Operation> {
+  using ReturnType = S;
+};
+
+namespace internal {
+
+// Computes products coefficient by coefficient for every size. For 8 rows or more, Eigen would use
+// its numerical kernels, which compare scalars, convert one factor or allocate.
+template <class Lhs, class Rhs>
+  requires(saltus::ActiveScalar<typename traits<typename remove_all<Lhs>::type>::Scalar> ||
+           saltus::ActiveScalar<typename traits<typename remove_all<Rhs>::type>::Scalar>)
+struct product_type<Lhs, Rhs> {
+  enum {
+    rows = int(traits<typename remove_all<Lhs>::type>::RowsAtCompileTime) == 1 ? 1 : int(Small),
+    depth = int(traits<typename remove_all<Lhs>::type>::ColsAtCompileTime) == 1 ? 1 : int(Small),
+    cols = int(traits<typename remove_all<Rhs>::type>::ColsAtCompileTime) == 1 ? 1 : int(Small),
+    ret = product_type_selector<rows, cols, depth>::ret,
+    value = ret
+  };
+};
+
+}  // namespace internal
+}  // namespace Eigen
 
 namespace saltus {
 

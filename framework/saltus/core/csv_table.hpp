@@ -50,6 +50,8 @@ class CsvTable {
   std::string text_;
 };
 
+using TextTable [[deprecated("use CsvTable; removed in 0.4")]] = CsvTable;
+
 /// Cells of a line of CSV, without quotes.
 std::vector<std::string> csv_cells(std::string_view line);
 

@@ -1,6 +1,7 @@
 // The exceptions of the framework. They are thrown at set-up only, never during a solve.
 #pragma once
 
+#include <exception>
 #include <stdexcept>
 #include <string>
 
@@ -19,5 +20,18 @@ class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+// The message of an exception of unknown type.
+
+/// Message of the exception being handled. Call it only inside a catch block.
+inline std::string describe_exception() {
+  try {
+    throw;
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an exception that is not a std::exception";
+  }
+}
 
 }  // namespace saltus

@@ -6,6 +6,14 @@
 
 namespace saltus {
 
+// Destination of an entry of a sparse matrix that is not stored itself.
+
+/// Writes *to = scale * entry.
+struct EntryTarget {
+  double* to = nullptr;  ///< destination
+  double scale = 1.0;    ///< factor applied to the entry
+};
+
 /// Rows are stored in order, with ascending columns within a row. The values of a matrix with this
 /// pattern are an array of `entries()` doubles in the same order.
 class SparsityPattern {

@@ -66,4 +66,25 @@ using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// Writable view of a vector.
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
+// A primal-dual point: the result of a solver and the input of a warm start.
+
+/// Point of a program in variables w with rows J w (or g(w)). The Lagrangian is cost + lambda' rows
+/// + z' w.
+struct PrimalDualPoint {
+  VectorXd w;       ///< variables
+  VectorXd lambda;  ///< row multipliers, positive at an active upper side
+  VectorXd z;       ///< bound multipliers, positive at the upper bound, negative at the lower
+};
+
+// The skew-symmetric matrix of a cross product. For the product of two vectors use Eigen's
+// a.cross(b), which works with every scalar type.
+
+/// Skew-symmetric matrix with skew(a) b = a x b.
+template <class S>
+Mat<S, 3, 3> skew(const Vec<S, 3>& a) {
+  Mat<S, 3, 3> matrix;
+  matrix << S(0.0), -a[2], a[1], a[2], S(0.0), -a[0], -a[1], a[0], S(0.0);
+  return matrix;
+}
+
 }  // namespace saltus

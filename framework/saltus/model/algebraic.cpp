@@ -9,8 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/workspace_pool.hpp"
-#include "saltus/model/eliminated.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/model/algebraic.hpp"
-#include "saltus/model/formula_with_algebraic.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/model/switching_system.hpp"
 

@@ -1,4 +1,4 @@
-#include "saltus/model/directional_derivative.hpp"
+#include "saltus/model/integrator.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/model/event_integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

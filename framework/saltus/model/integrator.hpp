@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "saltus/core/workspace_pool.hpp"
 #include "saltus/model/algebraic.hpp"
-#include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/switching_system.hpp"
 
@@ -162,5 +162,93 @@ class IntegratorScheme {
 };
 /// The user's choice of scheme. Several phases may share it.
 using IntegratorChoice = std::shared_ptr<const IntegratorScheme>;
+
+// Interface of integrators with events: a record of the events, and a mode that persists between
+// intervals.
+
+/// Effect of an event inside an interval.
+enum class EventKind {
+  crosses,  ///< the dynamics change, the state is continuous
+  jumps,    ///< the state is reset
+  slides,   ///< sliding begins
+  leaves,   ///< sliding ends
+};
+/// Text for messages.
+const char* describe(EventKind kind);
+
+/// A recorded event.
+struct HybridEvent {
+  double time = 0.0;                          ///< s
+  EventKind kind = EventKind::crosses;        ///< effect of the event
+  std::string name, mode_before, mode_after;  ///< name of the event and modes before and after it
+  VectorXd before, after;                     ///< states x-, x+
+  /// d time / d w of the interval (x0 | c | p | t0 | h). In a simulation: d time / d (x0 | p) of
+  /// the whole simulation.
+  VectorXd time_derivative;
+};
+
+/// An integrator that locates events inside an interval and continues after them.
+class EventIntegrator : public Integrator {
+ public:
+  using Integrator::Integrator;
+
+  /// Appends the events of the following calls to `events`, which is not owned. Null stops
+  /// recording. Recording allocates; integration itself does not.
+  virtual void record(std::vector<HybridEvent>* events) = 0;
+  /// Mode in which the following calls start. -1: derive the mode from the state.
+  virtual void start_in(int mode) = 0;
+  /// Mode at the end of the last successful call. Sliding modes have separate indices.
+  virtual int end_mode() const = 0;
+  /// Name of a mode, for messages and tables.
+  virtual const std::string& mode_name(int mode) const = 0;
+};
+
+// An integrator for concurrent use by any number of threads.
+
+/// Integrates intervals of one problem with one scheme. Const and re-entrant: each call borrows an
+/// Integrator from a pool. A call allocates if none is free, so use it offline.
+class ReentrantIntegrator {
+ public:
+  /// Throws DefinitionError if the scheme is null. The first call reports a scheme that does not
+  /// fit the problem; IntegratorScheme::make() reports it earlier.
+  ReentrantIntegrator(IntervalProblem problem, IntegratorChoice scheme);
+
+  /// The problem that it integrates.
+  const IntervalProblem& problem() const { return problem_; }
+  /// Layout and sizes of the argument w.
+  IntervalArguments arguments() const { return interval_arguments_; }
+  /// Number of results: states at the end, then running costs.
+  int outputs() const { return problem_.arguments.nx + problem_.nq(); }
+  /// Same as Integrator::value().
+  IntegrationStatus value(const double* w, double* end) const;
+  /// Creates an Integrator of the same problem and scheme, for one thread.
+  std::unique_ptr<Integrator> make() const { return scheme_->make(problem_); }
+
+ private:
+  IntervalProblem problem_;
+  IntegratorChoice scheme_;
+  IntervalArguments interval_arguments_;
+  WorkspacePool<Integrator> integrators_;
+};
+
+// Directional derivatives of the flow of an interval, also where it has no Jacobian. Where two
+// events coincide, the flow is only piecewise smooth: the direction decides which event comes
+// first.
+
+/// One-sided derivative along a direction.
+struct DirectionalDerivative {
+  VectorXd value;       ///< d end / d epsilon at epsilon = 0+; NaN where it does not exist
+  double error = 0.0;   ///< estimate, relative to 1 + the largest entry
+  bool exists = false;  ///< true if the derivative exists
+  std::string message;  ///< the reason if it does not exist, else empty
+};
+
+/// Limit of (F(w + epsilon direction) - F(w)) / epsilon for epsilon -> 0+, where F(w) is the end of
+/// the interval. Extrapolates the Jacobians at w + epsilon direction, where the order of events is
+/// defined, with epsilon = first_step, first_step / 2, ... No other event may occur within
+/// `first_step` along the direction. Near grazing, the Jacobians grow without bound and the message
+/// says so. Allocates; intended for analysis and design.
+DirectionalDerivative directional_derivative(Integrator& integrator, const VectorRef& w,
+                                             const VectorRef& direction, double first_step = 1e-3);
 
 }  // namespace saltus

@@ -9,19 +9,132 @@
 
 #include <algorithm>
 #include <concepts>
+#include <functional>
 #include <memory>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "saltus/autodiff/dual.hpp"
-#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/math.hpp"
 #include "saltus/autodiff/tracer.hpp"
-#include "saltus/model/arguments.hpp"
+#include "saltus/core/sparsity.hpp"
 #include "saltus/model/function.hpp"
-#include "saltus/model/seeding.hpp"
-#include "saltus/model/trace_formula.hpp"
-#include "saltus/model/traced_body.hpp"
+
+namespace saltus {
+
+// Compression of sparse Jacobians and Hessians: inputs that can share a direction of
+// differentiation, so that few evaluations give all entries.
+//
+// Columns of a Jacobian without a common row can share one direction: every entry of their sum
+// belongs to one column. A lane of a dual number is one direction, and a pass is one evaluation
+// with all lanes (Curtis, Powell and Reid 1974). A Hessian entry (i, j) follows from outer
+// direction j and lane i, or vice versa. The outer directions therefore need to touch every pair
+// only once: they form a small vertex cover of the pairs.
+
+/// Seeds d z[input] / d lane = 1.
+struct Seed {
+  int input;  ///< index in z
+  int lane;   ///< direction
+};
+/// entries[entry] is the factor of `lane` in output `row`. For a Hessian, row 0 is the weighted
+/// sum.
+struct Reading {
+  int row;    ///< output
+  int lane;   ///< direction
+  int entry;  ///< index in the order of the pattern
+};
+
+/// One evaluation for entries of a Jacobian.
+struct JacobianPass {
+  std::vector<Seed> seeds;        ///< inputs seeded per lane
+  std::vector<Reading> readings;  ///< entries read after the evaluation
+  std::vector<double> tangents;   ///< the seeds as numbers, `lanes` per input
+};
+/// Passes of at most `lanes` directions for a Jacobian. Inputs without entries are not seeded.
+std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes);
+
+/// One evaluation for entries of a Hessian.
+struct HessianPass {
+  std::vector<int> outer;              ///< inputs of the outer direction
+  std::vector<Seed> seeds;             ///< inputs seeded per lane
+  std::vector<Reading> readings;       ///< entries read after the evaluation
+  std::vector<double> tangents;        ///< the seeds as numbers, `lanes` per input
+  std::vector<double> outer_tangents;  ///< the outer direction, one number per input
+};
+/// Passes of one outer and at most `lanes` inner directions for a lower-triangular pattern.
+std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lanes);
+
+// Structural properties of a function from its sparsity: dependence on inputs and affinity.
+
+/// Sparsity patterns of a formula, found by one trace.
+struct FormulaStructure {
+  SparsityPattern jacobian;                ///< outputs x inputs
+  SparsityPattern hessian;                 ///< inputs x inputs, lower triangle, of any output
+  std::vector<SparsityPattern> curvature;  ///< per output: its part of `hessian`
+};
+/// Patterns of traced outputs.
+FormulaStructure structure_of(int inputs, const std::vector<Tracer>& outputs);
+
+/// True if any output may depend on the input.
+bool depends_on(const Function& function, int input);
+/// True if this output may depend on the input.
+bool depends_on(const Function& function, int output, int input);
+/// True if any output may depend on one of the inputs z[first .. first + count).
+bool depends_on_any(const Function& function, int first, int count);
+
+/// True if all outputs are jointly affine in z[first .. first + count) with the other inputs fixed,
+/// i.e. no second derivatives within this range. The slopes may depend on the other inputs.
+bool is_affine_in(const Function& function, int first, int count);
+
+// Traces a formula once where it is defined, to find its structure or an out-of-range access.
+
+/// Name of a formula in messages: "phase 'motion', term 'lane'".
+struct FormulaName {
+  std::string_view phase = {};  ///< empty: no phase
+  std::string_view what = {};   ///< kind: "term", "the dynamics"
+  std::string_view name = {};   ///< name of the formula, if any
+};
+
+/// Computes y = formula(z) with tracers, one entry of z per input.
+using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
+
+/// Throws DefinitionError with the formula and the entry if the formula accesses an entry out of
+/// range or returns an unwritten entry.
+FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
+                                  const TraceFormula& trace);
+
+}  // namespace saltus
+
+namespace saltus::detail {
+
+// Common base of the bodies of all formulas: traced patterns and the passes that fill them.
+// Compiled once, not with every formula.
+
+class TracedBody : public FunctionBody {
+ public:
+  ~TracedBody() override;
+  int degree(int output, const std::vector<char>& variable) const override;
+  bool is_reentrant() const override { return true; }
+
+ protected:
+  TracedBody(int inputs, int outputs);
+  /// Finds patterns and passes. Call it at the end of the derived constructor. Throws
+  /// DefinitionError with the formula, see traced_structure().
+  void find_structure(const FormulaName& name, const Arguments& sizes, int jacobian_lanes,
+                      int hessian_lanes);
+  /// Computes y = formula(z) with inputs() and outputs() entries.
+  virtual void trace(const Tracer* z, Tracer* y) const = 0;
+
+  std::vector<JacobianPass> jacobian_passes_;
+  std::vector<HessianPass> hessian_passes_;
+
+ private:
+  std::vector<Tracer> traced(const std::vector<char>& variable) const;
+};
+
+}  // namespace saltus::detail
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/model/reentrant_integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 #include <utility>
 

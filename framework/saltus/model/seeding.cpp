@@ -1,4 +1,4 @@
-#include "saltus/model/seeding.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include <utility>
 

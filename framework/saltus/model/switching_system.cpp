@@ -5,7 +5,7 @@
 #include <set>
 
 #include "saltus/core/error.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

@@ -12,11 +12,27 @@
 #include <string>
 #include <vector>
 
-#include "saltus/model/arguments.hpp"
-#include "saltus/model/crossing.hpp"
 #include "saltus/model/function.hpp"
 
 namespace saltus {
+
+// Direction in which a guard crosses zero at its event.
+
+/// Sign of the rate g_t + g_x f of a guard g(t, x, ...) at its event, before a jump.
+enum class Crossing {
+  rising,  ///< from negative to positive
+  falling  ///< from positive to negative
+};
+
+/// Text for messages.
+constexpr const char* describe(Crossing crossing) {
+  return crossing == Crossing::rising ? "rising" : "falling";
+}
+
+/// +1 for rising, -1 for falling. crossing_sign(c) * rate is positive at an event in direction c.
+constexpr double crossing_sign(Crossing crossing) {
+  return crossing == Crossing::rising ? 1.0 : -1.0;
+}
 
 /// Mode and Transition are members, so that `using namespace saltus` leaves these names to the
 /// user.

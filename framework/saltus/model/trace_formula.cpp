@@ -1,11 +1,11 @@
-#include "saltus/model/trace_formula.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include <fmt/format.h>
 
 #include <string>
 #include <vector>
 
-#include "saltus/autodiff/traced_vector.hpp"
+#include "saltus/autodiff/tracer.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

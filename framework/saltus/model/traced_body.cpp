@@ -1,7 +1,6 @@
-#include "saltus/model/traced_body.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include "saltus/autodiff/formula_steps.hpp"
-#include "saltus/model/structure.hpp"
 
 namespace saltus::detail {
 

@@ -12,8 +12,8 @@
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/mpc/shrinking_horizon.hpp"
-#include "saltus/qp/riccati_solver.hpp"
-#include "saltus/solver/solver_choice.hpp"
+#include "saltus/qp/stage_qp.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 

@@ -1,11 +1,11 @@
-#include "saltus/mpc/held_input.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 

@@ -1,4 +1,4 @@
-#include "saltus/mpc/latency_histogram.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 
 #include <utility>
 

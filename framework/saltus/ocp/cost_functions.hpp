@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "saltus/model/function.hpp"
-#include "saltus/ocp/reference.hpp"
 #include "saltus/ocp/term.hpp"
 
 namespace saltus {

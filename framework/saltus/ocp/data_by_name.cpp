@@ -1,4 +1,4 @@
-#include "saltus/ocp/data_by_name.hpp"
+#include "saltus/ocp/problem.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/ocp/end_guard.hpp"
+#include "saltus/ocp/phase_definition.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/phase_definition.hpp"
 
 namespace saltus {
 namespace {

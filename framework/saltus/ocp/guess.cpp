@@ -1,4 +1,4 @@
-#include "saltus/ocp/guess.hpp"
+#include "saltus/ocp/phase_definition.hpp"
 
 #include <fmt/format.h>
 

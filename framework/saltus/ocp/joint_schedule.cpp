@@ -1,4 +1,4 @@
-#include "saltus/ocp/joint_schedule.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/ocp/penalty.hpp"
+#include "saltus/ocp/term.hpp"
 
 #include <fmt/format.h>
 

@@ -6,14 +6,25 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/model/algebraic.hpp"
 #include "saltus/model/automaton.hpp"
-#include "saltus/model/formula_with_algebraic.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/model/named_parameters.hpp"
+#include "saltus/model/switching_system.hpp"
 #include "saltus/ocp/phase_definition.hpp"
-#include "saltus/ocp/phase_events.hpp"
 
 namespace saltus {
+
+// Short forms for state-triggered events inside a phase.
+
+/// Makes the phase's dynamics active where guard < 0 and `above` where guard > 0. Throws
+/// DefinitionError if the phase already has a surface, because the four regions would be ambiguous.
+void add_surface(PhaseDefinition& phase, const std::string& event, Function guard, Function above);
+
+/// Adds the jump x+ = reset(z) where the guard crosses zero, in all present and later modes of the
+/// phase.
+void add_reset(PhaseDefinition& phase, const std::string& event, Function guard, Crossing direction,
+               Function reset);
 
 /// One continuous mode with nx states, nu inputs and np parameters. Formulas are callables of (t,
 /// x), (t, x, u) or (t, x, u, p), templates over the scalar. Their types are erased immediately.

@@ -8,10 +8,10 @@
 #include <set>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 #include "saltus/ocp/phase_limits.hpp"
 
 namespace saltus {

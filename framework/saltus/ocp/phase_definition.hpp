@@ -1,23 +1,94 @@
 // A phase after type erasure, as the transcription reads it.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
-#include "saltus/model/arguments.hpp"
+#include "saltus/core/types.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/integrator.hpp"
 #include "saltus/model/named_parameters.hpp"
-#include "saltus/ocp/end_guard.hpp"
-#include "saltus/ocp/guess.hpp"
-#include "saltus/ocp/limits.hpp"
+#include "saltus/model/switching_system.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/ocp/term.hpp"
-#include "saltus/ocp/window.hpp"
 
 namespace saltus {
+
+// The initial guess of a phase: constant, interpolated or simulated.
+
+/// A trajectory over a phase as a function of the fraction in [0, 1] of its duration.
+class Guess {
+ public:
+  Guess();  ///< not given: the start of the problem for states, zero for inputs
+  Guess(const Guess& other);
+  Guess(Guess&& other) noexcept;
+  Guess& operator=(const Guess& other);
+  Guess& operator=(Guess&& other) noexcept;
+  ~Guess();
+  /// A constant value.
+  static Guess constant(VectorXd value);
+  /// A straight line from `first` at the start of the phase to `last` at its end.
+  static Guess interpolate(VectorXd first, VectorXd last);
+  /// A function of the fraction of the phase, 0 to 1.
+  static Guess trajectory(std::function<VectorXd(double fraction)> f);
+  /// For states only: integrates the dynamics from the start of the phase with the guessed inputs.
+  static Guess simulate();
+
+  /// True if a trajectory was given.
+  bool is_given() const { return static_cast<bool>(trajectory_); }
+  /// True if the guess is a simulation.
+  bool is_simulated() const { return simulated_; }
+  /// Value at a fraction of the phase, 0 to 1.
+  VectorXd at(double fraction) const { return trajectory_(fraction); }
+
+ private:
+  explicit Guess(std::function<VectorXd(double)> f);
+  std::function<VectorXd(double)> trajectory_;
+  bool simulated_ = false;
+};
+
+// A phase that ends where its guard crosses zero, which determines its duration.
+//
+// The end condition is g(t, x-) = 0. It defines the event time only if the guard crosses zero with
+// a non-zero rate,
+//     dg/dt = g_t + g_x f(t, x-, u) != 0     (transversality),
+// because dt/dx = -g_x / (g_t + g_x f). With zero rate, the trajectory grazes the surface, and the
+// event time has no derivative (framework/design/conventions.md).
+
+struct PhaseDefinition;
+
+/// The guard that ends a phase.
+struct EndGuard {
+  std::string event;                      ///< name for messages and tables
+  Function guard;                         ///< z = (t | x | u | p) -> one number; must not read u
+  Crossing crossing = Crossing::falling;  ///< direction of the zero crossing
+};
+
+/// Rate of a guard along the trajectory, in the guard's units per second.
+struct GuardRate {
+  double value = 0.0;  ///< g_t + g_x f
+  /// Scale of the rate: |g_t| + |g_x N| |N^-1 f| with the nominal states N.
+  double scale = 0.0;
+
+  /// Below this fraction of the scale, the crossing counts as grazing: errors of the state would be
+  /// amplified a million times in the event time.
+  static constexpr double grazing_fraction = 1e-6;
+  /// True if the rate is too small, i.e. the guard touches zero without crossing.
+  bool grazes() const;
+};
+/// Rate at z = (t | x- | u | p) of the phase, with the dynamics active there. Allocates.
+GuardRate guard_rate(const PhaseDefinition& phase, const Function& dynamics, const Function& guard,
+                     const VectorRef& z);
+
+/// Throws DefinitionError with phase and event if the guard cannot end the phase. This is so if the
+/// duration is fixed, if the guard is not a scalar, or if no dynamics of any mode move the guard in
+/// the declared direction. The last check samples seeded points around the guesses within the
+/// bounds. `start` bounds the start time of the phase, s.
+void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const Bounds& start);
 
 /// A named block of parameters of a phase. Blocks with the same name in several phases are the same
 /// parameter.

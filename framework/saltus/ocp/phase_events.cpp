@@ -1,4 +1,4 @@
-#include "saltus/ocp/phase_events.hpp"
+#include "saltus/ocp/phase.hpp"
 
 #include <fmt/format.h>
 

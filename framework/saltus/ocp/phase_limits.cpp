@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

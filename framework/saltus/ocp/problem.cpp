@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/ocp/problem.hpp"

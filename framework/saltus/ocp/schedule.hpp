@@ -2,16 +2,121 @@
 // retimed, inserted, replaced and erased between solves, within a capacity declared once.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "saltus/core/short_name.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
+
+// A name of bounded length, stored in place. Copying and assigning never allocate.
+
+/// Converts to std::string_view. The constructor throws DefinitionError if the text is longer than
+/// max_size.
+class ShortName {
+ public:
+  static constexpr std::size_t max_size = 63;  // with the length, one cache line
+
+  ShortName() = default;
+  /// Copies the text. Throws DefinitionError if it is longer than max_size.
+  template <class Text>
+    requires std::convertible_to<const Text&, std::string_view>
+  ShortName(const Text& text) {  // NOLINT(google-explicit-constructor)
+    assign(text);
+  }
+
+  /// The text. Valid during the lifetime of this object.
+  std::string_view view() const { return {text_.data(), size_}; }
+  /// The text as a std::string.
+  std::string str() const { return std::string(view()); }
+  /// Same as view().
+  operator std::string_view() const { return view(); }  // NOLINT(google-explicit-constructor)
+  /// Compares the texts.
+  friend bool operator==(const ShortName& a, const ShortName& b) { return a.view() == b.view(); }
+
+ private:
+  void assign(std::string_view text) {
+    if (text.size() > max_size)
+      throw DefinitionError("the name '" + std::string(text) + "' has " +
+                            std::to_string(text.size()) + " characters, but a name has at most " +
+                            std::to_string(max_size));
+    std::copy(text.begin(), text.end(), text_.begin());
+    size_ = static_cast<unsigned char>(text.size());
+  }
+
+  std::array<char, max_size> text_{};
+  unsigned char size_ = 0;
+};
+
+// Active periods of terms: instants, and windows between two of them.
+
+/// A point in time: a number of seconds or a named event of the problem's Schedule.
+class Instant {
+ public:
+  /// A time on the window's clock, s.
+  Instant(double seconds) : seconds_(seconds) {}  // NOLINT(google-explicit-constructor)
+  Instant(const Instant& other);
+  Instant(Instant&& other) noexcept;
+  Instant& operator=(const Instant& other);
+  Instant& operator=(Instant&& other) noexcept;
+  ~Instant();
+  /// The time of the event with this name. Follows the schedule.
+  static Instant of_event(std::string name) { return Instant(std::move(name)); }
+
+  /// True if it refers to an event.
+  bool is_event() const { return !event_.empty(); }
+  /// Name of the event. Empty for a number.
+  const std::string& event() const { return event_; }
+  /// The time of an instant that is a number, s.
+  double seconds() const { return seconds_; }
+  friend bool operator==(const Instant&, const Instant&) = default;
+
+ private:
+  explicit Instant(std::string name) : event_(std::move(name)) {}
+  double seconds_ = 0.0;
+  std::string event_;
+};
+
+/// The instant of the named event. It moves when the event is retimed.
+inline Instant event(std::string name) { return Instant::of_event(std::move(name)); }
+
+/// Origin of the seconds of an Instant. Events are always absolute.
+enum class Clock { phase, absolute };
+
+/// The half-open interval [from, to); framework/design/conventions.md has the conventions. Inputs
+/// and running costs are active in [from, to). A window without `to` includes the end of the phase.
+/// A constraint on states alone also holds at the left limit of `to`. A window without `from`
+/// begins with the phase. With `modes`, the window applies only while one of them is active: one
+/// half-open interval from event to event per occurrence of a mode.
+struct Window {
+  std::optional<Instant> from = std::nullopt;  ///< start; empty: start of the phase
+  std::optional<Instant> to = std::nullopt;    ///< end; empty: end of the phase
+  Clock clock = Clock::phase;                  ///< origin of times given in seconds
+  std::vector<std::string> modes = {};  ///< names of modes in the problem's Schedule; empty: any
+
+  /// True if it covers the whole phase.
+  bool is_whole() const { return !from && !to && modes.empty(); }
+};
+
+/// Window in which one of these modes is active, in all their occurrences: during("left", "both").
+template <std::convertible_to<std::string>... Names>
+  requires(sizeof...(Names) > 0)
+Window during(Names... modes) {
+  return {.modes = {std::string(std::move(modes))...}};
+}
+
+/// Instants closer than this count as one, in seconds: an event this close to a node is at that
+/// node. Far below any control period and far above the rounding error of times.
+inline constexpr double same_instant = 1e-6;
 
 /// A named instant at which the mode changes. An infinite time lies beyond every horizon.
 struct Event {
@@ -112,6 +217,52 @@ class Schedule {
   std::vector<int> sequence_;  // indices into names_; the first count_ + 1 are used
   std::vector<Event> events_;  // the first count_ are used
   std::size_t count_ = 0;
+};
+
+// Several independent schedules, for example one per leg, and the schedule of their joint modes.
+
+/// Each part is edited like a single schedule. A joint mode combines one mode per part and joins
+/// their names: "FL - - RR". It changes when any part changes. There are at most 64 joint modes.
+///
+///     JointSchedule contacts({leg("left"), leg("right")}, 8);
+///     phase.bound_input(0, exactly(0.0), contacts.during(0, "swing"));
+///     contacts.part(0).retime("left lands", 0.31);
+///     controller.set_schedule(contacts.join(now, now + horizon));
+class JointSchedule {
+ public:
+  /// `capacity` is the maximum number of events of the joint schedule. Throws DefinitionError if
+  /// there is no part or if there are too many joint modes.
+  JointSchedule(std::vector<Schedule> parts, int capacity);
+
+  /// Number of parts.
+  int parts() const { return static_cast<int>(parts_.size()); }
+  /// The schedule of part i, for editing. join() applies the edits.
+  Schedule& part(int i) { return parts_[i]; }
+  /// The schedule of part i.
+  const Schedule& part(int i) const { return parts_[i]; }
+
+  /// Window in which part i is in this mode, for any modes of the other parts. Throws
+  /// DefinitionError with the nearest known mode.
+  Window during(int i, const std::string& mode) const;
+
+  /// The joint schedule of (from, to]. It excludes events before and after. Simultaneous events of
+  /// several parts become one event with the name of the first. Does not allocate without an error.
+  /// Throws DefinitionError if the events exceed the capacity, or if two events at different times
+  /// have the same name.
+  const Schedule& join(double from, double to);
+  /// The result of the last join().
+  const Schedule& joined() const { return joined_; }
+
+ private:
+  // Joint modes are numbers in a mixed radix whose digits are the modes of the parts.
+  struct Digit {
+    int stride = 1;    // change of the joint mode per step of the part's mode
+    int position = 0;  // index of the part's active mode in its schedule
+  };
+
+  std::vector<Schedule> parts_;
+  std::vector<Digit> digits_;
+  Schedule joined_;
 };
 
 }  // namespace saltus

@@ -1,7 +1,6 @@
 // Dependence of the outputs of a formula on its arguments.
 #pragma once
 
-#include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 
 namespace saltus {

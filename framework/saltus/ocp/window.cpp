@@ -1,4 +1,4 @@
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus {
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <span>
 
-#include "saltus/qp/newton_system.hpp"
-#include "saltus/qp/stage_structure.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 #include <cmath>
 

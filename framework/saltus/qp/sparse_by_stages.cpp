@@ -1,5 +1,5 @@
 // Converts the program to stages, solves it, and converts the solution back: see stage_map.hpp.
-#include "saltus/qp/sparse_by_stages.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 #include <utility>
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "saltus/core/sparsity.hpp"
-#include "saltus/qp/newton_system.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 #include <algorithm>
 

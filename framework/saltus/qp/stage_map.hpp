@@ -4,11 +4,11 @@
 #include <memory>
 #include <span>
 
-#include "saltus/core/entry_target.hpp"
-#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/core/sparsity.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/qp/qp_result.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/qp/stage_qp.hpp"
-#include "saltus/qp/stage_structure.hpp"
 
 namespace saltus {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
 namespace saltus {

@@ -1,10 +1,15 @@
 // A quadratic program in stages: the form in which optimal control problems are solved fastest.
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 
@@ -111,5 +116,54 @@ struct StageQpResidual {
 };
 /// Computes the residual from the data of the program alone. Does not allocate.
 StageQpResidual kkt_residual(const StageQp& qp, const StagePoint& point);
+
+// Interface of solvers of quadratic programs in stages.
+
+/// A solver for programs within the capacity of the one it was made for. It does not allocate after
+/// construction.
+class StageQpSolver {
+ public:
+  virtual ~StageQpSolver() = default;
+  /// `point` is the start and receives the solution. With `warm`, its multipliers are used too.
+  virtual QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept = 0;
+  /// Later solves stop at this time; time_point::max(): no deadline.
+  virtual void set_deadline(WallClock::time_point deadline) = 0;
+};
+
+// The structured real-time solver: an interior-point method whose steps are Riccati sweeps.
+
+namespace qp {
+struct RiccatiKernel;
+}
+
+/// Options of the solver for quadratic programs in stages.
+struct RiccatiOptions : QpOptions {
+  /// True: a cold start replaces the states of the given point by a roll-out of its inputs.
+  bool roll_out = false;
+  /// Maximum number of active-set factorisations of a warm start, each counted as an iteration; 0
+  /// disables them. They start from the active set that the multipliers indicate and succeed close
+  /// to the optimum. If they fail, the interior-point method starts from the result of the first
+  /// one.
+  int active_set_rounds = 6;
+};
+
+/// `capacity` is a program of the largest sizes to be solved. `kernels` of fixed sizes (see
+/// riccati_kernels.hpp: riccati_kernel<nx, nu, next nx>()) are used for the stages that they fit. A
+/// fixed start has nx = 0 in its stage. Inputs with a common resultant count once.
+std::unique_ptr<StageQpSolver> make_riccati_solver(const StageQp& capacity,
+                                                   const RiccatiOptions& options = {},
+                                                   std::span<const qp::RiccatiKernel> kernels = {});
+
+// Adapter that solves sparse programs with known stages by a stage solver.
+
+/// Makes a stage solver for programs within the given capacity.
+using MakeStageSolver = std::function<std::unique_ptr<StageQpSolver>(const StageQp&)>;
+
+/// For programs with the patterns of `patterns`. Throws DefinitionError if the structure does not
+/// fit them and names the mismatch. Values that cannot be staged (see StageFill) give the status
+/// invalid_problem. Residual and violation of a result refer to the program in stages.
+std::unique_ptr<QpSolver> make_sparse_solver_by_stages(const SparseQp& patterns,
+                                                       StageStructure structure,
+                                                       const MakeStageSolver& make);
 
 }  // namespace saltus

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "saltus/core/error.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

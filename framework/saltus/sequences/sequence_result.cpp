@@ -1,4 +1,4 @@
-#include "saltus/sequences/sequence_result.hpp"
+#include "saltus/sequences/search.hpp"
 
 #include <algorithm>
 #include <cmath>

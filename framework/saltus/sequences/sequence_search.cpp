@@ -11,7 +11,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "saltus/sequences/dual_bound.hpp"
 #include "saltus/sequences/mode_stages.hpp"
 #include "saltus/solver/native_solver.hpp"

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "saltus/core/clock.hpp"
-#include "saltus/qp/stage_qp_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "saltus/sequences/mode_graph.hpp"
-#include "saltus/sequences/sequence_result.hpp"
+#include "saltus/sequences/search.hpp"
 
 namespace saltus {
 

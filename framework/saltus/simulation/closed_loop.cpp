@@ -9,10 +9,9 @@
 #include <optional>
 #include <utility>
 
-#include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "saltus/solve/explanation.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus {
 

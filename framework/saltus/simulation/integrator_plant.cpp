@@ -1,8 +1,7 @@
-#include "saltus/simulation/integrator_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 #include <fmt/format.h>
 
-#include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/interval_of.hpp"
 

@@ -1,16 +1,136 @@
 // Log of a closed-loop run: motion of the plant, ticks of the controller, plans and events.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "saltus/model/integrator.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/simulation/loop_misses.hpp"
-#include "saltus/simulation/recording.hpp"
+#include "saltus/transcription/solution.hpp"
 
 namespace saltus {
+
+// Violations of the controller's problem by a closed-loop run: ends, path constraints and bounds,
+// evaluated on the motion of the plant in the units of the terms.
+
+/// True if the window is open at time t of a phase that begins at `phase_start`, s.
+bool is_in_force(const Window& window, const Schedule& schedule, double phase_start, double t);
+
+/// A violated hard constraint with its largest violation.
+struct LoopMiss {
+  std::string phase;       ///< name of the phase
+  std::string term;        ///< its name; "state 2", "input 0", "duration" or "total time"
+  double time = 0.0;       ///< time in seconds of the largest violation
+  double amount = 0.0;     ///< beyond the bound, in the unit of the term; infinite: not a number
+  double tolerance = 0.0;  ///< in the unit of the term; smaller violations are ignored
+  bool at_end = false;     ///< constraint at the start or end of a phase, not along it
+};
+
+/// Tolerances per row: `relative` times the largest of 1, the finite bounds of the row and its
+/// nominal value. `of_term` overrides the tolerance of named terms.
+struct MissTolerance {
+  double relative = 1e-6;                      ///< relative tolerance
+  std::map<std::string, double> of_term = {};  ///< tolerances of named terms, in their units
+  /// Tolerance of a row of this term.
+  double of(const std::string& term, const Bounds& bounds, double nominal = 1.0) const;
+};
+
+/// Follows a motion through the phases of a problem and records violations. Formulas that throw
+/// count as an infinite violation.
+class MissRecord {
+ public:
+  /// `problem` must outlive the record. `parameters` returns the current p of a phase. With
+  /// `recedes` the horizon moves along: no phase ends, and windows count from each instant.
+  MissRecord(const OptimalControlProblem& problem, MissTolerance tolerance,
+             std::function<VectorXd(int phase)> parameters, bool recedes);
+
+  /// Starts the first phase.
+  void begin(double t, const VectorXd& state, const VectorXd& input);
+  /// Checks bounds and path constraints at an instant with this input.
+  void look(double t, const VectorXd& state, const VectorXd& input);
+  /// Ends the phase before the event and starts the next one, if any, after it.
+  void end_phase(const HybridEvent& event, const VectorXd& input);
+  /// True if the last phase has ended.
+  bool is_over() const { return is_over_; }
+
+  /// Violations beyond their tolerances, largest ratio first.
+  std::vector<LoopMiss> misses() const;
+
+ private:
+  const PhaseDefinition& definition() const { return problem_.phases()[phase_]; }
+  bool is_in_force(const Window& window, double t) const;
+  void judge(const std::string& term, double t, double value, const Bounds& bounds, double nominal,
+             bool at_end);
+  void judge(const Term& term, double t, const VectorXd& z, bool at_end);
+  VectorXd argument(double t, const VectorXd& state, const VectorXd& input) const;
+  void judge_once(TermDomain domain, double t, const VectorXd& state, const VectorXd& input);
+
+  const OptimalControlProblem& problem_;
+  MissTolerance tolerance_;
+  std::function<VectorXd(int)> parameters_;
+  bool recedes_;
+  int phase_ = 0;
+  bool is_over_ = false;
+  double begin_ = 0.0, entered_ = 0.0;  // in seconds
+  std::vector<LoopMiss> largest_;
+};
+
+/// Describes a miss in one clause: "phase 'swing up', 'upright' is missed by 0.33 at t = 1.9 s
+/// (tolerance 3e-06)".
+std::string describe(const LoopMiss& miss);
+
+// Trajectories as tables: states, inputs, modes and events over time, in the format that the plot
+// scripts read.
+
+struct Solution;
+
+/// Values at one instant.
+struct Sample {
+  double time = 0.0;      ///< time in seconds
+  VectorXd state, input;  ///< values
+  std::string mode;       ///< empty if there is only one
+};
+
+/// A recorded run.
+struct Recording {
+  /// Names with units: "height [m]". The defaults are x0, x1, ... and u0, u1, ...
+  std::vector<std::string> state_names, input_names;
+  /// Times do not decrease. An event has two samples, with the values before and after it.
+  std::vector<Sample> samples;
+  std::vector<HybridEvent> events;  ///< events in order of time
+
+  /// Column names of the states.
+  std::vector<std::string> state_columns() const;
+  /// Column names of the inputs.
+  std::vector<std::string> input_columns() const;
+  /// "t [s]", mode, states, inputs. Columns that a mode does not have are empty.
+  std::string trajectory_csv() const;
+  /// "t [s]", event, kind, and the modes before and after it.
+  std::string events_csv() const;
+  /// Writes trajectory.csv and events.csv into the folder, which it creates. Throws InputError
+  /// naming the file that cannot be written.
+  void write(const std::string& folder) const;
+};
+
+/// Samples a plan. Its modes are the phases, and inside a phase those of its automaton or schedule.
+/// Its events are the ends of phases and the events inside them.
+Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
+                 int samples_per_interval = 8);
+
+/// Writes trajectory.csv and events.csv of a plan, which `saltus plot FOLDER` draws. Creates the
+/// folder. Names are as in a Recording, one per column, or none. Throws DefinitionError if their
+/// number is wrong, and InputError naming the file that cannot be written.
+///
+///     save(problem, plan, "swing_up", {"angle [rad]", "rate [rad/s]"}, {"torque [Nm]"});
+void save(const OptimalControlProblem& problem, const Trajectory& plan, const std::string& folder,
+          std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
+/// The same for a solution.
+void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
+          std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
 
 /// A tick of the controller: its measurement and its answer.
 struct LoopTick {

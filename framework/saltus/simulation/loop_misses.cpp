@@ -1,4 +1,4 @@
-#include "saltus/simulation/loop_misses.hpp"
+#include "saltus/simulation/loop_log.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/simulation/loop_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 #include <fmt/format.h>
 

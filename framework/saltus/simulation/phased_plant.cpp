@@ -1,4 +1,4 @@
-#include "saltus/simulation/phased_plant.hpp"
+#include "saltus/simulation/plants.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/interval_of.hpp"
-#include "saltus/simulation/loop_misses.hpp"
+#include "saltus/simulation/loop_log.hpp"
 #include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {

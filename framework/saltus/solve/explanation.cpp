@@ -1,4 +1,4 @@
-#include "saltus/solve/explanation.hpp"
+#include "saltus/solve/explain.hpp"
 
 #include <fmt/format.h>
 

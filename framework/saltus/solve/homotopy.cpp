@@ -1,4 +1,4 @@
-#include "saltus/solve/homotopy.hpp"
+#include "saltus/solve/solve.hpp"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "saltus/solve/explanation.hpp"
+#include "saltus/solve/explain.hpp"
 #include "saltus/solve/what_is_asked.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 

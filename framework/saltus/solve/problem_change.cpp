@@ -1,4 +1,4 @@
-#include "saltus/solve/problem_change.hpp"
+#include "saltus/solve/explain.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/solve/several_starts.hpp"
+#include "saltus/solve/solve.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "saltus/solve/counted_solves.hpp"
-#include "saltus/solve/explanation.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus {
 

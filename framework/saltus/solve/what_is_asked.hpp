@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/solve/problem_change.hpp"
+#include "saltus/solve/explain.hpp"
 #include "saltus/solver/elastic_program.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 

@@ -1,6 +1,5 @@
-#include "saltus/solver/any_solver.hpp"
-
 #include "saltus/solver/ipopt.hpp"
+
 #include "saltus/solver/native_solver.hpp"
 
 namespace saltus {

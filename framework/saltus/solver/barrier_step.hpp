@@ -2,7 +2,7 @@
 // rows are satisfied.
 #pragma once
 
-#include "saltus/qp/newton_system.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 

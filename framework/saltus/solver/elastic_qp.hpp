@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "saltus/core/clock.hpp"
-#include "saltus/solver/qp_method.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus {
 

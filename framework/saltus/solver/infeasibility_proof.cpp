@@ -20,9 +20,9 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/qp/sparse_ldl.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus {
 namespace {

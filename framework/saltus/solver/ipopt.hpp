@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/solver.hpp"
 
 namespace saltus {
@@ -38,5 +39,17 @@ struct IpoptOptions {
 /// Works with Ipopt 3.11 to 3.14. Throws DefinitionError if Ipopt rejects a named option or its
 /// value.
 std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options = {});
+
+// Creates any solver of nonlinear programs by name, for applications with a solver option. Needs
+// Ipopt.
+
+/// Options that every solver supports.
+struct SolverLimits {
+  double tolerance = 1e-8;   ///< scaled KKT error
+  int max_iterations = 500;  ///< iteration limit
+  double time_limit = 0.0;   ///< wall-clock limit in seconds; 0: none
+};
+/// Creates the chosen solver with these limits.
+std::unique_ptr<Solver> make_solver(SolverChoice choice, const SolverLimits& limits = {});
 
 }  // namespace saltus

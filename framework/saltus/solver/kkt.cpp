@@ -1,11 +1,9 @@
-#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/optimum_check.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
-
-#include "saltus/solver/program_scale.hpp"
 
 namespace saltus {
 namespace {

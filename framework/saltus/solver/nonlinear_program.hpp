@@ -3,11 +3,10 @@
 
 #include <string>
 
-#include "saltus/core/primal_dual_point.hpp"
 #include "saltus/core/sparsity.hpp"
 #include "saltus/core/types.hpp"
 #include "saltus/model/function.hpp"
-#include "saltus/qp/stage_structure.hpp"
+#include "saltus/qp/qp_result.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/solver/observer.hpp"
+#include "saltus/solver/solver.hpp"
 
 #include <fmt/format.h>
 

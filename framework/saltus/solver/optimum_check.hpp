@@ -8,11 +8,122 @@
 // count correctly.
 #pragma once
 
+#include <vector>
+
 #include "saltus/core/bounds.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
-#include "saltus/solver/program_scale.hpp"
 
 namespace saltus {
+
+// Independent optimality check: the KKT residual, computed from the program alone.
+
+struct ProgramScale;
+
+/// First-order optimality residual in the variables of the program. Zero at a KKT point.
+struct KktResidual {
+  double stationarity = 0.0;     ///< |grad f + J' lambda + z|, largest entry
+  double feasibility = 0.0;      ///< largest violation of a row or bound
+  double complementarity = 0.0;  ///< largest |multiplier| x distance to its side, or wrong sign
+  /// Divisor of stationarity and complementarity in scaled(): max(100, mean |multiplier|) / 100,
+  /// the usual scaling of interior-point methods.
+  double multiplier_scale = 1.0;
+  int worst_row = -1;       ///< row of the largest violation, or -1 if a bound is worse
+  int worst_variable = -1;  ///< variable whose bound is violated most
+
+  /// Residual that solvers compare with their tolerance, relative to the size of the multipliers.
+  double scaled() const;
+};
+
+/// The check with persistent memory, for control loops. It does not allocate after construction if
+/// the program does not.
+class KktCheck {
+ public:
+  /// For programs with these sizes and patterns.
+  explicit KktCheck(const NonlinearProgram& program);
+  /// Evaluates gradient, rows and Jacobian at the point. If an evaluation fails, or entries of the
+  /// point are missing or not finite, all residuals are infinite. Bound multipliers of variables
+  /// with equal bounds are free and ignored.
+  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point) {
+    return check(program, point, nullptr);
+  }
+  /// The same for the scaled program at the scaled point.
+  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point,
+                         const ProgramScale& scale) {
+    return check(program, point, &scale);
+  }
+
+ private:
+  KktResidual check(NonlinearProgram& program, const NlpPoint& point, const ProgramScale* scale);
+
+  VectorXd stationarity_, rows_;
+  std::vector<double> entries_;
+};
+
+/// Computes the residual once. Allocates.
+KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point);
+
+// Scaling of a program, from the sizes of its values and derivatives.
+
+/// Scale factors of the cost, rows and variables.
+struct ProgramScale {
+  double cost = 1.0;        ///< factor of the cost
+  VectorXd rows;            ///< factor of each row
+  VectorXd variables = {};  ///< empty: all 1
+
+  /// True if all factors are 1.
+  bool is_one() const;
+};
+
+/// Groups of variables with one unit, such as a component of the state along all phases.
+using Quantities = std::vector<std::vector<int>>;
+
+/// Sizes of quantities. A size of 0 is estimated from the rows: the change that moves a row as far
+/// as quantities of known size do. It stays 0 if no row gives an estimate. `jacobian` is in the
+/// order of the program's pattern. `quantity_of` maps each variable to its quantity; -1: none, of
+/// size 1.
+VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
+                            const std::vector<int>& quantity_of, VectorXd sizes);
+
+/// Sizes of the values of quantities and of the derivatives of cost and rows at the sampled points.
+/// Variables without a quantity have the size 1.
+class ProgramSize {
+ public:
+  /// The program must outlive this object, and its data must not change meanwhile.
+  ProgramSize(NonlinearProgram& program, Quantities quantities);
+
+  /// Adds a sample point. Second derivatives are evaluated at the first point only. Returns false,
+  /// without adding the point, if cost or rows cannot be evaluated.
+  bool look_at(const VectorXd& w);
+
+  /// True if all sizes of values, times the scale, are between 1e-2 and 1e2, and a change of the
+  /// variables by their size changes the cost by at least 1e-3. With a smaller change, any point
+  /// would meet the tolerance.
+  bool is_usual_where_known(const ProgramScale& scale) const;
+  /// True if any size, also of estimates and derivatives, is below 1e-4 or above 1e6.
+  bool is_far_from_usual(const ProgramScale& scale) const;
+
+  /// Scales cost and rows by powers of two (exact in floating point) if their derivatives are badly
+  /// scaled. All else is as stated.
+  ProgramScale usual() const;
+  /// Divides everything by its size. A change of units leaves the scaled program the same up to
+  /// rounding. The size of a quantity is its largest value. If all values are zero, it is
+  /// estimated: the change that moves a row as far as quantities of known size do. Bounds and
+  /// penalty weights do not count: many only express "no bound" or "exactly".
+  ProgramScale to_one() const;
+
+ private:
+  void look_at_curvature(const VectorXd& w);
+  VectorXd known_sizes() const;  // per quantity; 0: unknown
+  VectorXd sizes() const;
+
+  NonlinearProgram& program_;
+  Quantities quantities_;
+  std::vector<int> quantity_of_;  // per variable; -1: none
+  VectorXd values_;               // per quantity
+  // Largest magnitudes of the entries.
+  VectorXd gradient_, jacobian_, hessian_;
+  bool has_hessian_ = false;
+};
 
 /// Result of a first- and second-order optimality check.
 struct OptimumCheck {

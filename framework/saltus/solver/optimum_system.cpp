@@ -11,7 +11,7 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/solver/gradient_differences.hpp"
-#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/optimum_check.hpp"
 
 namespace saltus {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/solver/well_posed.hpp"

@@ -1,4 +1,4 @@
-#include "saltus/solver/program_scale.hpp"
+#include "saltus/solver/optimum_check.hpp"
 
 #include <algorithm>
 #include <cmath>

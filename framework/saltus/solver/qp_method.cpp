@@ -1,9 +1,9 @@
-#include "saltus/solver/qp_method.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 #include "saltus/qp/riccati_newton.hpp"
-#include "saltus/qp/sparse_by_stages.hpp"
 #include "saltus/qp/sparse_newton.hpp"
-#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus {
 

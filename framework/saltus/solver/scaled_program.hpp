@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "saltus/solver/program_scale.hpp"
+#include "saltus/solver/optimum_check.hpp"
 
 namespace saltus {
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "saltus/solver/optimum_check.hpp"
-#include "saltus/solver/program_scale.hpp"
 #include "saltus/solver/solver.hpp"
 
 namespace saltus {

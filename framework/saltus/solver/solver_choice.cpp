@@ -1,4 +1,4 @@
-#include "saltus/solver/solver_choice.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 #include "saltus/core/error.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
-#include "saltus/core/entry_target.hpp"
+#include "saltus/core/sparsity.hpp"
 #include "saltus/core/thread_pool.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
 

@@ -2,12 +2,86 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/transcription/mesh.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus {
+
+// All data that may change between two solves of a transcribed problem, as one value.
+
+/// Data of a solve. ShootingProgram::commit applies all of it or nothing.
+struct ProblemData {
+  double start_time = 0.0;              ///< absolute, s
+  std::vector<Bounds> start_bounds;     ///< bounds of the first state; equal sides if it is fixed
+  std::vector<double> durations;        ///< per phase, s; initial guess if free
+  std::vector<Bounds> duration_bounds;  ///< per phase, s; ignored for fixed durations
+  Bounds total_time;                    ///< s; used if the problem bounds it
+  std::vector<VectorXd> parameters;     ///< p of each phase: data, and initial guesses of unknowns
+  VectorXd previous_input;              ///< applied before the horizon; NaN: unknown, not charged
+  Schedule schedule;                    ///< events and modes of the next solve
+
+  ProblemData() = default;
+  /// Data from the problem definition.
+  explicit ProblemData(const OptimalControlProblem& problem);
+
+  /// True if the first state is fixed.
+  bool has_given_start() const;
+  /// True if both give the same node times and the same bounds on durations.
+  bool has_times_of(const ProblemData& other) const;
+};
+
+/// Throws DefinitionError with the item if a size is wrong, a number is invalid or an event of a
+/// window is missing. Contradictory bounds are detected on the grid only. Does not allocate without
+/// an error.
+void check(const OptimalControlProblem& problem, const ProblemData& data);
+
+// Node positions of a phase before events add nodes: equal intervals or a graded mesh.
+
+/// Division of a phase into intervals.
+struct Mesh {
+  int intervals = 30;  ///< number of intervals
+  /// Node positions as fractions of the phase's duration, increasing from 0 to 1, intervals + 1
+  /// entries. Empty: intervals of equal length.
+  std::vector<double> nodes = {};
+  /// Flag per node: true if the input continues across it, constant or along its ramp. Such a node
+  /// adds rows of path constraints inside an input interval without more freedom for the inputs.
+  /// Ramps continue only between intervals of equal length. Empty: no node holds the input.
+  std::vector<char> holds = {};
+
+  /// True if the input continues across this node.
+  bool holds_input(int node) const { return !holds.empty() && holds[node] != 0; }
+  /// Position of a node as a fraction.
+  double fraction(int node) const;
+
+  /// The range of one input: an interval, or several intervals separated by held nodes.
+  struct InputInterval {
+    int first = 0, count = 1;  ///< first interval, and number of intervals
+  };
+  /// The input intervals in order.
+  std::vector<InputInterval> input_intervals() const;
+  /// Division of an input interval into `pieces` equal intervals in total. They share one input if
+  /// `holds` is true.
+  struct Cut {
+    int pieces = 1;      ///< number of new intervals
+    bool holds = false;  ///< true: the input continues across the new nodes
+  };
+  /// The mesh with every interval cut, one Cut per interval.
+  Mesh divided(const std::vector<Cut>& cuts) const;
+  /// Throws DefinitionError with the phase if the mesh is invalid.
+  void check(const std::string& phase) const;
+};
+
+/// Intervals whose lengths grow geometrically. `ratio` is the length of the last divided by the
+/// first: above 1 gives short intervals at the start, below 1 at the end. Throws DefinitionError if
+/// the ratio is not positive.
+Mesh graded_mesh(int intervals, double ratio);
+/// Short intervals at both ends. Intervals in the middle are `ratio` times longer.
+Mesh mesh_graded_to_both_ends(int intervals, double ratio);
 
 /// One shooting interval. Times are relative to the start of its phase and affine in the phase's
 /// duration T (s): offset = offset0 + offset1 T, length = length0 + length1 T. The slopes offset1
@@ -121,6 +195,48 @@ class Grid {
 
   Schedule schedule_;
   std::vector<PhaseGrid> phases_;
+};
+
+// Positions of quantities among the variables of the program.
+
+class BlockProgram;
+
+/// Variables are physical values divided by their nominal magnitudes. Order: for each phase (x_0,
+/// q_0, c_0, x_1, q_1, c_1, ..., x_N, q_N) with the accumulated integrals q. Unknown parameters,
+/// free durations, a free start time and slacks follow.
+class Layout {
+ public:
+  /// Adds all variables to `program`.
+  Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProgram& program);
+
+  /// First state of a node. node = intervals is the end of the phase (before the jump).
+  int state(int phase, int node) const { return phases_[phase].states[node]; }
+  /// First of the phase's integrals (PhaseDefinition::integrals), accumulated up to a node.
+  int integral(int phase, int node) const { return phases_[phase].integrals[node]; }
+  /// First input coefficient of an interval.
+  int input(int phase, int interval) const { return phases_[phase].inputs[interval]; }
+  /// Duration of the phase, or -1 if it is fixed.
+  int duration(int phase) const { return phases_[phase].duration; }
+  /// Start time, or -1 if it is fixed.
+  int start_time() const { return start_time_; }
+  /// Entry i of the phase's parameters, or -1 if it is data.
+  int parameter(int phase, int i) const { return phases_[phase].parameters[i]; }
+  /// Declares that variables from this index on are slacks of soft constraints.
+  void set_first_slack(int first) { first_slack_ = first; }
+
+  /// Text for messages: "phase 'flight', node 3, state 1".
+  std::string describe(int variable) const;
+
+ private:
+  struct PhaseLayout {
+    std::vector<int> states, integrals, inputs, parameters;
+    int duration = -1;
+  };
+  std::vector<PhaseLayout> phases_;
+  std::vector<std::string> names_;  // names of blocks of variables
+  std::vector<int> starts_;
+  int start_time_ = -1;
+  int first_slack_ = 0;
 };
 
 }  // namespace saltus

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

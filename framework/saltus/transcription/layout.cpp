@@ -1,4 +1,4 @@
-#include "saltus/transcription/layout.hpp"
+#include "saltus/transcription/grid.hpp"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/windows_of.hpp"
 #include "saltus/transcription/crossing_report.hpp"

@@ -8,15 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "saltus/ocp/data_by_name.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/qp/stage_structure.hpp"
+#include "saltus/qp/qp_result.hpp"
 #include "saltus/solver/solver.hpp"
 #include "saltus/transcription/grid.hpp"
-#include "saltus/transcription/layout.hpp"
-#include "saltus/transcription/problem_data.hpp"
 #include "saltus/transcription/solution.hpp"
-#include "saltus/verify/accuracy.hpp"
+#include "saltus/verify/verification.hpp"
 
 namespace saltus {
 
@@ -81,7 +78,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// phase time count from the new start. Throws DefinitionError if a window limit no longer
   /// coincides with a node.
   void set_remaining(Bounds first_phase, Bounds total_time);
-  /// Common implementation of set_data() (saltus/ocp/data_by_name.hpp).
+  /// Common implementation of set_data() (saltus/ocp/problem.hpp).
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);
   /// Moves an event of the schedule, s.
@@ -126,5 +123,11 @@ Solution solve(MultipleShooting& shooting, Solver& solver);
 /// Solves from this point with the current data and schedule. Warm-starts if the point has
 /// multipliers.
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
+
+// The next solve of a shooting as a separate problem.
+
+/// The problem with the current data of the shooting, e.g. in a controller: start, times, schedule,
+/// parameters. Independent of the shooting. Allocates, so do not call it in a control loop.
+OptimalControlProblem present_problem(const MultipleShooting& shooting);
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-#include "saltus/transcription/one_sided_derivative.hpp"
+#include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <fmt/format.h>
 

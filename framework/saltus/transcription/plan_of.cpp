@@ -1,4 +1,4 @@
-#include "saltus/transcription/plan_of.hpp"
+#include "saltus/transcription/replay.hpp"
 
 #include <algorithm>
 

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 #include <algorithm>
 

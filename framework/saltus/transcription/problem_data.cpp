@@ -1,4 +1,4 @@
-#include "saltus/transcription/problem_data.hpp"
+#include "saltus/transcription/grid.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
-#include "saltus/transcription/grid.hpp"
 
 namespace saltus {
 

@@ -2,7 +2,7 @@
 // the same size, a duration, a parameter.
 #pragma once
 
-#include "saltus/solver/program_scale.hpp"
+#include "saltus/solver/optimum_check.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/transcription/plan_of.hpp"
 #include "saltus/verify/flow_growth.hpp"
 #include "saltus/verify/plan_rows.hpp"
 

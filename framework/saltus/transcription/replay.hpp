@@ -3,7 +3,8 @@
 
 #include "saltus/model/integrator.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/transcription/trajectory.hpp"
+#include "saltus/transcription/solution.hpp"
+#include "saltus/verify/verify.hpp"
 
 namespace saltus {
 
@@ -21,5 +22,10 @@ struct ReplayReport {
 /// Throws DefinitionError if the trajectory is empty or its phases do not match the problem.
 ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& trajectory,
                     const IntegratorChoice& integrator);
+
+// Converts a trajectory into a plan for the verifier.
+
+/// The plan of a trajectory of this problem, without cost. Allocates.
+Plan plan_of(const OptimalControlProblem& problem, const Trajectory& trajectory);
 
 }  // namespace saltus

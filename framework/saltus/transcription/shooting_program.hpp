@@ -8,13 +8,10 @@
 #include <vector>
 
 #include "saltus/model/integrator.hpp"
-#include "saltus/model/reentrant_integrator.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/transcription/block_program.hpp"
 #include "saltus/transcription/grid.hpp"
-#include "saltus/transcription/layout.hpp"
-#include "saltus/transcription/problem_data.hpp"
 #include "saltus/transcription/shooting_instances.hpp"
 
 namespace saltus {

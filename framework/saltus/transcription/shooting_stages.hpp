@@ -1,7 +1,7 @@
 // Assigns the variables and rows of a shooting program to stages.
 #pragma once
 
-#include "saltus/qp/stage_structure.hpp"
+#include "saltus/qp/qp_result.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "saltus/model/make_function.hpp"
-#include "saltus/model/structure.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/term_reads.hpp"
 #include "saltus/transcription/interval_function.hpp"

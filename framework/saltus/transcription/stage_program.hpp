@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "saltus/qp/sparse_by_stages.hpp"
 #include "saltus/qp/stage_map.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "saltus/solver/quadratic_model.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 

@@ -1,4 +1,4 @@
-#include "saltus/transcription/trajectory.hpp"
+#include "saltus/transcription/solution.hpp"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "saltus/transcription/plan_of.hpp"
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/replay.hpp"
 
 namespace saltus {
 namespace {

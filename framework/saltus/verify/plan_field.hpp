@@ -6,7 +6,7 @@
 
 #include "saltus/model/function.hpp"
 #include "saltus/model/integrator.hpp"
-#include "saltus/verify/plan.hpp"
+#include "saltus/verify/verify.hpp"
 
 namespace saltus {
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "saltus/core/bound_rules.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/model/steps_of.hpp"
 #include "saltus/ocp/term_reads.hpp"

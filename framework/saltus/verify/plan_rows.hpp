@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "saltus/ocp/problem.hpp"
-#include "saltus/verify/accuracy.hpp"
 #include "saltus/verify/formula_bounds.hpp"
-#include "saltus/verify/plan.hpp"
+#include "saltus/verify/verification.hpp"
+#include "saltus/verify/verify.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/yaml/yaml_file.hpp"
+#include "saltus/yaml/yaml_section.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>

@@ -4,7 +4,7 @@
 // derivatives times S_j) are omitted. One factorisation of size ny then solves all columns, and
 // Newton's iteration converges linearly to the same solution. ARKODE: D. Reynolds and others, User
 // Documentation for ARKODE, LLNL.
-#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 #include <fmt/format.h>
 

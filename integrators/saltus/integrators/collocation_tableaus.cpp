@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 #include <fmt/format.h>
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/sundials_support.hpp"
 
 namespace saltus::sundials {

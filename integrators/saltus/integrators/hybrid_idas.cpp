@@ -8,7 +8,7 @@
 #include "saltus/integrators/hybrid_multistep.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/idas_memory.hpp"
-#include "saltus/model/eliminated.hpp"
+#include "saltus/model/algebraic.hpp"
 
 namespace saltus {
 namespace {

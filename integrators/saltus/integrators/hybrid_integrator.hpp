@@ -18,7 +18,7 @@
 #include "saltus/integrators/hybrid_locator.hpp"
 #include "saltus/integrators/hybrid_modes.hpp"
 #include "saltus/integrators/hybrid_stepper.hpp"
-#include "saltus/model/event_integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

@@ -7,7 +7,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_sliding.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/simulate.hpp"
 
 #include <limits>
 #include <memory>

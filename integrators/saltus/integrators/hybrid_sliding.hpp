@@ -8,7 +8,6 @@
 // Discontinuous Righthand Sides, 1988.
 #pragma once
 
-#include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 
 namespace saltus {

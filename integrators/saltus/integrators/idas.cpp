@@ -1,4 +1,4 @@
-#include "saltus/integrators/idas.hpp"
+#include "saltus/integrators/sundials.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include "saltus/integrators/algebraic_field.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/idas_memory.hpp"
-#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus {
 namespace {

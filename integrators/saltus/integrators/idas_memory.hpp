@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "saltus/integrators/idas.hpp"
 #include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/sundials_support.hpp"
 
 namespace saltus::sundials {

@@ -9,7 +9,7 @@
 // and the Hessian is the sum over all stages of the second differential of Fbar_j' F_j along dX_j.
 // See framework/design/integrators.md. E. Hairer, G. Wanner, Solving Ordinary Differential
 // Equations II, 2nd ed., sec. IV.5 and IV.8.
-#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
-#include "saltus/integrators/implicit_midpoint.hpp"
 #include "saltus/integrators/implicit_stages.hpp"
 #include "saltus/integrators/interval_field.hpp"
 

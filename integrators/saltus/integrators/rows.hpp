@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "saltus/autodiff/pack.hpp"
+#include "saltus/autodiff/dual.hpp"
 
 namespace saltus::rows {
 inline namespace SALTUS_LANES_ABI {

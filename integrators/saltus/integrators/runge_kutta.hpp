@@ -44,4 +44,50 @@ IntegratorChoice runge_kutta8(RungeKuttaOptions options = {});
 /// A method with a custom tableau. Throws DefinitionError if it is not explicit and consistent.
 IntegratorChoice runge_kutta(ButcherTableau tableau, RungeKuttaOptions options = {});
 
+// Implicit Runge-Kutta methods by collocation with a fixed number of equal steps and exact first
+// and second derivatives of the discrete map. For stiff dynamics and for few long steps.
+
+/// Options of implicit Runge-Kutta methods.
+struct ImplicitRungeKuttaOptions {
+  int stages = 2;  ///< 1 to 4
+  int steps = 1;   ///< equal steps per interval
+};
+
+/// Gauss-Legendre collocation of order 2 * stages. A-stable and symmetric; preserves quadratic
+/// invariants, so oscillations neither grow nor decay. Very stiff components oscillate instead of
+/// decaying. With one stage it is the implicit midpoint rule.
+///
+/// Newton's method solves the stages of each step to rounding. Derivatives are those of this map by
+/// the implicit function theorem, also with respect to start time and length. If Newton's method
+/// fails, the status is IntegrationStatus::step_too_small and failure() names the step. Does not
+/// allocate after construction. Supports events inside an interval (framework/design/events.md).
+/// Throws DefinitionError for other numbers of stages and if steps < 1.
+IntegratorChoice gauss_legendre(ImplicitRungeKuttaOptions options = {});
+
+/// Radau IIA collocation of order 2 * stages - 1, otherwise as above. L-stable: components faster
+/// than the step decay within it. For stiff dynamics. With one stage it is the backward Euler
+/// method.
+IntegratorChoice radau_iia(ImplicitRungeKuttaOptions options = {});
+
+/// Tableau of Gauss-Legendre collocation. The nodes are the zeros of the Legendre polynomial P_s on
+/// [0, 1].
+ButcherTableau gauss_legendre_tableau(int stages);
+/// Tableau of Radau IIA of order 2 * stages - 1, stiffly accurate. The nodes are the zeros of P_s -
+/// P_(s-1), of which the last is 1.
+ButcherTableau radau_iia_tableau(int stages);
+
+// The implicit midpoint rule with a fixed number of equal steps. Order 2, for stiff dynamics and
+// for oscillations without numerical growth or damping.
+
+/// Options of implicit_midpoint().
+struct ImplicitMidpointOptions {
+  int steps = 1;  ///< equal steps per interval
+};
+
+/// A-stable and symmetric; preserves quadratic invariants. Newton's method solves X = x + step/2
+/// f(X) in each step to rounding. First and second derivatives are those of this map, by the
+/// implicit function theorem. A failed step gives IntegrationStatus::step_too_small. Does not
+/// allocate after construction. Throws DefinitionError if steps < 1, and for intervals with events.
+IntegratorChoice implicit_midpoint(ImplicitMidpointOptions options = {});
+
 }  // namespace saltus

@@ -9,7 +9,7 @@
 
 #include "problems/biped/report/run_summary.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::walking {
 namespace {

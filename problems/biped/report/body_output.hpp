@@ -7,7 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/robots/walking/body_forces.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 

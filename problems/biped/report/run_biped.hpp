@@ -4,7 +4,7 @@
 #include <string>
 
 #include "problems/biped/configurable_biped.hpp"
-#include "saltus/app/problem_registry.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
 
 namespace saltus::walking {

@@ -12,7 +12,7 @@
 #include "problems/biped/survey/robot_check.hpp"
 #include "problems/biped/survey/robot_file.hpp"
 #include "saltus/app/option_parser.hpp"
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/text.hpp"
 

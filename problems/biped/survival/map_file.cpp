@@ -14,7 +14,7 @@
 #include <sstream>
 #include <thread>
 
-#include "saltus/app/output_folder.hpp"
+#include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"

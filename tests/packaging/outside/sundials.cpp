@@ -1,6 +1,6 @@
 // The component sundials: one integrator of CVODES can be made.
 #include <cstdio>
-#include <saltus/integrators/cvodes.hpp>
+#include <saltus/integrators/sundials.hpp>
 
 int main() {
   const saltus::IntegratorChoice choice = saltus::cvodes({});

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
 #include "saltus/robots/walking/capture_point_controller.hpp"
 

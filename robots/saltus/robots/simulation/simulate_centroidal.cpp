@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/integrators/sundials.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/centroidal/centroidal_plant.hpp"
 #include "saltus/robots/simulation/run_recorder.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"

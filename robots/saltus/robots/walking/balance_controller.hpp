@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "saltus/mpc/latency_histogram.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/balance_planner.hpp"
 #include "saltus/robots/whole_body/contact_estimator.hpp"
 #include "saltus/robots/whole_body/estimator.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/model/levelled.hpp"
 
 namespace saltus::walking {

@@ -1,6 +1,6 @@
 #include "saltus/robots/walking/body_forces.hpp"
 
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::walking {
 namespace {

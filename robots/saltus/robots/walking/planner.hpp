@@ -10,7 +10,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/scene.hpp"
-#include "saltus/solver/solver_choice.hpp"
+#include "saltus/solver/native_solver.hpp"
 
 namespace saltus::walking {
 

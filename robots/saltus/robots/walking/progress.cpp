@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::walking {
 namespace {

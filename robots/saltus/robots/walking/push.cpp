@@ -11,7 +11,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus::walking {
 

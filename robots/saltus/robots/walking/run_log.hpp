@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "saltus/mpc/latency_histogram.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_plan.hpp"

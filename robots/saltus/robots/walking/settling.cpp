@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/body_forces.hpp"
 

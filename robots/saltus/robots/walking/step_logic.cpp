@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/window.hpp"
+#include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/support_polygon.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/transcription/present_problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::walking {
 

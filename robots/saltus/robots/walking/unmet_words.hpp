@@ -4,7 +4,7 @@
 #include <string>
 
 #include "saltus/robots/walking/unmet_decision.hpp"
-#include "saltus/solve/explanation.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus::walking {
 

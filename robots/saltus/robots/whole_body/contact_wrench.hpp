@@ -2,7 +2,7 @@
 // sole, as forces on the body.
 #pragma once
 
-#include "saltus/core/skew.hpp"
+#include "saltus/core/types.hpp"
 #include "saltus/qp/stage_qp.hpp"
 #include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/whole_body/dynamics_model.hpp"

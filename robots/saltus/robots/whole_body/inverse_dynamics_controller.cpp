@@ -9,7 +9,7 @@
 
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/stage_qp.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/cholesky.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"

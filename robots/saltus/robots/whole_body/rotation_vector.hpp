@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "saltus/core/skew.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 
