@@ -15,7 +15,7 @@ std::filesystem::path data_file(const std::string& name) {
 
 nlohmann::json read_json(const std::filesystem::path& file) {
   const std::string text = file_content(file);
-  refuse_deep_json(text, file.string());
+  reject_deep_json(text, file.string());
   nlohmann::json value = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (value.is_discarded()) throw InputError(fmt::format("'{}' is not JSON", file.string()));
   return value;

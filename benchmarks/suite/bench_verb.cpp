@@ -58,7 +58,7 @@ std::vector<fs::path> peer_folders() {
 
 // The process executes the script.
 [[noreturn]] void run_script(std::span<const std::string> arguments) {
-  if (const std::string refusal = refusal_of_python(); !refusal.empty()) throw InputError(refusal);
+  if (const std::string refusal = python_limit_error(); !refusal.empty()) throw InputError(refusal);
   const std::string script = data_file("benchmarks/suite/scripts/bench.py").string();
   const std::vector<fs::path> folders = peer_folders();
   std::vector<std::string> pythons;

@@ -28,10 +28,10 @@ int main() {
 
   // Every 10 ms the rest of the motion is planned from the measured state.
   const ShootingOptions grid{.intervals_per_phase = 15, .integrator = runge_kutta4()};
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
-                                          return RecedingHorizonController(std::move(rest),
-                                                                           {.period = 0.01});
-                                        }));
+  ShrinkingHorizonController controller(
+      problem, remaining_controllers(problem, grid, [](MultipleShooting rest) {
+        return RecedingHorizonController(std::move(rest), {.period = 0.01});
+      }));
   controller.adopt_plan(plan.trajectory);
   PhasedPlant plant(problem, runge_kutta4());
 

@@ -33,7 +33,7 @@ Automaton<2, 0, 1> thermostat() {  // x = (temperature, mode)
   Automaton<2, 0, 1> heater;
   heater.mode("heating", heating)
       .mode("idle", idle)
-      .remember_in(1)
+      .store_mode_in(1)
       .event(
           "warm", "heating", "idle", [](const auto&, const auto& x) { return x[0] - 2.0; },
           Crossing::rising)

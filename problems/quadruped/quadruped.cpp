@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/quadruped/run.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/csv_table.hpp"
 
@@ -61,8 +61,8 @@ Json summary_of(const Config& config, const RunLog& run) {
           {"kind", "closed loop"},
           {"gait", config.gait},
           {"blind", config.controller.gait.blind},
-          {"recovered", !run.fell && NoteSignals::received() == 0},
-          {"interrupted", NoteSignals::received() != 0},
+          {"recovered", !run.fell && DeferSignals::received() == 0},
+          {"interrupted", DeferSignals::received() != 0},
           {"message", run.message()},
           {"controller", run.log.controller},
           {"plant", run.log.plant},
@@ -92,7 +92,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
   for (int i = 0; i < config.runs; ++i) {
     const Config one = disturbed(config, i, false);
     const RunLog seeing = run(one), blind = run(disturbed(config, i, true));
-    if (NoteSignals::received() != 0) break;  // these two runs are incomplete
+    if (DeferSignals::received() != 0) break;  // these two runs are incomplete
     recovered[0] += seeing.fell ? 0 : 1;
     recovered[1] += blind.fell ? 0 : 1;
     ticks.merge(seeing.log.statistics.all());
@@ -116,7 +116,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
                                             {"recovered", recovered[0]},
                                             {"recovered_blind", recovered[1]},
                                             {"tick_p99_s", ticks.p99()}});
-  if (config.pictures && NoteSignals::received() == 0)
+  if (config.pictures && DeferSignals::received() == 0)
     run_python_module("saltus.plot_quadruped", context.output.path(), "picture");
   fmt::print(
       "size {}: ground within {:.1f} cm, push of {:.1f} N s, {} runs of {} s\n"
@@ -140,13 +140,13 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
   output.write("ticks.csv", std::string_view(result.log.ticks_csv()));
   output.write("feet.csv", feet_table(result));
   output.write("summary.json", summary_of(config, result));
-  const bool drawn = config.pictures && NoteSignals::received() == 0 &&
+  const bool drawn = config.pictures && DeferSignals::received() == 0 &&
                      run_python_module("saltus.plot_quadruped", output.path(), "picture");
   const LatencyHistogram ticks = result.log.statistics.all();
   const VectorXd& end = result.log.final_state();
-  const char* verdict = NoteSignals::received() != 0 ? "interrupted"
-                        : result.fell                ? "fell"
-                                                     : "recovered";
+  const char* verdict = DeferSignals::received() != 0 ? "interrupted"
+                        : result.fell                 ? "fell"
+                                                      : "recovered";
   fmt::print(
       "{}: {}\n"
       "went to ({:.2f}, {:.2f}) m in {:.2f} s; turned over by {:.1f} degrees at most\n"
@@ -165,9 +165,9 @@ ExitStatus run_to_the_end_or_interrupt(const Config& config, const RunContext& c
   ExitStatus status = ExitStatus::ok;
   int signal = 0;
   {
-    const NoteSignals note;
+    const DeferSignals note;
     status = run_quadruped(config, context);
-    signal = NoteSignals::received();
+    signal = DeferSignals::received();
   }
   if (signal != 0) {
     fmt::print("interrupted: these are the results so far\n");

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 
 namespace saltus::quadruped {
 namespace {
@@ -61,7 +61,7 @@ RunLog run(const Config& config) {
   };
   options.until = [&](double, const VectorRef&) {
     result.fell = robot.tilt() > fallen_tilt || robot.height() < fallen_height;
-    return result.fell || NoteSignals::received() != 0;
+    return result.fell || DeferSignals::received() != 0;
   };
   result.log = simulate_closed_loop(controller.planner(), robot, options);
   if (!result.log.completed) result.fell = true;

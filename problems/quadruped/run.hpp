@@ -30,7 +30,7 @@ struct RunLog {
 /// The robot has fallen if it tilts by more (rad) or its CoM is lower (m).
 inline constexpr double fallen_tilt = 1.0, fallen_height = 0.12;
 
-/// Ends early after an interrupt (saltus/app/note_signals.hpp).
+/// Ends early after an interrupt (saltus/app/defer_signals.hpp).
 RunLog run(const Config& config);
 
 /// Run number `i` of a campaign: random ground, push and time; the settings define the size.

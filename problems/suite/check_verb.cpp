@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/library/catalogue.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
@@ -139,9 +139,9 @@ ExitStatus check_all(const CheckRequest& request) {
   int doubtful = 0, checked = 0, signal = 0;
   Json pages = Json::array();
   {
-    const NoteSignals note;
+    const DeferSignals note;
     for (const ReferenceCase& c : reference_cases()) {
-      signal = NoteSignals::received();
+      signal = DeferSignals::received();
       if (signal != 0) break;
       ProblemCheck page = check_case(c, request.intervals);
       ++checked;

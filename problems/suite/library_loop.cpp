@@ -172,8 +172,8 @@ LibraryLoop close_loop(const ReferenceCase& c, const Solution& plan, SolverChoic
     result.log = simulate_closed_loop(as_planned, plant, options);
   }
   result.cost = plant.cost();
-  result.misses_at_ends = plant.misses_at_ends();
-  result.misses_on_the_way = plant.misses_on_the_way();
+  result.end_misses = plant.end_misses();
+  result.path_misses = plant.path_misses();
   if (plant.is_over()) result.over_since = plant.over_since();
   return result;
 }
@@ -192,7 +192,7 @@ PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const Integrato
         result.failure = plant.failure();
   }
   result.cost = plant.cost();
-  result.misses_at_ends = plant.misses_at_ends();
+  result.end_misses = plant.end_misses();
   return result;
 }
 

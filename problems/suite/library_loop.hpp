@@ -49,13 +49,13 @@ struct LibraryLoop {
   LoopLog log;
   Horizon horizon = Horizon::shrinking;
   double cost = 0.0;  ///< cost of the motion, see PhasedPlant::cost()
-  std::vector<PhasedPlant::Miss> misses_at_ends, misses_on_the_way;
+  std::vector<PhasedPlant::Miss> end_misses, path_misses;
   std::optional<double> over_since;  ///< s; end of the last phase
 };
 /// The plan in the same plant without disturbances, as a reference for the loop.
 struct PlanRunOut {
   double cost = 0.0;
-  std::vector<PhasedPlant::Miss> misses_at_ends;
+  std::vector<PhasedPlant::Miss> end_misses;
   std::string failure;  ///< one sentence; empty if the plant followed the plan to its end
 };
 PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const IntegratorChoice& scheme);

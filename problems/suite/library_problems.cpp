@@ -16,7 +16,7 @@
 #include "problems/suite/integrator_names.hpp"
 #include "problems/suite/library_loop.hpp"
 #include "problems/suite/run_files.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/simulation/explanation_json.hpp"
@@ -96,7 +96,7 @@ void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
 
 // Repeats the header every ten rows.
 SolveObserver observer_of(const OptimalControlConfig& config) {
-  SolveObserver observer{.should_stop = [] { return NoteSignals::received() != 0; }};
+  SolveObserver observer{.should_stop = [] { return DeferSignals::received() != 0; }};
   if (config.monitor)
     observer.report = table_of_iterations([](const std::string& line) {
       fmt::print("{}\n", line);
@@ -185,10 +185,10 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   }
   int signal = 0;
   const RefinedSolution refined = [&] {
-    const NoteSignals note;
+    const DeferSignals note;
     RefinedSolution result = solve_case_refined(
         c, config.solver, config.refine ? RefinementOptions{}.rounds : 1, observer_of(config));
-    signal = NoteSignals::received();
+    signal = DeferSignals::received();
     return result;
   }();
   const Solution& solution = refined.solution;

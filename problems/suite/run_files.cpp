@@ -175,9 +175,9 @@ Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& 
           {"cost_of_plan", planned.cost},
           {"cost_of_plan_by_solver", plan.cost},
           {"plan_end_s", plan.trajectory.end_time()},
-          {"missed_at_ends", misses_json(loop.misses_at_ends)},
-          {"missed_on_the_way", misses_json(loop.misses_on_the_way)},
-          {"plan_missed_at_ends", misses_json(planned.misses_at_ends)},
+          {"missed_at_ends", misses_json(loop.end_misses)},
+          {"missed_on_the_way", misses_json(loop.path_misses)},
+          {"plan_missed_at_ends", misses_json(planned.end_misses)},
           {"final_state", end},
           {"events", events},
           {"states", log.recording.state_columns()},
@@ -199,7 +199,7 @@ std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const Pla
       "{:.2g} at most\n",
       c.id, c.name, describe(loop.horizon), loop.log.message, loop.log.ticks.size(), counts,
       worst == nullptr ? 0.0 : 1e3 * worst->seconds, loop.cost, planned.cost,
-      largest(loop.misses_at_ends), largest(loop.misses_on_the_way));
+      largest(loop.end_misses), largest(loop.path_misses));
 }
 
 }  // namespace saltus

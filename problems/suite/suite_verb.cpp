@@ -8,7 +8,7 @@
 
 #include "problems/suite/suite.hpp"
 #include "problems/suite/suite_output.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/app/settings.hpp"
@@ -29,15 +29,15 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
   if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no table head above an error message
   int signal = 0;
-  request.should_stop = [] { return NoteSignals::received() != 0; };
+  request.should_stop = [] { return DeferSignals::received() != 0; };
   const SuiteReport report = [&] {
-    const NoteSignals note;
+    const DeferSignals note;
     SuiteReport result = run_suite(cases, request, [&](const CaseOutcome& outcome) {
       if (request.quiet) return;
       fmt::print("{}{}", std::exchange(begun, true) ? "" : table_head(), table_line(outcome));
       std::fflush(stdout);
     });
-    signal = NoteSignals::received();
+    signal = DeferSignals::received();
     return result;
   }();
   if (!request.quiet) fmt::print("{}", closing_text(report));

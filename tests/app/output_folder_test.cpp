@@ -47,8 +47,7 @@ TEST(OutputFolder, comes_into_being_with_the_first_file) {
 // What is begun has a name that nobody guesses, is of this user alone, and follows no link.
 TEST(OutputFolder, begun_files_are_private) {
   const TemporaryFolder folder;
-  const fs::path file = folder / "x.txt", one = temporary_beside(file),
-                 two = temporary_beside(file);
+  const fs::path file = folder / "x.txt", one = temporary_path(file), two = temporary_path(file);
   EXPECT_NE(one, two);
   EXPECT_TRUE(one.filename().string().starts_with(".x.txt."));
   ASSERT_TRUE(make_private_file(one));
@@ -59,10 +58,10 @@ TEST(OutputFolder, begun_files_are_private) {
   fs::create_symlink(mine, two);
   EXPECT_FALSE(make_private_file(two)) << "a link";
   std::error_code error;
-  write_whole(file, "all of it", error);
+  write_atomically(file, "all of it", error);
   EXPECT_FALSE(error);
   EXPECT_EQ(file_content(file), "all of it");
-  write_whole(folder / "none/x.txt", "", error);
+  write_atomically(folder / "none/x.txt", "", error);
   EXPECT_EQ(error, std::errc::no_such_file_or_directory);
   const mode_t mask = ::umask(0);
   ::umask(mask);
@@ -75,7 +74,7 @@ TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_
   const pid_t child = ::fork();
   if (child == 0) ::_exit(0);
   ASSERT_EQ(::waitpid(child, nullptr, 0), child);
-  const std::string mine = temporary_beside(folder / "x.txt").filename();
+  const std::string mine = temporary_path(folder / "x.txt").filename();
   const std::string process = std::to_string(::getpid()) + ".part",
                     over = std::to_string(child) + ".part";
   ASSERT_TRUE(mine.ends_with("." + process));
@@ -94,7 +93,7 @@ TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_
 TEST(OutputFolder, long_names_can_be_written) {
   const TemporaryFolder folder;
   std::error_code error;
-  write_whole(folder / std::string(255, 'x'), "all", error);
+  write_atomically(folder / std::string(255, 'x'), "all", error);
   EXPECT_FALSE(error) << error.message();
 }
 

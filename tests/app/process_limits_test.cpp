@@ -16,7 +16,7 @@
 #include <system_error>
 #include <thread>
 
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/thread_pool.hpp"
 
@@ -51,13 +51,13 @@ End end_of(const std::function<void()>& work) {
   return end;
 }
 
-TEST(NoteSignals, the_second_signal_of_either_kind_ends_the_process) {
+TEST(DeferSignals, the_second_signal_of_either_kind_ends_the_process) {
   for (const int first : {SIGINT, SIGTERM}) {
     for (const int second : {SIGINT, SIGTERM}) {
       const End end = end_of([&] {
-        const NoteSignals note;
+        const DeferSignals note;
         std::raise(first);
-        if (NoteSignals::received() != first) ::_exit(1);
+        if (DeferSignals::received() != first) ::_exit(1);
         std::raise(second);
       });
       ASSERT_TRUE(WIFSIGNALED(end.status)) << first << ", " << second << ": " << end.status;
@@ -66,9 +66,9 @@ TEST(NoteSignals, the_second_signal_of_either_kind_ends_the_process) {
   }
 }
 
-TEST(NoteSignals, two_signals_that_arrive_at_once_end_the_process) {
+TEST(DeferSignals, two_signals_that_arrive_at_once_end_the_process) {
   const End end = end_of([] {
-    const NoteSignals note;
+    const DeferSignals note;
     sigset_t both;
     ::sigemptyset(&both);
     ::sigaddset(&both, SIGINT);
@@ -122,14 +122,14 @@ TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
 }
 
 TEST(ProcessLimits, too_little_for_python_is_a_sentence) {
-  EXPECT_EQ(refusal_of_python(), "");
+  EXPECT_EQ(python_limit_error(), "");
   const End end = end_of([] {
     const rlimit files{8, 8};
     ::setrlimit(RLIMIT_NOFILE, &files);
-    std::fputs(refusal_of_python().c_str(), stderr);
+    std::fputs(python_limit_error().c_str(), stderr);
     const rlimit addresses{std::size_t{300} << 20U, std::size_t{300} << 20U};
     ::setrlimit(RLIMIT_AS, &addresses);
-    std::fputs(("; " + refusal_of_python()).c_str(), stderr);
+    std::fputs(("; " + python_limit_error()).c_str(), stderr);
   });
   EXPECT_EQ(end.error,
             "python3 needs 16 open files, and the limit is 8 (ulimit -n); python3 needs 512 MB of "

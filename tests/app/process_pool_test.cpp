@@ -16,18 +16,18 @@
 namespace saltus {
 namespace {
 
-using End = FinishedWork::End;
+using End = WorkResult::End;
 
 constexpr double ample = 30.0;  // s, for work that takes milliseconds
 
-std::map<long, FinishedWork> finish_all(ProcessPool& pool) {
-  std::map<long, FinishedWork> all;
+std::map<long, WorkResult> finish_all(ProcessPool& pool) {
+  std::map<long, WorkResult> all;
   while (!pool.is_idle())
-    for (FinishedWork& work : pool.wait(1.0)) all[work.id] = std::move(work);
+    for (WorkResult& work : pool.wait(1.0)) all[work.id] = std::move(work);
   return all;
 }
 
-FinishedWork result_of(const std::function<std::string()>& work, double time_limit = ample) {
+WorkResult result_of(const std::function<std::string()>& work, double time_limit = ample) {
   ProcessPool pool(1, time_limit);
   pool.start(7, work);
   return finish_all(pool).at(7);
@@ -50,7 +50,7 @@ TEST(ProcessPool, TextsComeBackWhole) {
 }
 
 TEST(ProcessPool, WhatIsPrintedIsNotTheResult) {
-  const FinishedWork work = result_of([] {
+  const WorkResult work = result_of([] {
     std::printf("a library warns\n");
     std::fprintf(stderr, "and warns again\n");
     return std::string("result");
@@ -60,10 +60,10 @@ TEST(ProcessPool, WhatIsPrintedIsNotTheResult) {
 }
 
 TEST(ProcessPool, ExceptionsKeepTheirSentence) {
-  const FinishedWork refused = result_of([]() -> std::string { throw InputError("no such link"); });
+  const WorkResult refused = result_of([]() -> std::string { throw InputError("no such link"); });
   EXPECT_EQ(refused.end, End::refused);
   EXPECT_EQ(refused.text, "no such link");
-  const FinishedWork threw =
+  const WorkResult threw =
       result_of([]() -> std::string { throw std::runtime_error("out of luck"); });
   EXPECT_EQ(threw.end, End::died);
   EXPECT_EQ(threw.text, "it threw: out of luck");
@@ -82,12 +82,12 @@ TEST(ProcessPool, ACrashIsOneResult) {
   EXPECT_TRUE(contains(all.at(1).text, "it crashed"));
   EXPECT_TRUE(contains(all.at(1).text, "assertion 'x > 0' failed"));
   EXPECT_EQ(all.at(2).text, "fine");
-  const FinishedWork left = result_of([]() -> std::string { ::_exit(4); });
+  const WorkResult left = result_of([]() -> std::string { ::_exit(4); });
   EXPECT_EQ(left.text, "it exited with 4");
 }
 
 TEST(ProcessPool, WorkThatNeverEndsIsEnded) {
-  const FinishedWork work = result_of(
+  const WorkResult work = result_of(
       []() -> std::string {
         for (;;) ::pause();
       },

@@ -256,7 +256,7 @@ TEST_F(VerbsTest, words_are_completed_from_the_settings) {
   EXPECT_EQ(of({"run", "drop", "--config", ""}), Words{});
   EXPECT_EQ(of({"run", "drop", "--pri"}), (Words{"--print-config", "--print-schema"}));
   ASSERT_EQ(run({"completion", "bash"}), 0) << complaint;
-  EXPECT_TRUE(contains(printed, completion_question));
+  EXPECT_TRUE(contains(printed, completion_verb));
   EXPECT_EQ(run({"completion", "tcsh"}), 2);
 }
 

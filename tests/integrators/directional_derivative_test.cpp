@@ -149,7 +149,7 @@ TEST(Hysteresis, IsRememberedByAState) {
   Automaton<2> heater;
   heater.mode("heating", towards(3.0))
       .mode("idle", towards(0.0))
-      .remember_in(1)
+      .store_mode_in(1)
       .event(
           "warm", "heating", "idle", [](const auto&, const auto& x) { return x[0] - 2.0; },
           Crossing::rising)
@@ -195,11 +195,11 @@ TEST(Hysteresis, BadDefinitionsAreRefused) {
     return {};
   };
   Automaton<2> far, moving, sliding;
-  far.mode("a", drift).mode("b", drift).remember_in(2);
+  far.mode("a", drift).mode("b", drift).store_mode_in(2);
   far.event("e", "a", "b", guard, Crossing::rising);
   EXPECT_NE(message(far).find("stored in state 2, but there are 2 states"), std::string::npos)
       << message(far);
-  moving.mode("a", drift).mode("b", drift).remember_in(1);
+  moving.mode("a", drift).mode("b", drift).store_mode_in(1);
   moving.event("e", "a", "b", guard, Crossing::rising);
   EXPECT_NE(message(moving).find("mode 'a': state 1 stores the mode"), std::string::npos)
       << message(moving);
@@ -209,7 +209,7 @@ TEST(Hysteresis, BadDefinitionsAreRefused) {
     v[1] = 0.0;
     return v;
   };
-  sliding.mode("a", push).mode("b", push).remember_in(1).surface("s", "a", "b", guard);
+  sliding.mode("a", push).mode("b", push).store_mode_in(1).surface("s", "a", "b", guard);
   EXPECT_NE(message(sliding).find("use a separate guard for each direction"), std::string::npos)
       << message(sliding);
 }

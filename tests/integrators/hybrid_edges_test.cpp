@@ -664,7 +664,7 @@ TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
             })
       .event("cold", "off", "on", threshold(0.5), Crossing::falling)
       .event("warm", "on", "off", threshold(1.5), Crossing::rising)
-      .remember_in(1);
+      .store_mode_in(1);
   const auto integrator = GetParam().choice->make(hybrid_problem(system));
   // In the middle; and behind the threshold of "cold", whose event then happens at once.
   for (const double start : {0.9, 0.3}) {

@@ -184,7 +184,7 @@ TEST_P(BesideALogger, TheFormulasOfTheProblemAreEvaluated) {
   expect_undisturbed(
       [&](RecedingHorizonController& c) {
         report = c.report();
-        problem = present_problem(c.shooting());
+        problem = current_problem(c.shooting());
       },
       [&](int) {
         const PhaseDefinition& phase = problem.phases().front();
@@ -204,7 +204,7 @@ TEST_P(BesideALogger, TheFormulasOfTheProblemAreEvaluated) {
 TEST_P(BesideALogger, AnotherControllerOfTheProblemTicks) {
   OptimalControlProblem problem;
   expect_undisturbed(
-      [&](RecedingHorizonController& c) { problem = present_problem(c.shooting()); },
+      [&](RecedingHorizonController& c) { problem = current_problem(c.shooting()); },
       [&](int) {
         RecedingHorizonController other{
             MultipleShooting(problem, {.intervals_per_phase = 5, .integrator = GetParam().scheme}),
@@ -289,10 +289,11 @@ TEST(ShrinkingBesideALogger, AReportIsReadWhileLaterPhasesTick) {
     OptimalControlProblem problem("two");
     problem.costs(CostRule::integrated).start_at({1.0, 0.0}).then(first).then(second);
     return ShrinkingHorizonController(
-        problem, rests_of(problem, {.intervals_per_phase = 10, .integrator = runge_kutta4()},
-                          [](MultipleShooting rest) {
-                            return RecedingHorizonController(std::move(rest), {.period = period});
-                          }));
+        problem, remaining_controllers(
+                     problem, {.intervals_per_phase = 10, .integrator = runge_kutta4()},
+                     [](MultipleShooting rest) {
+                       return RecedingHorizonController(std::move(rest), {.period = period});
+                     }));
   };
   const auto inputs_with = [&](bool logs) {
     ShrinkingHorizonController controller = controller_of_two();

@@ -147,10 +147,11 @@ TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
 TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
   const auto message = [](const OptimalControlProblem& problem) -> std::string {
     try {
-      rests_of(problem, {.intervals_per_phase = 4, .integrator = runge_kutta4()},
-               [](MultipleShooting shooting) {
-                 return RecedingHorizonController(std::move(shooting), ControllerOptions{});
-               });
+      remaining_controllers(problem, {.intervals_per_phase = 4, .integrator = runge_kutta4()},
+                            [](MultipleShooting shooting) {
+                              return RecedingHorizonController(std::move(shooting),
+                                                               ControllerOptions{});
+                            });
     } catch (const DefinitionError& e) {
       return e.what();
     }
@@ -180,7 +181,7 @@ TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
 TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
   const OptimalControlProblem problem =
       by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, optimising));
+  ShrinkingHorizonController controller(problem, remaining_controllers(problem, grid, optimising));
   controller.tick(0.0, VectorXd{{0.0, 0.0}});
   const Solution plan = controller.report();
   ASSERT_TRUE(plan.ok()) << plan.message;
@@ -226,7 +227,8 @@ TEST(ShrinkingHorizon, APhaseThatBeginsGoesOnWithThePlan) {
     if (rest.problem().phases().size() == 2) return optimising(std::move(rest));
     return RecedingHorizonController(std::move(rest), std::make_unique<Idle>(), {.period = 0.05});
   };
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, idle_after_the_gate));
+  ShrinkingHorizonController controller(problem,
+                                        remaining_controllers(problem, grid, idle_after_the_gate));
   controller.tick(0.0, VectorXd{{0.0, 0.0}});
   const Solution plan = controller.report();
   ASSERT_TRUE(plan.ok()) << plan.message;
@@ -247,7 +249,7 @@ TEST(ShrinkingHorizon, APlanGoesThroughPhasesWithoutATickAndAFallbackIsNone) {
       solve(*std::make_unique<MultipleShooting>(problem, grid), *make_native_solver());
   ASSERT_TRUE(plan.ok()) << plan.message;
   for (const bool is_adopted : {true, false}) {
-    std::vector<RecedingHorizonController> rests = rests_of(problem, grid, idle);
+    std::vector<RecedingHorizonController> rests = remaining_controllers(problem, grid, idle);
     if (is_adopted) rests.front().adopt_plan(0.0, plan.trajectory);
     ShrinkingHorizonController controller(problem, std::move(rests));
     if (!is_adopted) controller.tick(0.0, VectorXd{{0.0, 0.0}});
@@ -263,10 +265,11 @@ TEST(ShrinkingHorizon, APlanGoesThroughPhasesWithoutATickAndAFallbackIsNone) {
 TEST(ShrinkingHorizon, TicksDoNotAllocate) {
   const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
   ShrinkingHorizonController controller(
-      problem, rests_of(problem, {.intervals_per_phase = 8, .integrator = zero_order_hold()},
-                        [](MultipleShooting rest) {
-                          return RecedingHorizonController(std::move(rest), {.period = 0.05});
-                        }));
+      problem,
+      remaining_controllers(problem, {.intervals_per_phase = 8, .integrator = zero_order_hold()},
+                            [](MultipleShooting rest) {
+                              return RecedingHorizonController(std::move(rest), {.period = 0.05});
+                            }));
   VectorXd state{{0.0, 0.0}};
   controller.tick(0.0, state);
   const testing::AllocationCount count;

@@ -87,7 +87,7 @@ Automaton<2, 0> remembering(double rate) {
       .event(
           "warm", "off", "on", [](const auto&, const auto& x) { return x[0] - 5.0; },
           Crossing::rising)
-      .remember_in(1);
+      .store_mode_in(1);
   return automaton;
 }
 

@@ -106,10 +106,10 @@ void solve_with(const DenseQp& p, const std::vector<bool>& is_active, DenseQpRes
 // undecided are dropped or added until all signs are right.
 void polish(const DenseQp& p, DenseQpResult& r, const VectorXd& slack) {
   constexpr double undecided = 1e-10;
-  constexpr int most_corrections = 20;
+  constexpr int max_corrections = 20;
   std::vector<bool> is_active(p.h.size());
   for (Eigen::Index i = 0; i < p.h.size(); ++i) is_active[i] = r.w[i] > slack[i];
-  for (int correction = 0; correction < most_corrections; ++correction) {
+  for (int correction = 0; correction < max_corrections; ++correction) {
     solve_with(p, is_active, r);
     const VectorXd outside = p.G * r.z - p.h;
     bool is_right = true;

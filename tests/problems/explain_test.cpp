@@ -15,7 +15,7 @@
 #include "problems/library/reference_case.hpp"
 #include "problems/push_recovery/step_program.hpp"
 #include "saltus/solve/explain.hpp"
-#include "saltus/solve/what_is_asked.hpp"
+#include "saltus/solve/negotiable_constraints.hpp"
 #include "saltus/solver/elastic_program.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
@@ -256,7 +256,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
   // The same program by Ipopt, from the point found and from the problem's guess.
   const VectorXd guess = shooting.initial_guess().w;
   std::vector<ElasticGroup> groups;
-  for (AskedFor& asked : what_is_asked(shooting.editable_program(), guess))
+  for (NegotiableConstraint& asked : negotiable_constraints(shooting.editable_program(), guess))
     groups.push_back(std::move(asked.group));
   ElasticProgram elastic(shooting.nlp(), std::move(groups), guess);
   const auto ipopt = make_ipopt({.tolerance = 1e-9, .max_iterations = 1000});

@@ -57,8 +57,8 @@ struct Weights {
 struct Left {
   VectorXd variables, rows;
 };
-Left left_by(const SparseQp& qp, const Weights& weights, const VectorXd& rw, const VectorXd& rr,
-             const VectorXd& dw, const VectorXd& dlambda) {
+Left with_exit_guard(const SparseQp& qp, const Weights& weights, const VectorXd& rw,
+                     const VectorXd& rr, const VectorXd& dw, const VectorXd& dlambda) {
   Left left{rw + weights.variables.cwiseProduct(dw), rr};
   qp.hessian_pattern.for_each([&](int a, int b, int e) {
     left.variables[a] += qp.hessian[e] * dw[b];
@@ -81,12 +81,12 @@ void expect_solved(const SparseQp& qp, const Weights& weights, NewtonSystem& sys
   const VectorXd rw = random.vector(n), rr = random.vector(m);
   VectorXd dw(n), dlambda(m), more_w(n), more_lambda(m);
   system.solve(rw, rr, dw, dlambda);
-  Left left = left_by(qp, weights, rw, rr, dw, dlambda);
+  Left left = with_exit_guard(qp, weights, rw, rr, dw, dlambda);
   for (; refinements > 0; --refinements) {
     system.solve(left.variables, left.rows, more_w, more_lambda);
     dw += more_w;
     dlambda += more_lambda;
-    left = left_by(qp, weights, rw, rr, dw, dlambda);
+    left = with_exit_guard(qp, weights, rw, rr, dw, dlambda);
   }
   const double size = 1.0 + dw.lpNorm<Eigen::Infinity>() + dlambda.lpNorm<Eigen::Infinity>() +
                       weights.variables.cwiseProduct(dw).lpNorm<Eigen::Infinity>();
@@ -131,7 +131,7 @@ TEST_P(NewtonSystemOf, OtherwiseFactoredItSolvesTheSame) {
       EXPECT_TRUE(system->load(staged.qp));
       EXPECT_TRUE(system->factor(weights.variables, weights.rows));
       int count = 1;
-      for (; count < 20 && system->factor_otherwise(); ++count)
+      for (; count < 20 && system->factor_with_fallback(); ++count)
         if (kind == GetParam())
           expect_solved(staged.qp, weights, *system, random, /*refinements=*/8);
       return count;
@@ -160,7 +160,7 @@ TEST(SparseNewton, AnEquationOfFixedVariablesAloneIsNoObstacle) {
     EXPECT_EQ(dw[0], 0.0) << ways;
     EXPECT_NEAR(dw[1], -3.0, 1e-4) << ways;  // of a regularisation of 1e-6 and less
     EXPECT_NEAR(dlambda[1], 5.0, 1e-4) << ways;
-  } while (system->factor_otherwise() && ++ways < 20);
+  } while (system->factor_with_fallback() && ++ways < 20);
   EXPECT_EQ(ways, 6);
 }
 
@@ -175,7 +175,7 @@ TEST(SparseNewton, RestartedItTakesTheSameStep) {
   VectorXd first = rw, dw = rw, dlambda = rr;
   ASSERT_TRUE(system->load(qp) && system->factor(weights.variables, weights.rows));
   system->solve(rw, rr, first, dlambda);
-  ASSERT_TRUE(system->factor_otherwise());
+  ASSERT_TRUE(system->factor_with_fallback());
   ASSERT_TRUE(system->factor(weights.variables, weights.rows));  // with what served last
   system->solve(rw, rr, dw, dlambda);
   EXPECT_NE(dw, first);

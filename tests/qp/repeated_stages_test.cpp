@@ -23,12 +23,12 @@ constexpr double required = 1e-8;  // of cost, relative; of residuals in units o
 
 // The first `own` states follow dynamics, the others are the inputs of the stage before.
 struct Sizes {
-  int own, inputs, handed_on;
-  int states() const { return own + handed_on; }
+  int own, inputs, first_copied;
+  int states() const { return own + first_copied; }
 };
 
 Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
-  const int nx = sizes.states(), nu = sizes.inputs, m = sizes.handed_on;
+  const int nx = sizes.states(), nu = sizes.inputs, m = sizes.first_copied;
   s.A.setZero();
   s.B.setZero();
   s.A.topLeftCorner(sizes.own, sizes.own) = 0.6 * random.matrix(sizes.own, sizes.own);

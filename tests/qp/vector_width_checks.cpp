@@ -85,7 +85,7 @@ WidthReport solve_with_previous_inputs(int programs) {
       good = good && s.dense < s.next && s.zero_end >= s.zero_begin;
       const bool is_known =
           s.nx == s.next && ((s.nx == 8 && s.nu == 6) || (s.nx == 16 && s.nu == 7));
-      good = good && packed.stages[k].kernel->hands_on == is_known;
+      good = good && packed.stages[k].kernel->copies_inputs == is_known;
     }
     StagePoint point(program);
     const QpResult result =

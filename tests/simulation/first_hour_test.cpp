@@ -158,12 +158,13 @@ TEST(FirstHour, APlanIsSaved) {
 }
 
 ShrinkingHorizonController controller_of(const OptimalControlProblem& problem, double period) {
-  return {problem, rests_of(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
-                            [&](MultipleShooting rest) {
-                              return RecedingHorizonController(
-                                  std::move(rest), make_real_time_solver(make_native_solver()),
-                                  {.period = period});
-                            })};
+  return {problem,
+          remaining_controllers(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
+                                [&](MultipleShooting rest) {
+                                  return RecedingHorizonController(
+                                      std::move(rest), make_real_time_solver(make_native_solver()),
+                                      {.period = period});
+                                })};
 }
 
 // One metre from rest to rest in the least time: full throttle, full brake.

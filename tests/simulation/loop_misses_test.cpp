@@ -38,10 +38,10 @@ OptimalControlProblem transfer(double strength = 1.0) {
 LoopLog run_transfer(double strength, const LoopOptions& options) {
   const OptimalControlProblem problem = transfer();
   const ShootingOptions grid{.intervals_per_phase = 20, .integrator = runge_kutta4()};
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
-                                          return RecedingHorizonController(std::move(rest),
-                                                                           {.period = 0.05});
-                                        }));
+  ShrinkingHorizonController controller(
+      problem, remaining_controllers(problem, grid, [](MultipleShooting rest) {
+        return RecedingHorizonController(std::move(rest), {.period = 0.05});
+      }));
   PhasedPlant plant(transfer(strength), runge_kutta4());
   return simulate_closed_loop(controller, plant, options);
 }

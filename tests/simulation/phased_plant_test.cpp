@@ -106,15 +106,15 @@ TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
   EXPECT_NEAR(plant.time(), 1.0, 1e-12);
   const double end = plant.state()[0];
   EXPECT_NEAR(plant.cost(), 0.85 * 2.0 + end, 1e-12);
-  for (const PhasedPlant::Miss& miss : plant.misses_at_ends())
+  for (const PhasedPlant::Miss& miss : plant.end_misses())
     if (miss.term == "back")
       EXPECT_NEAR(miss.amount, 1.0 - end, 1e-12);
     else if (miss.term == "impact")  // of the guard, which is zero but for rounding
       EXPECT_LT(miss.amount, 1e-12);
     else
       EXPECT_EQ(miss.term, "at rest");
-  ASSERT_EQ(plant.misses_on_the_way().size(), 1u);
-  EXPECT_NEAR(plant.misses_on_the_way()[0].amount, end - 0.3, 1e-12);
+  ASSERT_EQ(plant.path_misses().size(), 1u);
+  EXPECT_NEAR(plant.path_misses()[0].amount, end - 0.3, 1e-12);
   plant.disturb(VectorXd::Ones(2));  // over is over
   EXPECT_EQ(plant.state()[0], end);
 }
@@ -126,7 +126,7 @@ TEST(PhasedPlant, ADisturbancePastTheGuardEndsThePhase) {
   ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.01));
   EXPECT_EQ(plant.phase(), 1);
   EXPECT_EQ(plant.take_events().at(0).time, 0.2);
-  EXPECT_TRUE(plant.misses_on_the_way().empty());
+  EXPECT_TRUE(plant.path_misses().empty());
 }
 
 TEST(PhasedPlant, ADisturbancePastTheGuardAndBackChangesNothing) {
@@ -344,12 +344,13 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
   const OptimalControlProblem problem = bounce();
   const auto controller = [&] {
     return ShrinkingHorizonController(
-        problem, rests_of(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
-                          [](MultipleShooting rest) {
-                            return RecedingHorizonController(
-                                std::move(rest), make_real_time_solver(make_native_solver()),
-                                {.period = 0.05});
-                          }));
+        problem,
+        remaining_controllers(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
+                              [](MultipleShooting rest) {
+                                return RecedingHorizonController(
+                                    std::move(rest), make_real_time_solver(make_native_solver()),
+                                    {.period = 0.05});
+                              }));
   };
   LoopOptions options{.duration = 2.0, .plan_every = 5};
   // Once, while it falls: three centimetres down.
@@ -396,12 +397,13 @@ OptimalControlProblem dash() {
 TEST(ShrinkingLoop, ATickThatFallsOnTheEndIsNotMade) {
   const OptimalControlProblem problem = dash();
   ShrinkingHorizonController loop(
-      problem, rests_of(problem, {.intervals_per_phase = 1, .integrator = runge_kutta4()},
-                        [](MultipleShooting rest) {
-                          return RecedingHorizonController(
-                              std::move(rest), make_real_time_solver(make_native_solver()),
-                              {.period = 0.04});
-                        }));
+      problem,
+      remaining_controllers(problem, {.intervals_per_phase = 1, .integrator = runge_kutta4()},
+                            [](MultipleShooting rest) {
+                              return RecedingHorizonController(
+                                  std::move(rest), make_real_time_solver(make_native_solver()),
+                                  {.period = 0.04});
+                            }));
   PhasedPlant plant(problem, runge_kutta4());
   LoopOptions options{.duration = 6.0};
   options.disturbances.state = [](double t, const VectorRef&, VectorOut added) {

@@ -72,10 +72,11 @@ MultipleShooting shooting_of(OptimalControlProblem problem) {
 RecedingHorizonController controller() { return {shooting_of(integrator()), {.period = 0.02}}; }
 ShrinkingHorizonController shrinking() {
   const OptimalControlProblem problem = two_phases();
-  return {problem, rests_of(problem, {.intervals_per_phase = 5, .integrator = runge_kutta4()},
-                            [](MultipleShooting rest) {
-                              return RecedingHorizonController(std::move(rest), {.period = 0.02});
-                            })};
+  return {problem, remaining_controllers(
+                       problem, {.intervals_per_phase = 5, .integrator = runge_kutta4()},
+                       [](MultipleShooting rest) {
+                         return RecedingHorizonController(std::move(rest), {.period = 0.02});
+                       })};
 }
 
 void expect_empty(const Trajectory& empty) {
@@ -207,7 +208,7 @@ TEST(MultipleShootingMovedFrom, RefusesEveryAccess) {
   expect_refused("moved from", [&] { shooting.guess_from(Trajectory()); });
   expect_refused("moved from", [&] { shooting.trajectory(w); });
   expect_refused("moved from", [&] { shooting.interpret({}); });
-  expect_refused("moved from", [&] { present_problem(shooting); });
+  expect_refused("moved from", [&] { current_problem(shooting); });
   expect_refused("moved from", [&] { (void)RecedingHorizonController(std::move(shooting), {}); });
   // NOLINTEND(bugprone-use-after-move)
 }

@@ -135,7 +135,7 @@ TEST(ProgramSize, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
   };
   MultipleShooting shooting(far_cart(false), options);
   const ProgramSize size = size_of(shooting);
-  EXPECT_FALSE(size.is_usual_where_known(size.usual()));
+  EXPECT_FALSE(size.is_well_scaled_where_known(size.usual()));
   const VectorXd scale = size.to_one().variables;
   const Layout& layout = shooting.layout();
   EXPECT_EQ(scale[layout.state(0, 0)], 1e-6);
@@ -219,7 +219,7 @@ TEST(Scale, WhatIsWellStatedStaysAsItIs) {
   ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
   ASSERT_TRUE(size.look_at(shooting.initial_guess().w));
   EXPECT_TRUE(size.usual().is_one());
-  EXPECT_TRUE(size.is_usual_where_known(size.usual()));
+  EXPECT_TRUE(size.is_well_scaled_where_known(size.usual()));
 }
 
 // Three tenths of a millimetre in a second from rest, at 1.3 mm / s^2 at most: with a guess of

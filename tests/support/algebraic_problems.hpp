@@ -3,14 +3,14 @@
 
 #include <cmath>
 
-#include "saltus/ocp/interval_of.hpp"
+#include "saltus/ocp/interval_problem_of.hpp"
 #include "saltus/ocp/phase.hpp"
 
 namespace saltus::testing_support {
 
 /// x' and z of one phase as an interval, without costs.
 inline IntervalProblem differentiable_interval_of(const PhaseDefinition& phase) {
-  IntervalProblem interval = saltus::interval_of(phase);
+  IntervalProblem interval = saltus::interval_problem_of(phase);
   interval.differentiate_parameter.assign(phase.sizes.np, true);
   return interval;
 }

@@ -339,8 +339,9 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
       .mode("slow", Pendulum{})
       .event("pulled", "fast", "slow", pulled, Crossing::rising, halved);
   const Phase<4, 0, 0, 1> modes{"swing", swings, exactly(1.0)};
-  for (const auto& mode : interval_of(modes.definition()).switching.modes)  // IDAS takes these
-    ASSERT_TRUE(part_before_elimination(mode.dynamics)) << mode.name;
+  for (const auto& mode :
+       interval_problem_of(modes.definition()).switching.modes)  // IDAS takes these
+    ASSERT_TRUE(dae_before_elimination(mode.dynamics)) << mode.name;
   const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
   for (const IntegratorChoice& scheme :
        {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
@@ -348,7 +349,7 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
         radau_iia({.stages = 4, .steps = 60})}) {
     const auto integrator = scheme->make(differentiable_interval_of(phase.definition()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 0.7);
-    const auto by_modes = scheme->make(interval_of(modes.definition()));
+    const auto by_modes = scheme->make(interval_problem_of(modes.definition()));
     EXPECT_EQ(end_of(*by_modes, start, VectorXd(), 0.7), end) << scheme->name();
     const double fall = limit / (3.0 * Pendulum::gravity);  // z = 3 g fall before
     EXPECT_NEAR(energy(end), -0.75 * Pendulum::gravity * fall, 1e-8) << scheme->name();

@@ -124,7 +124,7 @@ TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
     };
   };
   Automaton<2> thermostat;
-  thermostat.mode("heat", heat(1.0)).mode("cool", heat(-1.0)).remember_in(1);
+  thermostat.mode("heat", heat(1.0)).mode("cool", heat(-1.0)).store_mode_in(1);
   thermostat.event("hot", "heat", "cool", level(22.0), Crossing::rising)
       .event("cold", "cool", "heat", level(16.0), Crossing::falling);
   Phase<2, 0> room{"room", thermostat, between(3.0, 7.0)};

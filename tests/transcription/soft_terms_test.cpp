@@ -166,7 +166,7 @@ TEST(SoftHuber, MustHaveAThreshold) {
 TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
   for (const Penalty& penalty :
        {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
-    const PenaltySlacks slacks = slacks_of(penalty);
+    const PenaltySlacks slacks = penalty_slacks(penalty);
     const auto cost_of = [](const SlackCost& c, double s) {
       return c.is_quadratic ? 0.5 * c.weight * s * s : c.weight * s;
     };

@@ -38,7 +38,7 @@ std::string conflict(MultipleShooting& shooting,
       if (shooting.problem().phases()[0].terms[instance.term].name == name &&
           instance.block.point.node == node)
         lambda[instance.first_row] = force;
-  return name_conflict(program, lambda, violated);
+  return describe_conflict(program, lambda, violated);
 }
 
 TEST(Conflict, NamesTheStrongestTermsBesideTheOneThatIsViolated) {
@@ -55,7 +55,7 @@ TEST(Conflict, NamesTheStrongestTermsBesideTheOneThatIsViolated) {
       "in conflict with phase 'motion', term 'e'; phase 'motion', term 'd'; "
       "phase 'motion', term 'c'");
   EXPECT_EQ(conflict(shooting, {{"a", 1.0}, {"soft", 1.0}}, 5, violated), "");
-  EXPECT_EQ(name_conflict(shooting.program(), VectorXd(), violated), "");
+  EXPECT_EQ(describe_conflict(shooting.program(), VectorXd(), violated), "");
 }
 
 // --- equations ----------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ std::string dependent_of_given_input(double push) {
   OptimalControlProblem ocp("given input");
   ocp.start_at({1}).then(phase);
   MultipleShooting shooting(ocp, ten);
-  return name_dependent_rows(shooting.editable_program(), shooting.initial_guess().w);
+  return describe_dependent_rows(shooting.editable_program(), shooting.initial_guess().w);
 }
 
 TEST(DependentRows, AnEquationOfGivenNumbersCountsOnlyWhereItDoesNotHold) {
@@ -88,7 +88,7 @@ TEST(DependentRows, AnEquationThatIsThereTwiceIsNamed) {
   VectorXd w = shooting.initial_guess().w;
   for (const double end : {1.0, 2.0}) {
     w[shooting.layout().state(0, 10)] = end;
-    const std::string text = name_dependent_rows(shooting.editable_program(), w);
+    const std::string text = describe_dependent_rows(shooting.editable_program(), w);
     EXPECT_NE(text.find("13 equations"), std::string::npos) << text;  // start, ten intervals, two
     EXPECT_NE(text.find("term 'second'"), std::string::npos) << text;
   }

@@ -83,8 +83,8 @@ ExitStatus print_completion(std::span<const std::string> arguments) {
   if (shell != "bash" && shell != "zsh" && shell != "fish")
     throw InputError(fmt::format("completion needs bash, zsh or fish, not '{}'", shortened(shell)));
   const std::string program = (program_folder() / "saltus").string();
-  fmt::print("{}", filled_in(data_file("framework/templates/completion/" + shell),
-                             {{"@PROGRAM@", program}, {"@QUESTION@", completion_question}}));
+  fmt::print("{}", fill_template(data_file("framework/templates/completion/" + shell),
+                                 {{"@PROGRAM@", program}, {"@QUESTION@", completion_verb}}));
   return ExitStatus::ok;
 }
 

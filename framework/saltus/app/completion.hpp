@@ -11,7 +11,7 @@ namespace saltus {
 
 /// Hidden verb of the shell scripts. Its arguments are the words up to and including the one being
 /// typed.
-inline constexpr const char* completion_question = "__complete";
+inline constexpr const char* completion_verb = "__complete";
 
 /// Completions of the last of `words`, which may be empty or partial. Empty if a file is expected.
 std::vector<std::string> completions(std::span<const std::string> words,

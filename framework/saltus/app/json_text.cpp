@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-void refuse_deep_json(std::string_view text, std::string_view source) {
+void reject_deep_json(std::string_view text, std::string_view source) {
   int depth = 0;
   bool is_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {

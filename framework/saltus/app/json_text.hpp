@@ -10,6 +10,6 @@ inline constexpr int deepest_json = 100;
 
 /// Parsers recurse and would overflow the stack on extremely deep documents. Throws InputError that
 /// names the source if the text is nested deeper than deepest_json.
-void refuse_deep_json(std::string_view text, std::string_view source);
+void reject_deep_json(std::string_view text, std::string_view source);
 
 }  // namespace saltus

@@ -25,7 +25,7 @@ std::vector<std::string> names_of(const LogFormats& formats) {
 
 }  // namespace
 
-std::string complaint_of_formats(const LogFormats& formats) {
+std::string validate_formats(const LogFormats& formats) {
   for (const std::string& name : names_of(formats))
     if (std::ranges::find(known, name) == known.end())
       return fmt::format("must name csv, mat or mcap, separated by commas without spaces, not '{}'",
@@ -40,7 +40,7 @@ void declare_log_formats(Settings& settings, LogFormats& formats) {
       "mcap (run.mcap, JSON for Foxglove and PlotJuggler); for python3, mat "
       "needs h5py and mcap needs mcap");
   settings.rule({"log.formats"}, [&formats] {
-    const std::string wrong = complaint_of_formats(formats);
+    const std::string wrong = validate_formats(formats);
     return wrong.empty() ? wrong : "log.formats " + wrong;
   });
 }

@@ -25,7 +25,7 @@ Verb logs_verb() {
               fmt::print("{}", parser.help());
               return ExitStatus::ok;
             }
-            if (const std::string wrong = complaint_of_formats(formats); !wrong.empty())
+            if (const std::string wrong = validate_formats(formats); !wrong.empty())
               throw InputError("logs: --formats: " + wrong);
             if (folder.empty())
               throw InputError("logs needs the folder of a run, as in saltus logs results/demo");

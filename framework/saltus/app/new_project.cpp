@@ -72,7 +72,7 @@ void write_files(const fs::path& templates, const fs::path& folder, const Marks&
   for (const fs::directory_entry& file : fs::directory_iterator(templates)) {
     const fs::path made = folder / file.path().filename();
     std::ofstream stream(made, std::ios::binary);
-    stream << filled_in(file.path(), marks);
+    stream << fill_template(file.path(), marks);
     stream.close();
     if (!stream) throw InputError(fmt::format("new: '{}' cannot be written", made.string()));
     fs::permissions(made, file.status().permissions() | fs::perms::owner_write);
@@ -127,7 +127,7 @@ void make_project(const fs::path& folder, const ProjectKind& kind) {
                  own = data_file("framework/templates/" + kind.name);
   const Marks marks{{"@NAME@", name}, {"@VERSION@", minor_version()}, {"@SUMMARY@", kind.summary}};
 
-  const fs::path partial = temporary_beside(whole);
+  const fs::path partial = temporary_path(whole);
   try {
     fs::create_directory(partial);
     write_files(common, partial, marks);

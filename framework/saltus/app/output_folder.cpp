@@ -52,7 +52,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (longest.native().size() >= PATH_MAX)
     refuse(fmt::format("cannot be created: the path of a file has less than {} bytes", PATH_MAX));
   // Permissions do not suffice (read-only file systems, root), so a file is created and removed.
-  const fs::path probe = temporary_beside(existing / "saltus_probe");
+  const fs::path probe = temporary_path(existing / "saltus_probe");
   const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
   begin_ = fs::last_write_time(probe, error);  // file clock of the disk, which may differ
   fs::remove(probe, error);
@@ -61,7 +61,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
 }
 
 void OutputFolder::write(std::string_view name, std::string_view content) const {
-  write_whole(path_ / name, content);
+  write_atomically(path_ / name, content);
   std::error_code ignored;
   for (const std::string& earlier : std::exchange(earlier_, {}))
     if (earlier != name) fs::remove(path_ / earlier, ignored);

@@ -109,12 +109,12 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
   running_.push_back({id, process, ends[0], {}, WallClock::now(), false});
 }
 
-std::vector<FinishedWork> ProcessPool::wait(double seconds) {
+std::vector<WorkResult> ProcessPool::wait(double seconds) {
   // Rounded up, to avoid waking just before the limit.
   const double patience = std::min(seconds, end_overdue() + 1e-3);
   std::vector<pollfd> files;
   for (const Child& child : running_) files.push_back({child.pipe, POLLIN, 0});
-  std::vector<FinishedWork> finished;
+  std::vector<WorkResult> finished;
   if (::poll(files.data(), files.size(), static_cast<int>(1e3 * patience)) <= 0) return finished;
   std::vector<Child> still;
   for (std::size_t i = 0; i < running_.size(); ++i) {
@@ -149,13 +149,13 @@ double ProcessPool::end_overdue() {
   return left;
 }
 
-FinishedWork ProcessPool::collect(Child& child) const {
-  using End = FinishedWork::End;
+WorkResult ProcessPool::collect(Child& child) const {
+  using End = WorkResult::End;
   ::close(child.pipe);
   int status = 0;
   while (::waitpid(child.process, &status, 0) < 0 && errno == EINTR) {
   }
-  FinishedWork work{child.id, End::died, {}};
+  WorkResult work{child.id, End::died, {}};
   if (take(child.output, done_mark, work.text)) {
     work.end = End::done;
   } else if (take(child.output, refused_mark, work.text)) {

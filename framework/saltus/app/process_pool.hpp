@@ -15,7 +15,7 @@
 namespace saltus {
 
 /// Outcome of a piece of work.
-struct FinishedWork {
+struct WorkResult {
   /// Finished, rejected (an InputError), or ended by the death of its process.
   enum class End { done, refused, died };
 
@@ -50,7 +50,7 @@ class ProcessPool {
   void start(long id, const std::function<std::string()>& work);
 
   /// Waits at most `seconds` for results. Returns early on a signal.
-  std::vector<FinishedWork> wait(double seconds);
+  std::vector<WorkResult> wait(double seconds);
 
   /// Ends all running processes.
   void stop();
@@ -66,7 +66,7 @@ class ProcessPool {
   };
 
   double end_overdue();  // returns the time in seconds until the next one is overdue
-  FinishedWork collect(Child& child) const;
+  WorkResult collect(Child& child) const;
 
   int jobs_;
   double time_limit_;

@@ -150,7 +150,7 @@ ExitStatus dispatch(const std::vector<std::string>& arguments,
                     std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
   Verbs verbs(more_verbs);
   // Called by shell completion, not by users.
-  if (!arguments.empty() && arguments.front() == completion_question) {
+  if (!arguments.empty() && arguments.front() == completion_verb) {
     for (const std::string& word :
          completions(std::span(arguments).subspan(1), verbs.names(), problems))
       fmt::print("{}\n", word);
@@ -203,7 +203,7 @@ namespace {
 
 // Opens closed standard streams. Otherwise the next opened file would replace a stream and receive
 // the printed output.
-void have_standard_streams() {
+void open_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
@@ -211,7 +211,7 @@ void have_standard_streams() {
 // Sets HOME if it is missing. Some builds of Ipopt's linear solver start MPI, which aborts without
 // a home folder, and fetched files are stored below it. It is the user's folder or "/", never a
 // folder such as /tmp where others can place files.
-void have_home_folder() {
+void ensure_home_folder() {
   const char* given = std::getenv("HOME");
   if (given != nullptr && *given != '\0') return;
   const passwd* user = ::getpwuid(::geteuid());
@@ -230,8 +230,8 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
     return static_cast<int>(status);
   };
   prepare_process();
-  have_standard_streams();
-  have_home_folder();
+  open_standard_streams();
+  ensure_home_folder();
   try {
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
     const ExitStatus status = dispatch(arguments, problems, more_verbs);

@@ -70,7 +70,7 @@ struct LogFormats {
 void declare_log_formats(Settings& settings, LogFormats& formats);
 
 /// Error of the names, after "... must"; empty if they are valid.
-std::string complaint_of_formats(const LogFormats& formats);
+std::string validate_formats(const LogFormats& formats);
 
 /// Writes run.mat and run.mcap from the tables of the folder as requested, with the Python package,
 /// and prints the names of the files. If a Python package is missing, prints a sentence to the
@@ -141,7 +141,7 @@ void replace_earlier_run(OutputFolder& output);
 
 /// Writes run.json if the run wrote anything to the folder. It holds the data that `saltus rerun`
 /// needs in addition to config.yaml, and the names of the files.
-void note_run(const OutputFolder& output, const std::string& problem);
+void write_run_file(const OutputFolder& output, const std::string& problem);
 
 /// Records files that a verb adds to the folder of a finished run (plots, other formats), so that
 /// they are removed with the run. Create the object before the verb writes.
@@ -196,7 +196,7 @@ ProblemEntry problem_entry(std::string name, std::string summary,
     const std::string effective_config = settings.to_yaml();
     const ExitStatus status = run(config, RunContext{request, output, effective_config});
     const bool logged = write_logs(logs, output.path());
-    note_run(output, name);
+    write_run_file(output, name);
     return logged || status != ExitStatus::ok ? status : ExitStatus::not_applicable;
   };
   const auto with_settings = [declare](const std::function<void(const Settings&)>& use) {

@@ -67,7 +67,7 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
 template <class MakeWords>
 bool run_python(MakeWords make_words, const std::filesystem::path& results, std::string_view what,
                 std::span<const std::string> more) {
-  if (const std::string refusal = refusal_of_python(); !refusal.empty()) {
+  if (const std::string refusal = python_limit_error(); !refusal.empty()) {
     fmt::print(stderr, "no {}: {}\n", what, refusal);
     return false;
   }
@@ -94,7 +94,7 @@ bool run_python(MakeWords make_words, const std::filesystem::path& results, std:
 
 }  // namespace
 
-std::string refusal_of_python() {
+std::string python_limit_error() {
   constexpr rlim_t least_memory = rlim_t{512} << 20U;  // bytes; plots need about half of it
   constexpr rlim_t least_files = 16;
   rlimit limit{};

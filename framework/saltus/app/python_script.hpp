@@ -23,6 +23,6 @@ bool run_python_script(std::string_view script, const std::filesystem::path& res
 
 /// A sentence if process limits leave too little memory for python3 and its packages, otherwise
 /// empty. With less memory numpy's OpenBLAS would wait forever.
-std::string refusal_of_python();
+std::string python_limit_error();
 
 }  // namespace saltus

@@ -30,7 +30,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* run_file = "run.json";
 
 // Names of values that differ between identical runs: computing times and versions.
-bool is_of_computing(const std::string& name) {
+bool is_timing(const std::string& name) {
   static const std::set<std::string> names{"solve time [s]",
                                            "solve time [us]",
                                            "processor time [us]",
@@ -53,7 +53,7 @@ std::string content_of(const fs::path& file) {
     throw InputError(fmt::format(
         "rerun: '{}' cannot be read: {}", file.string(),
         std::filesystem::exists(file, error) ? "it is not a file" : "there is no such file"));
-  return file_content(file, file.extension() == ".csv" ? longest_table : longest_file);
+  return file_content(file, file.extension() == ".csv" ? longest_table : max_file_size);
 }
 
 FileComparison compare_tables(const std::string& name, const std::string& before,
@@ -77,12 +77,12 @@ FileComparison compare_tables(const std::string& name, const std::string& before
     if (cells.size() != columns.size() || other_cells.size() != columns.size())
       return {name, false, fmt::format("has a wrong number of cells in row {}", rows)};
     for (std::size_t i = 0; i < columns.size(); ++i)
-      if (cells[i] != other_cells[i] && !is_of_computing(columns[i]))
+      if (cells[i] != other_cells[i] && !is_timing(columns[i]))
         return {name, false,
                 fmt::format("differs first in row {}, column '{}': {} was {}", rows,
                             shortened(columns[i]), shortened(other_cells[i]), shortened(cells[i]))};
   }
-  const bool is_timed = std::ranges::any_of(columns, is_of_computing);
+  const bool is_timed = std::ranges::any_of(columns, is_timing);
   return {name, true,
           fmt::format("the same to the bit ({} rows{})", rows,
                       is_timed ? ", except for computing times" : "")};
@@ -95,13 +95,13 @@ std::string first_difference(const Json& before, const Json& after, const std::s
       return way.empty() ? key : fmt::format("{}.{}", way, key);
     };
     for (const auto& [key, value] : before.items()) {
-      if (is_of_computing(key)) continue;
+      if (is_timing(key)) continue;
       if (!after.contains(key)) return below(key) + " is missing";
       std::string found = first_difference(value, after.at(key), below(key));
       if (!found.empty()) return found;
     }
     for (const auto& [key, value] : after.items())
-      if (!before.contains(key) && !is_of_computing(key)) return below(key) + " is new";
+      if (!before.contains(key) && !is_timing(key)) return below(key) + " is new";
     return {};
   }
   if (before.is_array() && after.is_array() && before.size() == after.size()) {
@@ -117,8 +117,8 @@ std::string first_difference(const Json& before, const Json& after, const std::s
 
 FileComparison compare_summaries(const std::string& name, const std::string& before,
                                  const std::string& after) {
-  refuse_deep_json(before, name);
-  refuse_deep_json(after, name);
+  reject_deep_json(before, name);
+  reject_deep_json(after, name);
   const Json one = Json::parse(before, nullptr, /*allow_exceptions=*/false);
   const Json other = Json::parse(after, nullptr, /*allow_exceptions=*/false);
   if (one.is_discarded() || other.is_discarded()) return {name, false, "is not JSON"};
@@ -129,7 +129,7 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
 }
 
 // True if a later run may remove the file. Run.json may come from an untrusted source.
-bool is_of_a_run(const fs::path& name) {
+bool is_removable(const fs::path& name) {
   static const std::set<std::string> kinds{".csv",  ".gif", ".html", ".json", ".mat",
                                            ".mcap", ".mp4", ".png",  ".txt",  ".yaml"};
   return name == name.filename() && kinds.contains(name.extension().string());
@@ -140,7 +140,7 @@ std::map<std::string, fs::file_time_type> files_with_times(const fs::path& folde
   std::map<std::string, fs::file_time_type> files;
   std::error_code unknown;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, unknown))
-    if (is_of_a_run(entry.path().filename()) && entry.is_regular_file(unknown))
+    if (is_removable(entry.path().filename()) && entry.is_regular_file(unknown))
       files[entry.path().filename().string()] = entry.last_write_time(unknown);
   return files;
 }
@@ -150,7 +150,7 @@ std::map<std::string, fs::file_time_type> files_with_times(const fs::path& folde
 Json parsed_run_file(const fs::path& folder) {
   const fs::path file = folder / run_file;
   const std::string text = content_of(file);
-  refuse_deep_json(text, file.string());
+  reject_deep_json(text, file.string());
   return Json::parse(text, nullptr, /*allow_exceptions=*/false);
 }
 
@@ -161,7 +161,7 @@ std::vector<std::string> files_of_run(const fs::path& folder) {
     const Json run = parsed_run_file(folder);
     if (!run.is_object() || !run.contains("files") || !run["files"].is_array()) return files;
     for (const Json& name : run["files"])
-      if (name.is_string() && is_of_a_run(name.get<std::string>())) files.push_back(name);
+      if (name.is_string() && is_removable(name.get<std::string>())) files.push_back(name);
   } catch (const InputError&) {  // the run is unknown
   }
   return files;
@@ -193,7 +193,7 @@ void replace_earlier_run(OutputFolder& output) {
   output.clear_when_written(files_of_run(output.path()));
 }
 
-void note_run(const OutputFolder& output, const std::string& problem) {
+void write_run_file(const OutputFolder& output, const std::string& problem) {
   std::error_code unknown;
   if (!fs::exists(output.path() / "config.yaml", unknown)) return;
   std::set<std::string> files{run_file};

@@ -9,7 +9,7 @@
 
 namespace saltus {
 
-std::string filled_in(const std::filesystem::path& file, const Marks& marks) {
+std::string fill_template(const std::filesystem::path& file, const Marks& marks) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(fmt::format("the template '{}' cannot be read", file.string()));
   std::string text{std::istreambuf_iterator<char>(stream), {}};

@@ -12,6 +12,6 @@ namespace saltus {
 using Marks = std::vector<std::pair<std::string, std::string>>;
 
 /// Returns the file with all placeholders replaced. Throws InputError if it cannot be read.
-std::string filled_in(const std::filesystem::path& file, const Marks& marks);
+std::string fill_template(const std::filesystem::path& file, const Marks& marks);
 
 }  // namespace saltus

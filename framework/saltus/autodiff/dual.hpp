@@ -59,7 +59,7 @@ struct CommonScalar<T, Ts...> {
 // Each function is instantiated once for all scalars, so that the compiler reports one error
 // instead of one per scalar.
 template <bool used>
-bool branching_on_a_state() {
+bool advise_branching() {
   static_assert(!used,
                 "a formula cannot branch on a state, input or parameter, because its derivatives "
                 "and sparsity must hold on both sides: use saltus::select(condition, a, b), min, "
@@ -67,13 +67,13 @@ bool branching_on_a_state() {
   return false;
 }
 template <bool used>
-void index_of_a_scalar() {
+void advise_scalar_index() {
   static_assert(!used,
                 "a scalar has no entries: a formula is called as f(t, x), f(t, x, u) or "
                 "f(t, x, u, p), with the time t first, and only x, u and p have entries");
 }
 template <bool used>
-long double argument_of_standard_function() {
+long double advise_standard_function() {
   static_assert(
       !used,
       "use sin(x), not std::sin(x): functions of <cmath> lose derivatives, so call the functions "
@@ -82,7 +82,7 @@ long double argument_of_standard_function() {
   return 0.0L;
 }
 template <bool used>
-double number_without_derivatives() {
+double advise_double_conversion() {
   static_assert(
       !used,
       "a number with derivatives does not convert to double: declare variables and results of a "
@@ -113,7 +113,7 @@ decltype(auto) operand(const A& a) {
 
 // Operators for numbers that are not doubles. Each scalar type defines those for doubles itself.
 // These match better than built-in operators, which would convert the scalar to long double
-// (argument_of_standard_function()).
+// (advise_standard_function()).
 template <class A, class B>
   requires ScalarAndNumber<A, B>
 CommonScalar<A, B> operator+(const A& a, const B& b) {
@@ -140,32 +140,32 @@ CommonScalar<A, B> operator/(const A& a, const B& b) {
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator<(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator>(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator<=(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator>=(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator==(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator!=(const A&, const B&) {
-  return detail::branching_on_a_state<ActivePair<A, B>>();
+  return detail::advise_branching<ActivePair<A, B>>();
 }
 
 }  // namespace saltus
@@ -537,24 +537,24 @@ struct Dual {
   // Declared for a clear compiler error (scalar.hpp).
   template <class Index>
   const Dual& operator[](const Index&) const {
-    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    detail::advise_scalar_index<(sizeof(Index) > 0)>();
     return *this;
   }
   template <class Index>
   const Dual& operator()(const Index&) const {
-    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    detail::advise_scalar_index<(sizeof(Index) > 0)>();
     return *this;
   }
   template <std::same_as<double> Number>
   explicit operator Number() const {
-    return detail::number_without_derivatives<(sizeof(Number) > 0)>();
+    return detail::advise_double_conversion<(sizeof(Number) > 0)>();
   }
   /// Only functions of <cmath> select this conversion, because they have an overload for long
   /// double. As a template it converts to no other type, so `condition ? x[0] : 1.0` stays
   /// unambiguous.
   template <std::same_as<long double> Number>
   operator Number() const {  // NOLINT: implicit
-    return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
+    return detail::advise_standard_function<(sizeof(Number) > 0)>();
   }
 };
 

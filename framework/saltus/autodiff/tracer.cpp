@@ -261,7 +261,7 @@ thread_local bool written_beyond = false;
 
 bool was_written_beyond() { return std::exchange(written_beyond, false); }
 
-void note_written(const Tracer* beyond, int count) {
+void detect_writes(const Tracer* beyond, int count) {
   for (int i = 0; i < count; ++i) written_beyond = written_beyond || beyond[i].is_written();
 }
 

@@ -137,26 +137,26 @@ class Tracer {
   /// Declared for a clear compiler error (scalar.hpp), like the next two.
   template <class Index>
   const Tracer& operator[](const Index&) const {
-    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    detail::advise_scalar_index<(sizeof(Index) > 0)>();
     return *this;
   }
   /// A scalar has no entries.
   template <class Index>
   const Tracer& operator()(const Index&) const {
-    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    detail::advise_scalar_index<(sizeof(Index) > 0)>();
     return *this;
   }
   /// A traced value does not convert to a number.
   template <std::same_as<double> Number>
   explicit operator Number() const {
-    return detail::number_without_derivatives<(sizeof(Number) > 0)>();
+    return detail::advise_double_conversion<(sizeof(Number) > 0)>();
   }
   /// Only functions of <cmath> select this conversion, because they have an overload for long
   /// double. As a template it converts to no other type, so `condition ? x[0] : 1.0` stays
   /// unambiguous.
   template <std::same_as<long double> Number>
   operator Number() const {  // NOLINT: implicit
-    return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
+    return detail::advise_standard_function<(sizeof(Number) > 0)>();
   }
 
  private:
@@ -271,7 +271,7 @@ void mark_unwritten(Tracer* entries, int count);
 /// True if a write through data() went beyond a vector in this thread since the last call. Detected
 /// in the destructor of the vector.
 bool was_written_beyond();
-void note_written(const Tracer* beyond, int count);
+void detect_writes(const Tracer* beyond, int count);
 
 /// A pointer to entries that checks accesses against their number.
 template <class Entry>
@@ -308,8 +308,8 @@ class TracedEntries {
   TracedEntries(TracedEntries&&) = default;
   TracedEntries& operator=(TracedEntries&&) = default;
   ~TracedEntries() {
-    note_written(all_, beyond);
-    note_written(all_ + beyond + size, beyond);
+    detect_writes(all_, beyond);
+    detect_writes(all_ + beyond + size, beyond);
   }
 
   Tracer* data() { return all_ + beyond; }

@@ -45,7 +45,7 @@ inline Bounds without_sentinels(const Bounds& b) {
 }
 /// Default tolerance for a violation of the bounds: 1e-6 times the largest of 1 and the magnitudes
 /// of the finite sides.
-inline double tolerance_of(const Bounds& b) {
+inline double bound_tolerance(const Bounds& b) {
   double size = 1.0;
   for (const double side : {b.lower, b.upper}) {
     const double magnitude = side < 0.0 ? -side : side;

@@ -40,13 +40,13 @@ bool DenseLu::factor() {
   }
   for (int k = 0; k < size_; ++k) {
     int best = k;
-    double size_of_best = -1.0;
+    double best_scaled_pivot = -1.0;
     for (int i = k; i < size_; ++i) {
       const double size = std::abs(row(i)[k]) * row_scale_[i];
-      if (size > size_of_best) best = i, size_of_best = size;
+      if (size > best_scaled_pivot) best = i, best_scaled_pivot = size;
     }
     pivots_[k] = best;
-    if (!(size_of_best > rounding)) {
+    if (!(best_scaled_pivot > rounding)) {
       // Report the remaining row with the smallest entries.
       double least = std::numeric_limits<double>::infinity();
       for (int i = k; i < size_; ++i) {

@@ -18,8 +18,8 @@
 namespace saltus {
 namespace {
 
-constexpr double more_memory = 4e9;  // bytes
-constexpr char whole = '\x03';       // last byte of complete output
+constexpr double memory_limit = 4e9;  // bytes
+constexpr char whole = '\x03';        // last byte of complete output
 
 // Data segment of this process in bytes. Unlimited with a sanitizer.
 double data_in_use() {
@@ -42,9 +42,9 @@ double data_in_use() {
   ::setrlimit(RLIMIT_CPU, &time);
   ::setrlimit(RLIMIT_CORE, &core);
   ::alarm(10U * static_cast<unsigned>(seconds) + 10U);  // also ends endless waiting
-  const double data = data_in_use() + more_memory;
+  const double data = data_in_use() + memory_limit;
   const rlimit memory{static_cast<rlim_t>(data), static_cast<rlim_t>(data)};
-  if (data < 4.0 * more_memory) ::setrlimit(RLIMIT_DATA, &memory);
+  if (data < 4.0 * memory_limit) ::setrlimit(RLIMIT_DATA, &memory);
   try {
     write_all(pipe, work() + whole);
   } catch (...) {  // the parent detects missing output

@@ -34,7 +34,7 @@ std::string short_host_name() {
 
 }  // namespace
 
-fs::path temporary_beside(const fs::path& path) {
+fs::path temporary_path(const fs::path& path) {
   std::random_device random;
   const std::string name = path.filename().string().substr(0, 160);  // total below NAME_MAX
   return path.parent_path() /
@@ -47,8 +47,8 @@ bool make_private_file(const fs::path& file) {
   return descriptor >= 0 && ::close(descriptor) == 0;
 }
 
-void write_whole(const fs::path& file, std::string_view content, std::error_code& error) {
-  const fs::path temporary = temporary_beside(file);
+void write_atomically(const fs::path& file, std::string_view content, std::error_code& error) {
+  const fs::path temporary = temporary_path(file);
   error.clear();
   errno = 0;
   std::ofstream stream;
@@ -67,10 +67,10 @@ void write_whole(const fs::path& file, std::string_view content, std::error_code
   if (error) fs::remove(temporary, ignored);
 }
 
-void write_whole(const fs::path& file, std::string_view content) {
+void write_atomically(const fs::path& file, std::string_view content) {
   std::error_code error;
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
-  write_whole(file, content, error);
+  write_atomically(file, content, error);
   if (error) throw InputError(fmt::format("cannot write '{}': {}", file.string(), error.message()));
 }
 

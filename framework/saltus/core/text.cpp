@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr std::size_t longest_shown = 200;  // maximum length in bytes of shown outside text
+constexpr std::size_t max_shown_bytes = 200;  // maximum length in bytes of shown outside text
 
 // Levenshtein distance with one row of storage.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -28,7 +28,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view given, const std::vector<std::string>& known) {
   std::string best;
-  if (given.size() > longest_shown) return best;
+  if (given.size() > max_shown_bytes) return best;
   std::size_t best_distance = 0;
   for (const std::string& name : known) {
     const std::size_t distance = edit_distance(given, name);
@@ -42,8 +42,8 @@ std::string nearest_name(std::string_view given, const std::vector<std::string>&
 }
 
 std::string shortened(std::string_view text) {
-  if (text.size() <= longest_shown) return std::string(text);
-  std::size_t end = longest_shown / 2;
+  if (text.size() <= max_shown_bytes) return std::string(text);
+  std::size_t end = max_shown_bytes / 2;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;  // UTF-8
   return std::string(text.substr(0, end)) + "... (" + std::to_string(text.size()) + " bytes)";
 }

@@ -64,7 +64,7 @@ class WorkspacePool {
   }
 
  private:
-  static constexpr int most_kept = 4;  // further concurrent threads allocate
+  static constexpr int max_kept_workspaces = 4;  // further concurrent threads allocate
 
   void keep(std::unique_ptr<T> workspace) const {
     for (std::atomic<T*>& slot : kept_) {
@@ -78,7 +78,7 @@ class WorkspacePool {
   }
 
   Lending lending_;
-  mutable std::array<std::atomic<T*>, most_kept> kept_{};
+  mutable std::array<std::atomic<T*>, max_kept_workspaces> kept_{};
 };
 
 }  // namespace saltus

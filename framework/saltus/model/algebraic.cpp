@@ -18,9 +18,9 @@ namespace {
 // is relative to nominal + |z| and to |z|, which may be far below its nominal value. If z converges
 // to zero or loses digits to cancellation, one of two other criteria ends the iteration. The
 // correction is at rounding level of the largest z so far, or corrections no longer decrease.
-constexpr double last_correction = 1e-9;
+constexpr double converged_correction = 1e-9;
 constexpr double rounding = 1e-15;
-constexpr int most_corrections = 100;
+constexpr int max_corrections = 100;
 constexpr double shortest_step = 1e-6;
 
 bool finite(const std::vector<double>& values) {
@@ -148,7 +148,8 @@ double AlgebraicEquations::size_of(const std::vector<double>& step,
 bool AlgebraicEquations::is_last(const AlgebraicSolution& s) const {
   const double* z = s.argument.data() + 1 + sizes_.nx;
   for (int j = 0; j < count(); ++j)
-    if (std::abs(s.step[j]) > std::max(last_correction * std::abs(z[j]), rounding * s.largest[j]))
+    if (std::abs(s.step[j]) >
+        std::max(converged_correction * std::abs(z[j]), rounding * s.largest[j]))
       return false;
   return true;
 }
@@ -172,7 +173,7 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
   }
   std::fill(s.largest.begin(), s.largest.end(), 0.0);
   bool is_small = false;
-  for (int k = 0; k < most_corrections; ++k) {
+  for (int k = 0; k < max_corrections; ++k) {
     if (const AlgebraicStatus status = factor(s); status != AlgebraicStatus::solved) return status;
     s.step = s.residual;
     s.slope.solve(s.step.data());
@@ -185,7 +186,7 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
     for (;; fraction *= 0.5) {
       for (int j = 0; j < nz; ++j) z[j] = s.before[j] - fraction * s.step[j];
       const bool evaluated = evaluate(s);
-      is_small = evaluated && size <= last_correction;
+      is_small = evaluated && size <= converged_correction;
       if (evaluated && (affine_ || (is_small && is_last(s)))) return AlgebraicStatus::solved;
       if (evaluated) {
         s.next_step = s.residual;
@@ -464,7 +465,7 @@ Function eliminate(Function extended, std::shared_ptr<const AlgebraicEquations> 
       std::make_unique<Eliminated>(std::move(extended), std::move(equations))));
 }
 
-AlgebraicPart part_before_elimination(const Function& function) {
+AlgebraicPart dae_before_elimination(const Function& function) {
   const auto* body = static_cast<const FunctionBody*>(function.identity());
   const auto* eliminated = dynamic_cast<const Eliminated*>(body);
   return eliminated == nullptr ? AlgebraicPart{} : eliminated->part();

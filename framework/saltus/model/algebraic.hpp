@@ -163,6 +163,6 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
 
 /// The function of (t | x z | u | p) and the equations from which eliminate() made `function`.
 /// Empty for any other function.
-AlgebraicPart part_before_elimination(const Function& function);
+AlgebraicPart dae_before_elimination(const Function& function);
 
 }  // namespace saltus

@@ -86,9 +86,12 @@ class Automaton {
   /// holds the index of the mode in order of declaration, from 0. Its start value is given as for
   /// any state, every formula returns the rate 0 for it, and it changes at events that change the
   /// mode.
-  Automaton& remember_in(int i) {
+  Automaton& store_mode_in(int i) {
     system_.memory = i;
     return *this;
+  }
+  [[deprecated("use store_mode_in; removed in 0.4")]] Automaton& remember_in(int i) {
+    return store_mode_in(i);
   }
 
   /// The modes and events declared so far.

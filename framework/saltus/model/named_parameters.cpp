@@ -6,7 +6,7 @@
 
 namespace saltus::detail {
 
-void refuse_view(int size, int offset, int given) {
+void throw_view_too_short(int size, int offset, int given) {
   throw DefinitionError(
       fmt::format("a named block needs entries {} to {} of p, but p has {} entries", offset,
                   offset + size - 1, given));

@@ -110,7 +110,7 @@ struct EntryTable<ParameterEntries<members...>> {
   }
 };
 
-[[noreturn]] void refuse_view(int size, int offset, int given);
+[[noreturn]] void throw_view_too_short(int size, int offset, int given);
 
 // A scalar with an odd size, so that padding cannot hide a missing member.
 struct OddScalar {
@@ -186,7 +186,7 @@ Block<typename P::Scalar> view_as(const Eigen::MatrixBase<P>& p, int offset = 0)
                 "part of the phase's np?");
   if constexpr (P::SizeAtCompileTime == Eigen::Dynamic)
     if (offset < 0 || p.size() < offset + size)
-      detail::refuse_view(size, offset, static_cast<int>(p.size()));
+      detail::throw_view_too_short(size, offset, static_cast<int>(p.size()));
   Block<S> block;
   detail::TableOf<Block<S>>::visit([&](auto member, const ParameterEntry& entry) {
     using Shape = detail::EntryShape<typename detail::MemberOf<decltype(member)>::Type>;

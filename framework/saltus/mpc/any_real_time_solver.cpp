@@ -53,7 +53,7 @@ ShrinkingHorizonController make_controller(const OptimalControlProblem& problem,
                                            const ShootingOptions& grid,
                                            const RealTimeChoice& choice,
                                            const ControllerOptions& options) {
-  return {problem, rests_of(problem, grid, [&](MultipleShooting rest) {
+  return {problem, remaining_controllers(problem, grid, [&](MultipleShooting rest) {
             return make_controller(std::move(rest), choice, options);
           })};
 }

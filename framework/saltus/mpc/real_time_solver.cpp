@@ -27,7 +27,7 @@ class FullSolve final : public RealTimeSolver {
     solver_->set_deadline(deadline);
     const Quantities quantities = quantities_of(program);
     ScaledResult r = solve_presolved(*solver_, program, point, [&](NonlinearProgram& reduced) {
-      return solve_tick_in_scale(*solver_, reduced, point, warm && use_multipliers_, quantities);
+      return solve_scaled_tick(*solver_, reduced, point, warm && use_multipliers_, quantities);
     });
     // A result that meets the tolerance only in the units of the program is not optimal.
     if (r.is_doubtful) r.nlp.status = SolveStatus::feasible;

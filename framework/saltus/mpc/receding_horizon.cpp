@@ -46,7 +46,7 @@ std::optional<ProgramScale> scale_of(MultipleShooting& shooting, const VectorXd&
         if (guess[i] == 0.0 && std::abs(side) < placeholder &&
             std::abs(side) > std::abs(reached[i]))
           reached[i] = side;
-    if (size.look_at(guess) && size.look_at(reached) && !size.is_usual_where_known(as_it_is))
+    if (size.look_at(guess) && size.look_at(reached) && !size.is_well_scaled_where_known(as_it_is))
       return size.to_one();
   } catch (...) {  // of formulas, at the guess: nothing is known
   }

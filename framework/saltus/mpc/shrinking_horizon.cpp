@@ -15,18 +15,18 @@ namespace {
 // Minimum remaining duration: a program needs a positive length.
 constexpr double least = 10.0 * same_instant;  // s
 
-Bounds what_is_left(const Bounds& duration, double elapsed) {
+Bounds remaining_duration(const Bounds& duration, double elapsed) {
   return {std::max(duration.lower - elapsed, least), std::max(duration.upper - elapsed, least)};
 }
 
 // True if the window starts or ends within the phase by the clock of the phase.
-bool counts_from_the_start(const Window& window) {
+bool starts_with_phase(const Window& window) {
   return window.clock == Clock::phase && (is_after_start(window.from) || is_number(window.to));
 }
 
 }  // namespace
 
-std::vector<RecedingHorizonController> rests_of(
+std::vector<RecedingHorizonController> remaining_controllers(
     const OptimalControlProblem& problem, ShootingOptions options,
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
   const std::size_t phases = problem.phases().size();
@@ -39,7 +39,7 @@ std::vector<RecedingHorizonController> rests_of(
   for (const PhaseDefinition& phase : problem.phases()) {
     if (!phase.integrals.empty()) refuse("integral '" + phase.integrals.front().name + "'");
     for_each_window(phase, [&](const Window& window, const auto& describe) {
-      if (!counts_from_the_start(window)) return;
+      if (!starts_with_phase(window)) return;
       throw DefinitionError(fmt::format(
           "controller: problem '{}', phase '{}', {}: its window counts from the start of the "
           "phase, which moves with every tick; give its limits as events or on Clock::absolute, "
@@ -109,7 +109,7 @@ const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& s
   if (rests_.empty()) return moved_from_;
   RecedingHorizonController& rest = rests_[phase_];
   try {
-    rest.set_remaining(what_is_left(durations_[phase_], t - entered_),
+    rest.set_remaining(remaining_duration(durations_[phase_], t - entered_),
                        {total_time_.lower - (t - start_), total_time_.upper - (t - start_)});
   } catch (...) {  // invalid time: the tick continues with its plan
   }

@@ -3,7 +3,7 @@
 // by the elapsed time.
 //
 //     ShrinkingHorizonController controller(
-//         problem, rests_of(problem, grid, [](MultipleShooting rest) {
+//         problem, remaining_controllers(problem, grid, [](MultipleShooting rest) {
 //           return RecedingHorizonController(std::move(rest), {.period = 0.1});
 //         }));
 //
@@ -12,6 +12,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
@@ -21,9 +22,15 @@ namespace saltus {
 /// Creates one controller per phase with which the remaining problem can start, each on the grid of
 /// the whole problem. Throws DefinitionError if a remaining problem is not valid by itself: see
 /// OptimalControlProblem::after().
-std::vector<RecedingHorizonController> rests_of(
+std::vector<RecedingHorizonController> remaining_controllers(
     const OptimalControlProblem& problem, ShootingOptions options,
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of);
+[[deprecated(
+    "use remaining_controllers; removed in 0.4")]] inline std::vector<RecedingHorizonController>
+rests_of(const OptimalControlProblem& problem, ShootingOptions options,
+         const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
+  return remaining_controllers(problem, std::move(options), controller_of);
+}
 
 /// Ticks do not allocate if the solver does not, except the tick in which a phase begins: it takes
 /// over the plan of the previous phases. After a move, tick() of the source object returns a

@@ -177,7 +177,7 @@ class Stack final : public FunctionBody {
       : FunctionBody(functions.front().inputs(), count_outputs(functions)),
         functions_(functions),
         wanted_(std::move(wanted)),
-        most_curvature_(most_curvature(functions)),
+        max_curvature_entries_(most_curvature(functions)),
         workspaces_(lending) {
     Pairs rows, hessian;
     int first_row = 0;
@@ -273,14 +273,14 @@ class Stack final : public FunctionBody {
 
   using Workspace = std::vector<double>;  // second derivatives of one part
   std::unique_ptr<Workspace> new_workspace() const {
-    return std::make_unique<Workspace>(most_curvature_);
+    return std::make_unique<Workspace>(max_curvature_entries_);
   }
   bool is_wanted(std::size_t i) const { return !wanted_ || (*wanted_)[i] != 0; }
 
   std::vector<Function> functions_;
   std::shared_ptr<const std::vector<char>> wanted_;
   std::vector<std::vector<int>> to_hessian_;
-  int most_curvature_;  // largest number of second derivatives of a part
+  int max_curvature_entries_;  // largest number of second derivatives of a part
   WorkspacePool<Workspace> workspaces_;
 };
 

@@ -28,7 +28,7 @@ std::string suggestion(std::string_view given, const std::vector<std::string>& k
 }
 
 // Throws with a list of the valid names.
-[[noreturn]] void refuse_unknown_name(const OptimalControlProblem& problem, std::string_view name) {
+[[noreturn]] void throw_unknown_name(const OptimalControlProblem& problem, std::string_view name) {
   std::vector<std::string> data;
   for (const PhaseDefinition& phase : problem.phases())
     for (const ParameterBlock& block : phase.parameters) {
@@ -82,7 +82,7 @@ void check_data(const OptimalControlProblem& problem, std::string_view name, int
       throw DefinitionError(
           fmt::format("parameter '{}' has {} entries, but {} were given", name, range->size, size));
   }
-  if (!found) refuse_unknown_name(problem, name);
+  if (!found) throw_unknown_name(problem, name);
 }
 
 }  // namespace saltus

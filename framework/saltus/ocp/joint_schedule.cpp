@@ -13,7 +13,7 @@ namespace saltus {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
-constexpr std::size_t most_modes = 64;  // same limit as for a Schedule
+constexpr std::size_t max_modes = 64;  // same limit as for a Schedule
 
 }  // namespace
 
@@ -26,11 +26,11 @@ JointSchedule::JointSchedule(std::vector<Schedule> parts, int capacity)
       throw DefinitionError(
           fmt::format("joint schedule: part {} has no mode; construct it with its first mode", i));
     digits_[i].stride = static_cast<int>(names.size());
-    if (names.size() * parts_[i].known_modes().size() > most_modes)
+    if (names.size() * parts_[i].known_modes().size() > max_modes)
       throw DefinitionError(
           fmt::format("joint schedule: the modes of parts 0 to {} give {} joint modes, but at most "
                       "{} are allowed",
-                      i, names.size() * parts_[i].known_modes().size(), most_modes));
+                      i, names.size() * parts_[i].known_modes().size(), max_modes));
     std::vector<std::string> longer;
     for (const std::string& mode : parts_[i].known_modes())
       for (const std::string& name : names) longer.push_back(name + (i > 0 ? " " : "") + mode);

@@ -29,7 +29,7 @@ double cost(const Penalty& penalty, double v) {
 // |v - r|. The minimum is at r = v up to the threshold and at r = threshold above it. The quadratic
 // part uses the free variable, so it always has curvature, and one variable serves both sides of a
 // row.
-PenaltySlacks slacks_of(const Penalty& penalty) {
+PenaltySlacks penalty_slacks(const Penalty& penalty) {
   switch (penalty.kind) {
     case Penalty::L1:
       return {{penalty.weight, false}};

@@ -23,7 +23,7 @@ std::vector<Function> fields_of(const PhaseDefinition& phase) {
 }
 
 // All functions of a phase except its dynamics.
-std::vector<Function> others_of(const PhaseDefinition& phase) {
+std::vector<Function> non_dynamics_functions(const PhaseDefinition& phase) {
   std::vector<Function> others;
   for (const Term& term : phase.terms) others.push_back(term.function);
   for (const IntegralConstraint& integral : phase.integrals) others.push_back(integral.integrand);
@@ -47,7 +47,7 @@ bool is_bounded(const std::vector<ComponentBounds>& bounds, int component) {
 }
 
 // True if the bounds fix the component throughout the phase.
-bool is_forced(const std::vector<ComponentBounds>& bounds, int component) {
+bool is_fixed_by_bounds(const std::vector<ComponentBounds>& bounds, int component) {
   return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
     return b.component == component && b.bounds.is_equality() && b.window.is_whole();
   });
@@ -64,13 +64,13 @@ class Warnings {
   std::vector<std::string> all() {
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
       const PhaseDefinition& phase = problem_.phases()[j];
-      look_at_dynamics(phase);
-      for (const Term& term : phase.terms) look_at_term(phase, term);
-      look_at_inputs(phase);
+      check_dynamics_warnings(phase);
+      for (const Term& term : phase.terms) check_term_warnings(phase, term);
+      check_unused_inputs(phase);
     }
-    look_at_states();
-    look_at_parameters();
-    look_for_a_cost();
+    check_unused_states();
+    check_unused_parameters();
+    check_free_duration_cost();
     return std::move(found_);
   }
 
@@ -94,14 +94,14 @@ class Warnings {
     return false;
   }
 
-  void look_at_dynamics(const PhaseDefinition& phase) {
+  void check_dynamics_warnings(const PhaseDefinition& phase) {
     const Arguments& a = phase.sizes;
     if (!phase.switching.empty() || a.nx == 0) return;
     if (!reads_any(phase.dynamics, a.x(), a.nx + a.nu + a.np))
       add("phase '{}': the dynamics do not depend on x, u or p", phase.name);
   }
 
-  void look_at_term(const PhaseDefinition& phase, const Term& term) {
+  void check_term_warnings(const PhaseDefinition& phase, const Term& term) {
     if (reads_decisions(phase, term.function)) return;
     const auto where = fmt::format("phase '{}', term '{}'", phase.name, term.name);
     if (term.kind == TermKind::constraint) {
@@ -109,7 +109,7 @@ class Warnings {
       return;
     }
     // The integral of a constant minimises time if the duration is free.
-    const bool is_zero = is_the_number_zero(term.function);
+    const bool is_zero = is_constant_zero(term.function);
     if (!is_zero && term.domain == TermDomain::running && free_times_) return;
     if (is_zero)
       add("{}: this cost is zero for every trajectory (a quotient of integers such as 1 / 2 is 0: "
@@ -122,7 +122,7 @@ class Warnings {
   }
 
   // A duration that inputs can stretch at no cost is arbitrary.
-  void look_for_a_cost() {
+  void check_free_duration_cost() {
     const PhaseDefinition* undecided = nullptr;
     for (const PhaseDefinition& phase : problem_.phases()) {
       if (phase.input_change_weight.size() > 0) return;
@@ -140,20 +140,20 @@ class Warnings {
           undecided->name);
   }
 
-  static bool is_the_number_zero(const Function& f) {
+  static bool is_constant_zero(const Function& f) {
     for (int i = 0; i < f.inputs(); ++i)
       if (f.reads(i)) return false;
     return f(VectorXd::Zero(f.inputs())).isZero(0.0);
   }
 
-  void look_at_inputs(const PhaseDefinition& phase) {
+  void check_unused_inputs(const PhaseDefinition& phase) {
     const Arguments& a = phase.sizes;
-    const std::vector<Function> fields = fields_of(phase), others = others_of(phase);
+    const std::vector<Function> fields = fields_of(phase), others = non_dynamics_functions(phase);
     for (int i = 0; i < a.nu; ++i) {
       const bool changes_cost =
           phase.input_change_weight.size() == a.nu && phase.input_change_weight[i] != 0.0;
       if (any_reads(fields, a.u(i)) || any_reads(others, a.u(i)) || changes_cost ||
-          is_forced(phase.input_bounds, i))
+          is_fixed_by_bounds(phase.input_bounds, i))
         continue;
       add("phase '{}': nothing depends on input {}, neither the dynamics nor a term", phase.name,
           i);
@@ -161,13 +161,13 @@ class Warnings {
   }
 
   // A state may be unused in one phase. A state unused in all phases is suspicious.
-  void look_at_states() {
+  void check_unused_states() {
     std::set<int> used;
     const PhaseDefinition* longest = nullptr;
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
       const PhaseDefinition& phase = problem_.phases()[j];
       if (!longest || phase.sizes.nx > longest->sizes.nx) longest = &phase;
-      const std::vector<Function> fields = fields_of(phase), others = others_of(phase);
+      const std::vector<Function> fields = fields_of(phase), others = non_dynamics_functions(phase);
       const Function* exit = nullptr;
       if (j + 1 < problem_.phases().size()) exit = &problem_.jumps()[j + 1].map;
       for (int i = 0; i < phase.sizes.nx; ++i)
@@ -212,12 +212,12 @@ class Warnings {
   }
 
   // Blocks of the same name are one parameter: it suffices that one phase reads them.
-  void look_at_parameters() {
+  void check_unused_parameters() {
     std::set<std::string> read, told;
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
       const PhaseDefinition& phase = problem_.phases()[j];
       std::vector<Function> functions = fields_of(phase);
-      for (Function& f : others_of(phase)) functions.push_back(std::move(f));
+      for (Function& f : non_dynamics_functions(phase)) functions.push_back(std::move(f));
       const Function* exit = nullptr;
       if (j + 1 < problem_.phases().size())
         exit = &problem_.jumps()[j + 1].map;

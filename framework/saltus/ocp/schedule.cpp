@@ -12,7 +12,7 @@
 namespace saltus {
 namespace {
 
-constexpr std::size_t most_modes = 64;  // bits of a mask
+constexpr std::size_t max_modes = 64;  // bits of a mask
 
 [[noreturn]] void fail(const std::string& what) { throw DefinitionError("schedule: " + what); }
 
@@ -74,8 +74,8 @@ Schedule& Schedule::declare(const std::vector<std::string>& modes) {
   std::vector<std::string> names = *names_;
   for (const std::string& mode : modes)
     if (std::find(names.begin(), names.end(), mode) == names.end()) names.push_back(mode);
-  if (names.size() > most_modes)
-    fail(fmt::format("{} different modes, but at most {} are allowed", names.size(), most_modes));
+  if (names.size() > max_modes)
+    fail(fmt::format("{} different modes, but at most {} are allowed", names.size(), max_modes));
   names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
   return *this;
 }
@@ -123,13 +123,13 @@ const Schedule::Names& Schedule::no_names() {
   return none;
 }
 
-void Schedule::refuse_mode(int i) const {
+void Schedule::throw_no_mode(int i) const {
   if (sequence_.empty()) fail("it has no mode; construct it with its first mode");
   fail(fmt::format("it has {} modes in order, so there is no mode {}", count_ + 1, i));
 }
 
 const std::string& Schedule::mode(int i) const {
-  if (!has_mode(i)) refuse_mode(i);
+  if (!has_mode(i)) throw_no_mode(i);
   return (*names_)[sequence_[i]];
 }
 

@@ -157,7 +157,7 @@ class Schedule {
   const std::vector<std::string>& known_modes() const { return *names_; }
   /// Number of mode i, which follows event i - 1. Throws like mode().
   int number_of_mode(int i) const {
-    if (!has_mode(i)) refuse_mode(i);
+    if (!has_mode(i)) throw_no_mode(i);
     return sequence_[i];
   }
 
@@ -211,7 +211,7 @@ class Schedule {
   bool has_mode(int i) const {
     return i >= 0 && !sequence_.empty() && i <= static_cast<int>(count_);
   }
-  [[noreturn]] void refuse_mode(int i) const;
+  [[noreturn]] void throw_no_mode(int i) const;
 
   Names names_ = no_names();
   std::vector<int> sequence_;  // indices into names_; the first count_ + 1 are used

@@ -67,7 +67,7 @@ struct PenaltySlacks {
   std::optional<SlackCost> free = std::nullopt;  ///< cost of r; empty: no r
 };
 /// Slack variables of a penalty and their costs.
-PenaltySlacks slacks_of(const Penalty& penalty);
+PenaltySlacks penalty_slacks(const Penalty& penalty);
 
 // Limits of a quantity of the whole problem, an integral or a link: bounds, or a penalty outside
 // them.

@@ -79,7 +79,7 @@ class InteriorPoint {
     QpResult result;
     result.status = QpStatus::numerical_failure;
     restart(system, options);
-    if (warm && (starts_at_optimum(system) || ends_by_active_set(system, options, deadline))) {
+    if (warm && (starts_at_optimum(system) || solves_by_active_set(system, options, deadline))) {
       result.status = QpStatus::optimal;
       result.iterations = rounds_;
       result.residual = residuals_.at_point().largest;
@@ -98,7 +98,7 @@ class InteriorPoint {
       }
       const bool goes_on = convergence_.goes_on(r);
       const bool suspicious =
-          !goes_on || last_step_ < suspicious_step || caution_ > 0 || convergence_.has_run_away();
+          !goes_on || last_step_ < suspicious_step || caution_ > 0 || convergence_.has_diverged();
       if (suspicious && has_no_solution(system, result.status)) break;
       const bool late = is_late(deadline);
       const bool last = result.iterations >= options.max_iterations;
@@ -122,13 +122,13 @@ class InteriorPoint {
   // Centrality correctors (Gondzio) for short steps, and the gain in step length that they must
   // bring.
   static constexpr int centrality_corrections = 1;
-  static constexpr double short_step = 0.9, hoped_gain = 0.2, least_gain = 0.01;
+  static constexpr double short_step = 0.9, target_gain = 0.2, least_gain = 0.01;
   // Steps shorter than this trigger the search for a certificate that there is no solution.
   static constexpr double suspicious_step = 0.05;
   // Mehrotra's method can cycle. If mu has not fallen for `cycle` steps, iterates are kept closer
   // to the central path.
   static constexpr int cycle = 4, most_caution = 2;
-  static constexpr double hoped_fall = 0.9, cautious_centring = 0.3;
+  static constexpr double target_decrease = 0.9, cautious_centring = 0.3;
   // a step of this length leaves the products well centred
   static constexpr double centred_step = 0.99;
   static constexpr int most_halvings = 8;
@@ -149,14 +149,14 @@ class InteriorPoint {
   bool starts_at_optimum(System& system) {
     convergence_.weigh_multipliers(system, point_);
     system.multiply(point_.v.data(), work_.data());
-    if (!take_literally(system, convergence_.tolerance(), work_, point_)) return false;
+    if (!slacks_from_values(system, convergence_.tolerance(), work_, point_)) return false;
     residuals_.follow(system, point_, 1.0, convergence_.acceptable());
     return convergence_.reached(system, point_, residuals_);
   }
 
   // Expects G v in work_: see starts_at_optimum().
-  bool ends_by_active_set(System& system, const QpOptions& options,
-                          WallClock::time_point deadline) {
+  bool solves_by_active_set(System& system, const QpOptions& options,
+                            WallClock::time_point deadline) {
     const int most = std::min(active_set_rounds_, options.max_iterations);
     if (most <= 0 || !options.convex) return false;
     const bool found = active_set_.solve(
@@ -208,7 +208,7 @@ class InteriorPoint {
     }
     if (convergence_.has_best()) return false;
     const auto prove = [&](const Iterate& multipliers) {
-      return may_prove(system, residuals_.at_point(), point_.s, multipliers) &&
+      return could_be_certificate(system, residuals_.at_point(), point_.s, multipliers) &&
              is_infeasible(system, point_.v, multipliers.y, multipliers.lambda, certificates_);
     };
     if (prove(point_)) {
@@ -233,7 +233,7 @@ class InteriorPoint {
     const double affine = std::fmin(1.0, largest_step(point_, step_, soft, sides));
     // Corrector: targets `wanted` for the products, with the second-order term of the predictor.
     const double after = mean_product_after(system, point_, step_, affine, residuals_.products());
-    watch_for_cycles(r.mu);
+    detect_cycles(r.mu);
     const double least_centring = caution_ > 0 ? cautious_centring : 0.0;
     const double wanted = std::fmax(std::fmax(centring(r.mu, after), least_centring) * r.mu,
                                     convergence_.least_product(residuals_.products()));
@@ -242,7 +242,7 @@ class InteriorPoint {
     double length = damped_step(point_, step_, soft, sides, r.mu);
     for (int round = 0; round < centrality_corrections && length < short_step; ++round) {
       std::swap(step_, other_);
-      centrality_target(system, point_, other_, std::fmin(1.0, length + hoped_gain), wanted,
+      centrality_target(system, point_, other_, std::fmin(1.0, length + target_gain), wanted,
                         target_);
       newton_.solve(system, point_, r, target_, step_);
       const double longer = damped_step(point_, step_, soft, sides, r.mu);
@@ -270,8 +270,8 @@ class InteriorPoint {
     return length;
   }
 
-  void watch_for_cycles(double mu) {
-    steps_without_fall_ = mu < hoped_fall * least_mu_ ? 0 : steps_without_fall_ + 1;
+  void detect_cycles(double mu) {
+    steps_without_fall_ = mu < target_decrease * least_mu_ ? 0 : steps_without_fall_ + 1;
     least_mu_ = std::fmin(least_mu_, mu);
     if (steps_without_fall_ < cycle || caution_ == most_caution) return;
     ++caution_;

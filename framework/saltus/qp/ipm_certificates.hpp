@@ -42,7 +42,8 @@ inline constexpr double certified_multiple_at_end = 1e3;
 /// Cheap test whether these multipliers can pass is_infeasible(). It estimates lambda'beta - y'e
 /// from the residuals of the iterate with slacks s. The estimate is usually far below zero.
 template <class System>
-bool may_prove(System& system, const Residuals& r, const AlignedArray& s, const Iterate& of) {
+bool could_be_certificate(System& system, const Residuals& r, const AlignedArray& s,
+                          const Iterate& of) {
   constexpr double doubt = 1e-3;  // the residuals may be extrapolated instead of evaluated
   Lanes value{}, size{};
   const auto add = [&](const Lanes& term) {

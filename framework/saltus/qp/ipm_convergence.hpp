@@ -37,7 +37,7 @@ class Convergence {
     has_run_away_ = !(scale <= largest_multiplier);
   }
   /// True if the multipliers are as large as in problems without a solution.
-  bool has_run_away() const { return has_run_away_; }
+  bool has_diverged() const { return has_run_away_; }
   double tolerance() const { return tolerance_; }
   double acceptable() const { return acceptable_; }
   /// Lower limit of the products: smaller ones only cost digits.

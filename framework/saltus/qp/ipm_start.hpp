@@ -109,7 +109,8 @@ void start_least_squares(System& system, const AlignedArray& weights, Iterate& p
 /// Computes the slacks from v. Returns false if a side is violated or a product left by more than
 /// the tolerance: v, y and lambda are then not optimal. `values`: G v.
 template <class System>
-bool take_literally(System& system, double tolerance, const AlignedArray& values, Iterate& point) {
+bool slacks_from_values(System& system, double tolerance, const AlignedArray& values,
+                        Iterate& point) {
   const Lanes one = broadcast(1.0);
   Lanes worst{};
   for (int i = 0; i < system.sides(); i += lanes) {

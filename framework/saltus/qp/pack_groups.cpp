@@ -36,7 +36,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
       others = true;
       continue;
     }
-    if (p.constant_states > 0 && !group.soft && is_settled(k, g, i)) continue;
+    if (p.constant_states > 0 && !group.soft && depends_on_start_only(k, g, i)) continue;
     source[rows++] = i;
     sides.see(l, u);
   }
@@ -53,7 +53,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
   if (own_columns == 0) {
     for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i) {
       const Bounds b{group.lower[source[i]], group.upper[source[i]]};
-      if (std::max(b.lower, -b.upper) > tolerance_of(b)) to.contradiction = true;
+      if (std::max(b.lower, -b.upper) > bound_tolerance(b)) to.contradiction = true;
     }
     return others;
   }
@@ -201,7 +201,7 @@ void Packing::scale_rows(RowBlock& b, double* C) {
 }
 
 // True if a hard row depends only on the fixed start. If it is violated, sets `contradiction`.
-bool Packing::is_settled(int k, int g, int row) {
+bool Packing::depends_on_start_only(int k, int g, int row) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
   const double l = group.lower[row], u = group.upper[row];
@@ -222,7 +222,7 @@ bool Packing::is_settled(int k, int g, int row) {
   constexpr double rounding = 1e-13;
   if (free > (l == u ? rounding * size : 0.0)) return false;
   const double missing = std::max(l - value, value - u);
-  if (missing > tolerance_of({l, u})) to.contradiction = true;
+  if (missing > bound_tolerance({l, u})) to.contradiction = true;
   return true;
 }
 

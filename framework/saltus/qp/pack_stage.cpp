@@ -24,7 +24,7 @@ bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
 }
 
 // True if no row of the stage has columns in more than one group of `size` inputs.
-bool rows_keep_to_parts(const Stage& s, int size) {
+bool rows_separate_parts(const Stage& s, int size) {
   for (const RowGroup& g : s.groups) {
     if (g.rows == 0 || g.columns.empty()) continue;
     const auto part_of = [&](int j) { return j < s.nx ? -1 : (j - s.nx) / size; };
@@ -37,20 +37,20 @@ bool rows_keep_to_parts(const Stage& s, int size) {
 
 // Finds the last rows of the flow that form an identity, and between their columns and the others
 // the longest run of zero columns in whole vectors.
-void find_handed_on(SweepStage& w) {
+void find_copied_inputs(SweepStage& w) {
   const int n = w.nx + w.nu;
   w.dense = w.next;
-  w.handed_on = n;
+  w.first_copied = n;
   w.zero_begin = w.zero_end = 0;
   for (; w.dense > 0; --w.dense) {
     const double* row = w.flow_transposed + (w.dense - 1) * w.ld;
     const double* entry = std::find_if(row, row + n, [](double a) { return a != 0.0; });
     const int at = static_cast<int>(entry - row);
-    const bool follows = w.dense == w.next || at + 1 == w.handed_on;
+    const bool follows = w.dense == w.next || at + 1 == w.first_copied;
     if (at == n || *entry != 1.0 || !follows ||
         std::any_of(entry + 1, row + n, [](double a) { return a != 0.0; }))
       break;
-    w.handed_on = at;
+    w.first_copied = at;
   }
   if (w.dense == w.next) return;
   const auto is_zero_column = [&](int j) {
@@ -71,10 +71,10 @@ void find_handed_on(SweepStage& w) {
 
 bool fits(const RiccatiKernel& kernel, const SweepStage& w) {
   if (kernel.nx != w.nx || kernel.nu != w.nu || kernel.next != w.next) return false;
-  if (!kernel.hands_on) return true;
+  if (!kernel.copies_inputs) return true;
   const bool is_known_zero = kernel.zero_begin == kernel.zero_end ||
                              (w.zero_begin <= kernel.zero_begin && kernel.zero_end <= w.zero_end);
-  return w.dense + w.nu == w.next && w.handed_on == w.nx && is_known_zero;
+  return w.dense + w.nu == w.next && w.first_copied == w.nx && is_known_zero;
 }
 
 // Computes y = T_p^-T x. The inverses are stored one below the other as in PackedStage.
@@ -113,7 +113,7 @@ bool Packing::stage(int k) {
   if (ok) dynamics(k);
   p.kernel = &any_size;
   for (const RiccatiKernel& kernel : to.storage.kernels)
-    if (fits(kernel, w) && (kernel.hands_on || !p.kernel->hands_on)) p.kernel = &kernel;
+    if (fits(kernel, w) && (kernel.copies_inputs || !p.kernel->copies_inputs)) p.kernel = &kernel;
   if (ok) gradient(k);
   if (ok) hessian(k);
   return ok;
@@ -122,7 +122,7 @@ bool Packing::stage(int k) {
 // The recursion goes from the last stage to the first. Once M is eliminated, only its block P of
 // the states is read. The previous stage starts to write behind P, in memory that is still in the
 // cache.
-bool Packing::work_of_recursion() {
+bool Packing::allocate_recursion() {
   int kept = 0, most = 0;
   for (const PackedStage& p : to.stages) {
     kept += p.sweep.nx * p.sweep.ld;
@@ -138,7 +138,7 @@ bool Packing::work_of_recursion() {
 }
 
 // True if the Hessian equals that of the previous stage.
-bool Packing::repeats_cost(int k) {
+bool Packing::has_same_cost_as_previous(int k) {
   if (cost_compared != k) {
     const Stage &s = qp.stages[k], &t = qp.stages[k - 1];
     cost_compared = k;
@@ -157,8 +157,8 @@ void Packing::choose_parts(int k) {
   const int parts = s.nu / size;
   if (parts < 2 || parts > max_parts || p.sweep.next < size) return;
   // Parts share neither cost nor rows.
-  if (!rows_keep_to_parts(s, size)) return;
-  const bool seen = k > 0 && to.stages[k - 1].parts == parts && repeats_cost(k);
+  if (!rows_separate_parts(s, size)) return;
+  const bool seen = k > 0 && to.stages[k - 1].parts == parts && has_same_cost_as_previous(k);
   if (!seen && !is_zero(s.S, 0, 0, s.nu, s.nx)) return;
   for (int part = 0; part + 1 < parts && !seen; ++part)
     if (!is_zero(s.R, (part + 1) * size, part * size, s.nu - (part + 1) * size, size)) return;
@@ -216,7 +216,7 @@ void Packing::dynamics(int k) {
       w.flow_transposed = before.sweep.flow_transposed;
       w.flow_rows = before.sweep.flow_rows;
       w.dense = before.sweep.dense;
-      w.handed_on = before.sweep.handed_on;
+      w.first_copied = before.sweep.first_copied;
       w.zero_begin = before.sweep.zero_begin;
       w.zero_end = before.sweep.zero_end;
       return;
@@ -232,7 +232,7 @@ void Packing::dynamics(int k) {
   w.flow = F;
   w.flow_transposed = Ft;
   w.flow_rows = in_force;
-  find_handed_on(w);
+  find_copied_inputs(w);
   for (int j = 0; j < n; j += 4) {
     const auto is_zero_row = [&](int i) {
       for (int c = j; c < std::min(j + 4, n); ++c)
@@ -276,7 +276,7 @@ void Packing::hessian(int k) {
   if (k > 1) {
     const PackedStage& before = to.stages[k - 1];
     if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.parts == p.parts &&
-        (further == 0 || before.T == p.T) && repeats_cost(k)) {
+        (further == 0 || before.T == p.T) && has_same_cost_as_previous(k)) {
       p.H = before.H;
       p.outer = before.outer;
       p.R = before.R;

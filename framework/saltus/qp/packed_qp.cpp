@@ -80,7 +80,7 @@ bool PackedQp::pack(const StageQp& qp) {
   const int count = static_cast<int>(stages.size());
   for (int k = 0; k < count; ++k)
     if (!packing.stage(k)) return false;
-  if (!packing.work_of_recursion()) return false;
+  if (!packing.allocate_recursion()) return false;
   for (int k = 0; k < count; ++k)
     if (!packing.rows(k)) return false;
   // The offset of the soft sides is known only now.

@@ -20,7 +20,7 @@ struct Packing {
   /// before any rows.
   bool stage(int k);
   /// Allocates the work space of the factorisation, once the sizes of all stages are known.
-  bool work_of_recursion();
+  bool allocate_recursion();
   /// pack_rows.cpp: packs the groups and bounds of a stage into blocks of rows.
   bool rows(int k);
   /// pack_sides.cpp: fills the values of all sides and equality rows.
@@ -51,7 +51,7 @@ struct Packing {
     return piece;
   }
 
-  bool repeats_cost(int k);
+  bool has_same_cost_as_previous(int k);
   void choose_parts(int k);
   bool find_maps(int k, int parts);
   void dynamics(int k);
@@ -68,7 +68,7 @@ struct Packing {
   // Implemented in pack_groups.cpp.
   bool add_group(int k, int g, bool equalities);
   bool repeat_group(int k, int g);
-  bool is_settled(int k, int g, int row);
+  bool depends_on_start_only(int k, int g, int row);
   const RowBlock* only_block_of(int k, int g) const;
   double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
   void keep_single_entries(RowBlock& block, double* C, int* column);

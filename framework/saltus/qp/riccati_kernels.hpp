@@ -44,16 +44,16 @@ struct SweepStage {
   /// Rows of flow from this one on copy consecutive entries of v: previous inputs that are states.
   /// Equal to `next` if there are none.
   int dense = 0;
-  int handed_on = 0;                 ///< first of the copied entries
+  int first_copied = 0;              ///< first of the copied entries
   int zero_begin = 0, zero_end = 0;  ///< zero columns of flow, in whole vectors
   /// First and end row of the nonzero dense rows, for every four columns of flow.
   const int* flow_rows = nullptr;
   /// n x n, upper triangle. Before factor(): cost and barrier. After it: P in the leading nx x nx
   /// (both triangles); the columns behind it are then free for the previous stage.
   double* M = nullptr;
-  double* L = nullptr;       ///< ld x nu: unit upper factor, without its diagonal
-  double* pivot = nullptr;   ///< nu: inverse pivots
-  bool curves_down = false;  ///< set by factor() if a pivot was clearly negative
+  double* L = nullptr;                  ///< ld x nu: unit upper factor, without its diagonal
+  double* pivot = nullptr;              ///< nu: inverse pivots
+  bool has_negative_curvature = false;  ///< set by factor() if a pivot was clearly negative
   double* p = nullptr;  ///< ld: gradient; after backward() gradient of the cost to go, with the
                         ///< eliminated inputs below it
 };
@@ -238,16 +238,16 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
 
 /// Copied entries and zero columns of the flow (see the fields of SweepStage), known at run time
 /// only.
-struct HandedOnAnywhere {
-  explicit HandedOnAnywhere(const SweepStage& s)
-      : dense(s.dense), first(s.handed_on), zero_begin(s.zero_begin), zero_end(s.zero_end) {}
+struct RuntimeCopiedInputs {
+  explicit RuntimeCopiedInputs(const SweepStage& s)
+      : dense(s.dense), first(s.first_copied), zero_begin(s.zero_begin), zero_end(s.zero_end) {}
   const int dense, first, zero_begin, zero_end;
 };
 /// All NU inputs become the last states of the next stage. Its NN - NU other states do not depend
 /// on the previous inputs, which are the last states of this stage.
 template <int NX, int NU, int NN>
-struct InputsHandedOn {
-  explicit constexpr InputsHandedOn(const SweepStage&) {}
+struct CopiedInputs {
+  explicit constexpr CopiedInputs(const SweepStage&) {}
   static constexpr int dense = NN - NU, first = NX;
   static constexpr int in_whole_vectors = NX / lanes * lanes;
   static constexpr int zero_begin = in_whole_vectors > padded(dense) ? padded(dense) : 0;
@@ -266,9 +266,9 @@ SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
 
 // Computes M = from + flow' P flow. `work` holds the product of P with the dense rows of the flow.
 template <class HandedOn, int N>
-SALTUS_INLINE void assemble_handing_on(SweepStage& s, const HandedOn& handed, const Extent<N>& n,
-                                       int next, const double* from, const double* P, int ld_P,
-                                       double* work) {
+SALTUS_INLINE void assemble_with_copies(SweepStage& s, const HandedOn& handed, const Extent<N>& n,
+                                        int next, const double* from, const double* P, int ld_P,
+                                        double* work) {
   const int count = next - handed.dense, ld = padded(n), ld_next = padded(next);
   for (int i = 0; i < count; ++i) {
     double* to = work + (handed.first + i) * ld_next;
@@ -284,8 +284,8 @@ SALTUS_INLINE void assemble_handing_on(SweepStage& s, const HandedOn& handed, co
 
 // Computes out += flow v.
 template <class HandedOn>
-SALTUS_INLINE void add_flow_handing_on(const SweepStage& s, const HandedOn& handed, int n, int next,
-                                       const double* v, double* out) {
+SALTUS_INLINE void add_flow_with_copies(const SweepStage& s, const HandedOn& handed, int n,
+                                        int next, const double* v, double* out) {
   // The last vector of the dense rows may contain further rows, which are included.
   const int rows = padded(handed.dense), ld_next = padded(next), after = handed.zero_end;
   multiply_vector<Update::add>(rows, handed.zero_begin, s.flow, ld_next, v, out);
@@ -295,33 +295,33 @@ SALTUS_INLINE void add_flow_handing_on(const SweepStage& s, const HandedOn& hand
 
 // Computes out (+)= flow' x.
 template <Update update, class HandedOn>
-SALTUS_INLINE void flow_transposed_handing_on(const SweepStage& s, const HandedOn& handed, int n,
-                                              int next, const double* x, double* out) {
+SALTUS_INLINE void flow_transposed_with_copies(const SweepStage& s, const HandedOn& handed, int n,
+                                               int next, const double* x, double* out) {
   multiply_vector<update>(n, handed.dense, s.flow_transposed, padded(n), x, out);
   add_entries(next - handed.dense, x + handed.dense, out + handed.first);
 }
 
 // The same for run-time sizes. Not inlined, to keep the callers small.
-[[gnu::noinline]] inline void assemble_handing_on_anywhere(SweepStage& s, int n, const double* from,
+[[gnu::noinline]] inline void assemble_with_runtime_copies(SweepStage& s, int n, const double* from,
                                                            const double* P, int ld_P,
                                                            double* work) {
-  assemble_handing_on(s, HandedOnAnywhere(s), Extent<-1>(n), s.next, from, P, ld_P, work);
+  assemble_with_copies(s, RuntimeCopiedInputs(s), Extent<-1>(n), s.next, from, P, ld_P, work);
 }
-[[gnu::noinline]] inline void add_flow_handing_on_anywhere(const SweepStage& s, int n,
+[[gnu::noinline]] inline void add_flow_with_runtime_copies(const SweepStage& s, int n,
                                                            const double* v, double* out) {
-  add_flow_handing_on(s, HandedOnAnywhere(s), n, s.next, v, out);
+  add_flow_with_copies(s, RuntimeCopiedInputs(s), n, s.next, v, out);
 }
 template <Update update>
-[[gnu::noinline]] void flow_transposed_handing_on_anywhere(const SweepStage& s, int n,
+[[gnu::noinline]] void flow_transposed_with_runtime_copies(const SweepStage& s, int n,
                                                            const double* x, double* out) {
-  flow_transposed_handing_on<update>(s, HandedOnAnywhere(s), n, s.next, x, out);
+  flow_transposed_with_copies<update>(s, RuntimeCopiedInputs(s), n, s.next, x, out);
 }
 
-/// Operations of the recursion at one stage. With `hands_on`, the flow is InputsHandedOn<NX, NU,
+/// Operations of the recursion at one stage. With `copies_inputs`, the flow is CopiedInputs<NX, NU,
 /// NN>.
-template <int NX, int NU, int NN, bool hands_on = false>
+template <int NX, int NU, int NN, bool copies_inputs = false>
 struct RiccatiStage {
-  using Handed = InputsHandedOn<NX, NU, NN>;
+  using Handed = CopiedInputs<NX, NU, NN>;
 
   /// Computes M = from + flow' P flow (upper triangles) and adds `on_states` and `on_inputs` to its
   /// diagonal. P: next x next, leading dimension ld_P. `work`: ld_next x n.
@@ -333,12 +333,12 @@ struct RiccatiStage {
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
     if (nn > 0) {
       multiply_within(nn, n, s.flow_rows, P, ld_P, s.flow, ld_next, work, ld_next);
-      if constexpr (hands_on)
-        assemble_handing_on(s, Handed(s), Extent<NX + NU>(n), nn, from, P, ld_P, work);
+      if constexpr (copies_inputs)
+        assemble_with_copies(s, Handed(s), Extent<NX + NU>(n), nn, from, P, ld_P, work);
       else if (s.dense == nn)
         multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, from, s.M, ld);
       else
-        assemble_handing_on_anywhere(s, n, from, P, ld_P, work);
+        assemble_with_runtime_copies(s, n, from, P, ld_P, work);
     } else {
       for (int i = 0; i < ld * n; i += lanes) store(s.M + i, load(from + i));
     }
@@ -351,12 +351,12 @@ struct RiccatiStage {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
-    if constexpr (hands_on)
-      add_flow_handing_on(s, Handed(s), nx + nu, nn, v, out);
+    if constexpr (copies_inputs)
+      add_flow_with_copies(s, Handed(s), nx + nu, nn, v, out);
     else if (s.dense == nn)
       multiply_vector<Update::add>(nn, nx + nu, s.flow, padded(nn), v, out);
     else
-      add_flow_handing_on_anywhere(s, nx + nu, v, out);
+      add_flow_with_runtime_copies(s, nx + nu, v, out);
   }
 
   // Computes out (+)= flow' x.
@@ -367,17 +367,18 @@ struct RiccatiStage {
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu;
-    if constexpr (hands_on)
-      flow_transposed_handing_on<update>(s, Handed(s), n, nn, x, out);
+    if constexpr (copies_inputs)
+      flow_transposed_with_copies<update>(s, Handed(s), n, nn, x, out);
     else if (s.dense == nn)
       multiply_vector<update>(n, nn, s.flow_transposed, padded(n), x, out);
     else
-      flow_transposed_handing_on_anywhere<update>(s, n, x, out);
+      flow_transposed_with_runtime_copies<update>(s, n, x, out);
   }
 
   // Subtracts from `count` columns of M, those of the inputs from `first` on, the contributions of
   // the `further` eliminated inputs from `behind` on.
-  static void take_from_inputs(SweepStage& s, int first, int count, int behind, int further) {
+  static void subtract_eliminated_inputs(SweepStage& s, int first, int count, int behind,
+                                         int further) {
     const int column = s.nx + first, ld = padded(s.nx + s.nu);
     const double* factors = s.L + behind * ld;
     const double* rows = s.M + (s.nx + behind) * ld + column;
@@ -401,7 +402,7 @@ struct RiccatiStage {
     // A stiff direction of which only rounding error is left does not move in this step.
     if (!(pivot > least_pivot + lost_digits * diagonal)) {
       if (pivot < -clearly_negative * (1.0 + (diagonal < 0.0 ? -diagonal : diagonal)))
-        s.curves_down = true;
+        s.has_negative_curvature = true;
       pivot = diagonal > least_pivot ? diagonal : least_pivot;
     }
     const double inverse = 1.0 / pivot;
@@ -422,7 +423,7 @@ struct RiccatiStage {
         const int begin = behind > 4 ? behind - 4 : 0;
         double diagonal[4];
         for (int j = begin; j < behind; ++j) diagonal[j - begin] = s.M[(nx + j) * (ld + 1)];
-        if (behind < nu) take_from_inputs(s, begin, behind - begin, behind, nu - behind);
+        if (behind < nu) subtract_eliminated_inputs(s, begin, behind - begin, behind, nu - behind);
         for (int j = behind - 1; j >= begin; --j)
           eliminate_input(s, nx, j, behind, ld, diagonal[j - begin], least_pivot);
         behind = begin;
@@ -564,10 +565,10 @@ struct RiccatiStage {
 
 /// Function pointers for one combination of sizes.
 struct RiccatiKernel {
-  int nx, nu, next;  ///< -1: any
-  bool hands_on;  ///< only for stages whose inputs are exactly the copied last states of the next
-                  ///< stage
-  int zero_begin, zero_end;  ///< with `hands_on`: columns of flow that must be zero
+  int nx, nu, next;    ///< -1: any
+  bool copies_inputs;  ///< only for stages whose inputs are exactly the copied last states of the
+                       ///< next stage
+  int zero_begin, zero_end;  ///< with `copies_inputs`: columns of flow that must be zero
   void (*assemble)(SweepStage&, const double*, double, double, const double*, int, double*);
   void (*eliminate)(SweepStage&, double);
   void (*backward)(SweepStage&, const double*, const double*, int, const double*, const double*,
@@ -579,18 +580,18 @@ struct RiccatiKernel {
                    double*);
 };
 
-/// For stages of these sizes. With `hands_on`, only for stages whose inputs are copied to the last
-/// states of the next stage, as with costs or bounds on input changes.
-template <int NX, int NU, int NN, bool hands_on = false>
+/// For stages of these sizes. With `copies_inputs`, only for stages whose inputs are copied to the
+/// last states of the next stage, as with costs or bounds on input changes.
+template <int NX, int NU, int NN, bool copies_inputs = false>
 constexpr RiccatiKernel riccati_kernel() {
-  using S = RiccatiStage<NX, NU, NN, hands_on>;
-  using Handed = InputsHandedOn<NX, NU, NN>;
+  using S = RiccatiStage<NX, NU, NN, copies_inputs>;
+  using Handed = CopiedInputs<NX, NU, NN>;
   return {NX,
           NU,
           NN,
-          hands_on,
-          hands_on ? Handed::zero_begin : 0,
-          hands_on ? Handed::zero_end : 0,
+          copies_inputs,
+          copies_inputs ? Handed::zero_begin : 0,
+          copies_inputs ? Handed::zero_end : 0,
           &S::assemble,
           &S::eliminate,
           &S::backward,

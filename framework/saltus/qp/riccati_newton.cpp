@@ -102,8 +102,8 @@ class RiccatiNewton final : public NewtonSystem {
     return is_first && system_.packed().has_equality_rows && factor_sparse();
   }
 
-  bool factor_otherwise() override {
-    return by_sparse_ ? sparse_->factor_otherwise() : factor_sparse();
+  bool factor_with_fallback() override {
+    return by_sparse_ ? sparse_->factor_with_fallback() : factor_sparse();
   }
 
   void solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda) override {
@@ -141,7 +141,7 @@ class RiccatiNewton final : public NewtonSystem {
     if (sparse_ == nullptr) sparse_ = make_sparse_newton(step_.hessian_pattern, step_.row_pattern);
     by_sparse_ =
         sparse_->load(*qp_) && (sparse_->factor(given_variable_weights_, given_row_weights_) ||
-                                sparse_->factor_otherwise());
+                                sparse_->factor_with_fallback());
     return by_sparse_;
   }
 

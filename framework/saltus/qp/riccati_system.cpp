@@ -150,9 +150,9 @@ bool RiccatiSystem::factor(const double* weights) {
     if (p.parts > 1) p.split_kernel->begin(w.nu, p.parts, p.R, diagonal, shift_, p.R_work);
     add_rows(p, weights);
     if (p.parts > 1) join_parts(p);
-    w.curves_down = false;
+    w.has_negative_curvature = false;
     p.kernel->eliminate(w, least_pivot);
-    if (w.curves_down && !expects_convex_) return false;
+    if (w.has_negative_curvature && !expects_convex_) return false;
     P = w.M;
     ld_P = w.ld;
     for (int j = 0; j < w.nu; ++j) check += w.pivot[j];

@@ -97,7 +97,7 @@ class SparseNewton final : public NewtonSystem {
     return factor_with(regularisations[level_]);
   }
 
-  bool factor_otherwise() override {
+  bool factor_with_fallback() override {
     while (++tried_ < regularisations.size()) {
       level_ = (level_ + 1) % regularisations.size();
       if (factor_with(regularisations[level_])) return true;

@@ -91,7 +91,7 @@ class NewtonSystem {
   virtual void solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda) = 0;
   /// Factors again with another method if refinement does not converge. Returns false if no other
   /// method is left.
-  virtual bool factor_otherwise() { return false; }
+  virtual bool factor_with_fallback() { return false; }
 };
 
 }  // namespace saltus

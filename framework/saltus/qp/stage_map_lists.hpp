@@ -166,7 +166,7 @@ struct StageMap::Lists {
   void to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to);
   void give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
-  double missed_in_stage(int stage, int group, const Part& part, const StagePoint& from) const;
+  double violation_in_stage(int stage, int group, const Part& part, const StagePoint& from) const;
   double slope_of(const SparseQp& qp, const Slack& slack, const PrimalDualPoint& at) const;
   double row_value(const SparseQp& qp, int row, const VectorXd& w) const;
   void compute_gradient(const SparseQp& qp, const PrimalDualPoint& at);

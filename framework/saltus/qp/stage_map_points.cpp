@@ -102,7 +102,7 @@ void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, Pr
         if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
         double miss = 0.0;
         if (part.group_row >= 0) {
-          miss = missed_in_stage(static_cast<int>(k), static_cast<int>(g), part, from);
+          miss = violation_in_stage(static_cast<int>(k), static_cast<int>(g), part, from);
         } else {
           if (!knows_rows) direct->multiply(to.w, row_values);
           knows_rows = true;
@@ -117,8 +117,8 @@ void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, Pr
 }
 
 // Violation of a side whose row belongs to the stage.
-double StageMap::Lists::missed_in_stage(int k, int g, const Part& part,
-                                        const StagePoint& from) const {
+double StageMap::Lists::violation_in_stage(int k, int g, const Part& part,
+                                           const StagePoint& from) const {
   const RowGroup& group = stages.stages[k].groups[g];
   const int nx = stages.stages[k].nx, row = part.group_row;
   double value = 0.0;

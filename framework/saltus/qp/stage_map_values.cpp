@@ -109,7 +109,7 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
         const double miss = std::max({lower, -upper, 0.0});
         if (group.soft)
           stage.constant += miss * (part.l1 + 0.5 * part.l2 * miss);
-        else if (!(miss <= tolerance_of({qp.row_lower[part.row], qp.row_upper[part.row]})))
+        else if (!(miss <= bound_tolerance({qp.row_lower[part.row], qp.row_upper[part.row]})))
           result = StageFill::infeasible;
         continue;
       }
@@ -157,7 +157,8 @@ StageFill StageMap::Lists::write_start(const SparseQp& qp) {
       first.x_upper[i] = upper;
     } else {
       const double miss = std::max(first.x_lower[i] - lower, lower - first.x_upper[i]);
-      if (stages.fixed_start && miss > tolerance_of(exactly(lower))) result = StageFill::infeasible;
+      if (stages.fixed_start && miss > bound_tolerance(exactly(lower)))
+        result = StageFill::infeasible;
       first.x_lower[i] = std::max(first.x_lower[i], lower);
       first.x_upper[i] = std::min(first.x_upper[i], upper);
     }

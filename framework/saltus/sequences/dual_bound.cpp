@@ -27,13 +27,13 @@ constexpr double ulps = 1e-15;
 constexpr double rounding = 1e-9;
 
 // min r d over -down <= d <= up.
-double least_over_box(double r, double down, double up) {
+double min_over_box(double r, double down, double up) {
   if (r == 0.0) return 0.0;
   return r > 0.0 ? -r * down : r * up;
 }
 
 // min over d of r'd + 1/2 d'H d, with |d| <= `reach` in directions where H is flat.
-double least_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, double reach) {
+double min_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, double reach) {
   if (hold.curvature.size() == 0) {
     MatrixXd H(s.nx + s.nu, s.nx + s.nu);
     H << s.Q.topLeftCorner(s.nx, s.nx), s.S.topLeftCorner(s.nu, s.nx).transpose(),
@@ -137,7 +137,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
       if (k > 0) behind = point.stages[k - 1].costate.head(s.nx);
       for (int j = 0; j < s.nx; ++j) {
         const double left = rx[j] - behind[j];
-        const double least = least_over_box(left, x[j] - s.x_lower[j], s.x_upper[j] - x[j]);
+        const double least = min_over_box(left, x[j] - s.x_lower[j], s.x_upper[j] - x[j]);
         if (k > 0 && least < -allowed.moving)
           behind[j] = rx[j];
         else
@@ -151,8 +151,8 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
     double size = 1.0, over_boxes = 0.0;
     for (int j = 0; j < s.nu; ++j) {
       const double reach = holds[k]->radius[j];
-      const double least = least_over_box(ru[j], u[j] - std::max(s.u_lower[j], -reach),
-                                          std::min(s.u_upper[j], reach) - u[j]);
+      const double least = min_over_box(ru[j], u[j] - std::max(s.u_lower[j], -reach),
+                                        std::min(s.u_upper[j], reach) - u[j]);
       if (with_costs ? least >= -allowed.holding : std::isfinite(least)) {
         add(least);
         continue;
@@ -166,7 +166,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
       add(-loose.lpNorm<1>() * farthest * size);
       continue;
     }
-    add(std::max(over_boxes, least_over_curvature(s, *holds[k], loose, far * size)));
+    add(std::max(over_boxes, min_over_curvature(s, *holds[k], loose, far * size)));
   }
   return bound;
 }

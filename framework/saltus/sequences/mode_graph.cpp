@@ -164,7 +164,7 @@ bool ModeGraph::has_event(int from, int to) const {
   return t != nullptr && (t->jump.map || t->guard);
 }
 
-int ModeGraph::dwell_of(int mode) const {
+int ModeGraph::min_dwell(int mode) const {
   const auto it = dwell_.find(modes_[mode].name);
   return it == dwell_.end() ? 1 : it->second;
 }
@@ -182,7 +182,7 @@ bool ModeGraph::may_append(std::span<const int> path, int mode, ModeHistory befo
     int lasted = 0;
     while (lasted < length && path[length - 1 - lasted] == last) ++lasted;
     if (lasted == length && last == before.mode) lasted += before.phases;
-    if (lasted < dwell_of(last)) return false;
+    if (lasted < min_dwell(last)) return false;
   }
   if (entries_.empty() || mode == last) return true;
   int entries = 1;
@@ -217,7 +217,7 @@ PhaseDefinition ModeGraph::with_end(PhaseDefinition phase) const {
 }
 
 // Adds the guard of the transition that ends the phase.
-PhaseDefinition ModeGraph::left_by(PhaseDefinition phase, const Transition* exit) const {
+PhaseDefinition ModeGraph::with_exit_guard(PhaseDefinition phase, const Transition* exit) const {
   if (exit == nullptr || !exit->guard) return phase;
   if (exit->guard.inputs() != 1 + phase.sizes.nx)
     throw DefinitionError(fmt::format(
@@ -241,14 +241,14 @@ OptimalControlProblem ModeGraph::problem(std::span<const int> path) const {
 
 OptimalControlProblem ModeGraph::problem(std::span<const int> path,
                                          const std::function<void(int, PhaseDefinition&)>& edited,
-                                         bool is_beginning) const {
+                                         bool is_prefix) const {
   OptimalControlProblem ocp = begin();
-  if (total_time_ && !is_beginning) ocp.total_time(*total_time_);
+  if (total_time_ && !is_prefix) ocp.total_time(*total_time_);
   for (std::size_t k = 0; k < path.size(); ++k) {
     const bool is_last = k + 1 == path.size();
     PhaseDefinition phase =
-        left_by(modes_[path[k]], is_last ? nullptr : find(path[k], path[k + 1]));
-    if (is_last && !is_beginning) phase = with_end(std::move(phase));
+        with_exit_guard(modes_[path[k]], is_last ? nullptr : find(path[k], path[k + 1]));
+    if (is_last && !is_prefix) phase = with_end(std::move(phase));
     phase.name = fmt::format("{} {}", phase.name, k + 1);
     edited(static_cast<int>(k), phase);
     const Transition* entry = k > 0 ? find(path[k - 1], path[k]) : nullptr;
@@ -268,7 +268,7 @@ bool ModeGraph::end_reads_time() const {
                      [](const EndTerm& term) { return term.formula.reads(0); });
 }
 
-OptimalControlProblem ModeGraph::problem_of_end(int mode, double begin_time) const {
+OptimalControlProblem ModeGraph::end_problem(int mode, double begin_time) const {
   PhaseDefinition bare = modes_[mode];
   bare.terms.clear();
   bare.state_bounds.clear();
@@ -419,7 +419,7 @@ void ModeGraph::check(bool limited_phases) const {
       OptimalControlProblem pair(name_);
       pair.start_at(VectorXd(VectorXd::Zero(modes_[i].sizes.nx)))
           .start_time(at_least(start_time_), start_time_)  // any phase of the sequence
-          .then(ErasedPhase(left_by(modes_[i], entry)))
+          .then(ErasedPhase(with_exit_guard(modes_[i], entry)))
           .then(ErasedPhase(modes_[j]), entry != nullptr ? entry->jump : Jump{})
           .check();
     }

@@ -148,7 +148,10 @@ class ModeGraph {
   /// True if the transition has a jump or a guard.
   bool has_event(int from, int to) const;
   /// Minimum dwell in phases.
-  int dwell_of(int mode) const;
+  int min_dwell(int mode) const;
+  [[deprecated("use min_dwell; removed in 0.4")]] int dwell_of(int mode) const {
+    return min_dwell(mode);
+  }
   int entries_of(int mode) const;  ///< maximum number of entries
   /// True if a mode has a maximum number of entries.
   bool limits_entries() const { return !entries_.empty(); }
@@ -164,15 +167,19 @@ class ModeGraph {
   /// The problem of this sequence. Each phase is named after its mode and its position from 1.
   OptimalControlProblem problem(std::span<const int> path) const;
   /// The same with phases that `edited` changes first, by their position from 0. With
-  /// `is_beginning`, omits conditions at the end and the total time.
+  /// `is_prefix`, omits conditions at the end and the total time.
   OptimalControlProblem problem(std::span<const int> path,
                                 const std::function<void(int, PhaseDefinition&)>& edited,
-                                bool is_beginning = false) const;
+                                bool is_prefix = false) const;
   /// The problem of a single mode, with or without the conditions at the end.
   OptimalControlProblem problem_of(int mode, bool with_end) const;
   /// Only the costs and constraints at the end, after a phase of this mode's size that begins at
   /// time `begin` (s). This phase is the last one of a sequence.
-  OptimalControlProblem problem_of_end(int mode, double begin) const;
+  OptimalControlProblem end_problem(int mode, double begin) const;
+  [[deprecated("use end_problem; removed in 0.4")]] OptimalControlProblem problem_of_end(
+      int mode, double begin) const {
+    return end_problem(mode, begin);
+  }
 
   /// Throws DefinitionError with the names of modes if the graph is invalid. It checks sizes,
   /// unreachable modes, modes without a path to an end, and contradictory transitions. It also
@@ -198,7 +205,7 @@ class ModeGraph {
     Function guard = {};  // function of (t | x); empty: any time
     Crossing crossing = Crossing::falling;
   };
-  PhaseDefinition left_by(PhaseDefinition phase, const Transition* exit) const;
+  PhaseDefinition with_exit_guard(PhaseDefinition phase, const Transition* exit) const;
   const Transition* find(int from, int to) const;
 
   std::string name_;

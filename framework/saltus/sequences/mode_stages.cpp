@@ -199,13 +199,13 @@ std::string ModeStages::transcribe(const ModeGraph& graph, int mode, bool given_
 }
 
 std::string ModeStages::transcribe_end(const ModeGraph& graph, double begin_of_last) {
-  OptimalControlProblem problem = graph.problem_of_end(0, begin_of_last);
+  OptimalControlProblem problem = graph.end_problem(0, begin_of_last);
   problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage last;
   StageFill fill = StageFill::filled;
   const std::string why = stage(std::move(problem), "the end", last, fill);
   if (!why.empty()) return why;
-  end_is_possible_ = fill != StageFill::infeasible;
+  end_feasible_ = fill != StageFill::infeasible;
   end_ = last.map->stages().stages[1];
   end_.constant += last.map->stages().stages[0].constant;  // for the whole program
   trim(end_, 0);

@@ -75,7 +75,7 @@ class ModeStages {
   ModeSet impossible() const { return impossible_; }
   /// False if a condition at the end fails that does not depend on the state, e.g. one on time
   /// alone.
-  bool end_is_possible() const { return end_is_possible_; }
+  bool is_end_feasible() const { return end_feasible_; }
   /// Largest coefficient of all costs in nominal units, without penalty weights. 1 without costs.
   double largest_cost() const;
   /// Divides all costs by this number. Invalidates references that of() returned before.
@@ -103,7 +103,7 @@ class ModeStages {
   VectorXd nominal_;
   std::vector<ModeStage> given_, free_;
   ModeSet impossible_ = 0;
-  bool end_is_possible_ = true;
+  bool end_feasible_ = true;
   double cost_unit_ = 1.0;  // divisor of the stage costs
   Stage end_;
   std::map<std::pair<ModeSet, bool>, SetStage> sets_;

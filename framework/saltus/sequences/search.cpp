@@ -86,7 +86,7 @@ class Enumeration {
         const Solution beginning = solve_once(node.path, best_start(node.path), true);
         if (beginning.status == SolveStatus::infeasible) {
           ++ruled_out_;
-          all_proved_ = all_proved_ && last_is_proof_;
+          all_proved_ = all_proved_ && last_failure_is_proof_;
           continue;
         }
         if (beginning.ok() && beginning.cost >= best_.cost) {
@@ -107,7 +107,7 @@ class Enumeration {
       }
     }
     const bool interrupted = stopped || WallClock::now() >= deadline_;
-    best_.guarantee = !broken_promise_.empty() ? Guarantee::contradicted
+    best_.guarantee = !sign_violation_.empty() ? Guarantee::contradicted
                       : interrupted            ? Guarantee::incomplete
                       : best_.found()          ? Guarantee::enumerated
                       : all_proved_            ? Guarantee::infeasible
@@ -115,7 +115,7 @@ class Enumeration {
     best_.message = fmt::format(
         "{}; {}{} programs were solved, {} prefixes were excluded, and for {} sequences the solver "
         "found no solution",
-        describe(best_.guarantee), broken_promise_, best_.nodes, ruled_out_,
+        describe(best_.guarantee), sign_violation_, best_.nodes, ruled_out_,
         best_.infeasible + best_.unresolved);
     if (!best_.found() && !first_failure_.empty())
       best_.message += "; the first: " + first_failure_;
@@ -152,7 +152,7 @@ class Enumeration {
     return graph_.total_time() && time_of(path).lower > graph_.total_time()->upper + same_instant;
   }
 
-  void solve_whole(const Path& path, double bound_of_beginning) {
+  void solve_whole(const Path& path, double prefix_bound) {
     if (graph_.total_time() && time_of(path).upper < graph_.total_time()->lower - same_instant) {
       ++best_.infeasible;  // too short, which is a proof
       return;
@@ -163,7 +163,7 @@ class Enumeration {
     for (const Start& start : starts(path)) {
       Solution s = solve_once(path, start, false);
       infeasible = infeasible || s.status == SolveStatus::infeasible;
-      proved = proved || (s.status == SolveStatus::infeasible && last_is_proof_);
+      proved = proved || (s.status == SolveStatus::infeasible && last_failure_is_proof_);
       if (!s.ok() && first_failure_.empty()) first_failure_ = s.message;
       if (s.ok() && s.cost < best.cost) best = std::move(s);
       if (WallClock::now() >= deadline_) break;
@@ -174,10 +174,10 @@ class Enumeration {
       return;
     }
     const double size = std::max(std::abs(best.cost), best_.least_cost);
-    if (best.cost < bound_of_beginning - broken * size && broken_promise_.empty())
-      broken_promise_ =
+    if (best.cost < prefix_bound - broken * size && sign_violation_.empty())
+      sign_violation_ =
           fmt::format("costs_are_nonnegative is set, but '{}' costs {:.9g} and its prefix {:.9g}; ",
-                      fmt::join(graph_.names_of(path), ", "), best.cost, bound_of_beginning);
+                      fmt::join(graph_.names_of(path), ", "), best.cost, prefix_bound);
     if (best.cost < best_.cost - options_.gap * size) {
       best_.cost = best.cost;
       best_.modes = path;
@@ -192,24 +192,24 @@ class Enumeration {
         posed(best_.modes, {}, false),
         {.intervals_per_phase = options_.intervals_per_phase,
          .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2})});
-    judge_plan(shooting, best_.solution);
+    apply_verification(shooting, best_.solution);
     if (!best_.solution.ok()) best_.message += "; " + best_.solution.message;
   }
 
-  Solution solve_once(const Path& path, const Start& start, bool is_beginning) {
+  Solution solve_once(const Path& path, const Start& start, bool is_prefix) {
     ++best_.nodes;
-    last_is_proof_ = false;
+    last_failure_is_proof_ = false;
     Solution result;
     try {
-      OptimalControlProblem problem = posed(path, start, is_beginning);
+      OptimalControlProblem problem = posed(path, start, is_prefix);
       MultipleShooting shooting(
           std::move(problem),
           {.intervals_per_phase = options_.intervals_per_phase,
            .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2}),
            .accuracy = {.verify = false}});  // only the returned plan is verified
       result = saltus::solve(shooting, *solver_);
-      last_is_proof_ = result.status == SolveStatus::infeasible &&
-                       is_proved_infeasible(shooting.nlp(), result.point.w);
+      last_failure_is_proof_ = result.status == SolveStatus::infeasible &&
+                               is_proved_infeasible(shooting.nlp(), result.point.w);
     } catch (const DefinitionError& e) {  // e.g. times that this sequence cannot satisfy
       result.status = SolveStatus::invalid_problem;
       result.cost = infinity;
@@ -219,7 +219,7 @@ class Enumeration {
     return result;
   }
 
-  OptimalControlProblem posed(const Path& path, const Start& start, bool is_beginning) const {
+  OptimalControlProblem posed(const Path& path, const Start& start, bool is_prefix) const {
     // A single free duration that the total time determines counts as fixed.
     int free_phases = 0;
     double fixed = 0.0;
@@ -228,8 +228,8 @@ class Enumeration {
       free_phases += m.has_free_duration() ? 1 : 0;
       fixed += m.has_free_duration() ? 0.0 : m.duration.lower;
     }
-    const bool is_decided = free_phases == 1 && !is_beginning && graph_.total_time() &&
-                            graph_.total_time()->is_equality();
+    const bool is_decided =
+        free_phases == 1 && !is_prefix && graph_.total_time() && graph_.total_time()->is_equality();
     double begin = 0.0;
     return graph_.problem(
         path,
@@ -256,7 +256,7 @@ class Enumeration {
             phase.input_guess = Guess::trajectory(
                 [=](double f) { return source->trajectory.input(from + f * lasts); });
         },
-        is_beginning);
+        is_prefix);
   }
 
   Start best_start(const Path& path) const {
@@ -322,9 +322,9 @@ class Enumeration {
   std::map<Path, Solution> solved_;
   SequenceResult best_;
   long ruled_out_ = 0;
-  bool last_is_proof_ = false;  // the last program is proved to be infeasible
-  bool all_proved_ = true;      // all failed sequences were proved infeasible
-  std::string broken_promise_, first_failure_;
+  bool last_failure_is_proof_ = false;  // the last program is proved to be infeasible
+  bool all_proved_ = true;              // all failed sequences were proved infeasible
+  std::string sign_violation_, first_failure_;
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ constexpr double same_bound = 1e-9;
 // The cost of the relaxed problem divides the costs, so that tolerances are relative to it. The
 // divisor is at least this part of the largest cost coefficient, which is also the floor of the
 // gap. It is recomputed if costs change by more than the second factor.
-constexpr double least_part = 1e-6, another_size = 10.0;
+constexpr double least_part = 1e-6, rescale_factor = 10.0;
 // The floor is at least this part of the relaxed problem's cost. Rounding errors of sums of such
 // numbers are no gap.
 constexpr double rounding_part = 1e-4;
@@ -43,7 +43,7 @@ constexpr double loose_bound = 0.25, finer = 1e-3;
 // Number of sequences that are solved before the search reports infeasibility.
 constexpr std::size_t tried_sequences = 4;
 // With more leaves than this, moving them to the next tick costs more than a new search.
-constexpr std::size_t most_leaves = 5000;
+constexpr std::size_t max_leaves = 5000;
 
 // Initial barrier parameter of a node, in units of the cost. Its start, the optimum of its parent,
 // is farther away than that of the previous tick. (1e-5, 1e-3, 1e-2 and 3e-2 were tried.)
@@ -155,7 +155,7 @@ std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const
         if (graph_.may_append({}, i, before_) && stages_->admits(i, start_)) sets[k] |= only(i);
     }
     sets[k] &= ~stages_->impossible();
-    if (k == N - 1) sets[k] &= stages_->end_is_possible() ? ends_ : 0;
+    if (k == N - 1) sets[k] &= stages_->is_end_feasible() ? ends_ : 0;
   }
   for (int k = N - 2; k >= 0; --k)
     for (ModeSet from = sets[k]; from != 0; from &= from - 1)
@@ -258,7 +258,7 @@ void SequenceSearch::settle_unit(QpResult& root) {
     const double wanted = std::max(std::abs(root.objective) * unit_, least_unit_);
     least_cost_ = options_.least_cost > 0.0 ? options_.least_cost
                                             : std::max(least_unit_, rounding_part * wanted);
-    if (wanted <= another_size * unit_ && another_size * wanted >= unit_) return;
+    if (wanted <= rescale_factor * unit_ && rescale_factor * wanted >= unit_) return;
     const double last = std::exchange(unit_, wanted);
     stages_->divide_costs(unit_);
     fill_ends();
@@ -349,13 +349,13 @@ SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
   const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};
   if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before, time);
   const auto begin = WallClock::now();
-  std::vector<Node> leaves = leaves_to_move();
+  std::vector<Node> leaves = reusable_leaves();
   begin_at(time);
   start_ = stages_->scaled(state);
   before_ = before;
   std::vector<Node> open = shifted(std::move(leaves));
   const long reused = static_cast<long>(open.size());
-  if (open.empty() || open.size() > most_leaves) open.assign(1, Node{});
+  if (open.empty() || open.size() > max_leaves) open.assign(1, Node{});
   SequenceResult result = run(std::move(open), begin);
   result.reused = reused;
   return result;
@@ -596,7 +596,7 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
 }
 
 // Allowed sequences, with different first modes if possible.
-std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) const {
+std::vector<std::vector<int>> SequenceSearch::sample_sequences(std::size_t most) const {
   constexpr int most_steps = 10000;
   std::vector<std::vector<int>> found;
   int steps = 0;
@@ -623,7 +623,7 @@ std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) c
 
 // No solve may find a sequence that the search excluded.
 void SequenceSearch::confirm_infeasible(SequenceResult& result) {
-  for (const std::vector<int>& path : some_sequences(tried_sequences)) {
+  for (const std::vector<int>& path : sample_sequences(tried_sequences)) {
     Solution s = solve_sequence(path);
     if (!s.ok() && s.status != SolveStatus::coarse_grid) continue;
     result.guarantee = Guarantee::contradicted;
@@ -842,7 +842,7 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
 }
 
 // The leaves that begin with the applied mode, with their duals. Call it before start_ changes.
-std::vector<SequenceSearch::Node> SequenceSearch::leaves_to_move() {
+std::vector<SequenceSearch::Node> SequenceSearch::reusable_leaves() {
   std::vector<Node> result;
   std::map<const StagePoint*, std::shared_ptr<const Dual>> duals;
   for (Node& leaf : leaves_) {

@@ -89,7 +89,7 @@ class SequenceSearch {
   double size_of(double cost) const;
   SequenceResult run(std::vector<Node> open, WallClock::time_point begin);
   bool choose(const Node& node, std::vector<int>& path);
-  std::vector<Node> leaves_to_move();
+  std::vector<Node> reusable_leaves();
   std::vector<Node> shifted(std::vector<Node> leaves);
   static std::vector<Limit> limits_at(const Stage& stage, const StagePoint::AtStage& at,
                                       const VectorXd& lower, const VectorXd& upper);
@@ -105,7 +105,7 @@ class SequenceSearch {
   Solution solve_sequence(const std::vector<int>& path) const;
   void confirm_plan(SequenceResult& result);
   void confirm_infeasible(SequenceResult& result);
-  std::vector<std::vector<int>> some_sequences(std::size_t most) const;
+  std::vector<std::vector<int>> sample_sequences(std::size_t most) const;
   void check(const VectorRef& state) const;
 
   ModeGraph graph_;

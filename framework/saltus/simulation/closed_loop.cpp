@@ -325,7 +325,7 @@ Answer answer_of(const ControlTick& tick) {
 void keep_unmet(const ControlTick& tick, const MultipleShooting& shooting,
                 const LoopOptions& options, std::vector<UnmetTick>& unmet) {
   if (tick.status == SolveStatus::infeasible && static_cast<int>(unmet.size()) < options.keep_unmet)
-    unmet.push_back({tick.time, present_problem(shooting), shooting.options()});
+    unmet.push_back({tick.time, current_problem(shooting), shooting.options()});
 }
 
 void tell_misses(LoopLog& log) {

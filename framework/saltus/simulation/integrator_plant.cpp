@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "saltus/core/error.hpp"
-#include "saltus/ocp/interval_of.hpp"
+#include "saltus/ocp/interval_problem_of.hpp"
 
 namespace saltus {
 namespace {
@@ -116,7 +116,7 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem,
                               const IntegratorChoice& scheme) {
   if (problem.phases().empty()) throw DefinitionError("plant: the problem has no phase");
   const PhaseDefinition& phase = problem.phases().front();
-  IntervalProblem interval = interval_of(phase);
+  IntervalProblem interval = interval_problem_of(phase);
   VectorXd parameters(phase.sizes.np);
   Eigen::Index at = 0;
   for (const ParameterBlock& block : phase.parameters) {

@@ -130,9 +130,9 @@ std::string LoopLog::summary_json() const {
 void LoopLog::write(const std::string& path) const {
   recording.write(path);
   const std::filesystem::path folder(path);
-  write_whole(folder / "ticks.csv", ticks_csv());
-  if (!plans.empty()) write_whole(folder / "plans.csv", plans_csv());
-  write_whole(folder / "summary.json", summary_json());
+  write_atomically(folder / "ticks.csv", ticks_csv());
+  if (!plans.empty()) write_atomically(folder / "plans.csv", plans_csv());
+  write_atomically(folder / "summary.json", summary_json());
 }
 
 }  // namespace saltus

@@ -9,7 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
-#include "saltus/ocp/interval_of.hpp"
+#include "saltus/ocp/interval_problem_of.hpp"
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/verify/plan_rows.hpp"
 
@@ -57,7 +57,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
   for (const PhaseDefinition& phase : problem_.phases()) {
     if (!phase.switching.empty())
       throw DefinitionError(fmt::format("plant: phase '{}' has inner events", phase.name));
-    IntervalProblem interval = interval_of(phase);
+    IntervalProblem interval = interval_problem_of(phase);
     Phase& p = phases_.emplace_back();
     std::vector<Function> running;
     for (std::size_t t = 0; t < phase.terms.size(); ++t)
@@ -218,7 +218,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   }
   for (std::size_t i = 0; i < p.running.size(); ++i)
     if (counts[i]) cost_ += end_[start.size() + static_cast<Eigen::Index>(i)];
-  look_on_the_way(input);
+  check_path_constraints(input);
   if (crossed) end_phase(input);
   return gone;
 }
@@ -242,7 +242,7 @@ void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
   }
 }
 
-void PhasedPlant::look_on_the_way(const VectorRef& input) {
+void PhasedPlant::check_path_constraints(const VectorRef& input) {
   const VectorXd z = argument(input);
   const PhaseDefinition& phase = definition();
   for (const Term& term : phase.terms) {

@@ -196,9 +196,16 @@ class PhasedPlant final : public LoopPlant {
     double amount = 0.0;      ///< violation of its bound, in the unit of the term
   };
   /// Largest violation of each hard term and bounded state at starts and ends of phases.
-  const std::vector<Miss>& misses_at_ends() const { return at_ends_; }
+  const std::vector<Miss>& end_misses() const { return at_ends_; }
+  [[deprecated("use end_misses; removed in 0.4")]] const std::vector<Miss>& misses_at_ends() const {
+    return at_ends_;
+  }
   /// Largest violation of each path constraint, sampled at the ends of pieces.
-  const std::vector<Miss>& misses_on_the_way() const { return on_the_way_; }
+  const std::vector<Miss>& path_misses() const { return on_the_way_; }
+  [[deprecated("use path_misses; removed in 0.4")]] const std::vector<Miss>& misses_on_the_way()
+      const {
+    return on_the_way_;
+  }
 
  private:
   struct Phase {
@@ -220,7 +227,7 @@ class PhasedPlant final : public LoopPlant {
   void begin_phase(const VectorRef& input);
   bool is_in_force(const Window& window, double t) const;
   void count_once(TermDomain domain, const VectorRef& input);
-  void look_on_the_way(const VectorRef& input);
+  void check_path_constraints(const VectorRef& input);
 
   OptimalControlProblem problem_;
   std::vector<Phase> phases_;

@@ -101,8 +101,8 @@ std::string Recording::events_csv() const {
 
 void Recording::write(const std::string& path) const {
   const std::filesystem::path folder(path);
-  write_whole(folder / "trajectory.csv", trajectory_csv());
-  write_whole(folder / "events.csv", events_csv());
+  write_atomically(folder / "trajectory.csv", trajectory_csv());
+  write_atomically(folder / "events.csv", events_csv());
 }
 
 void save(const OptimalControlProblem& problem, const Trajectory& plan, const std::string& folder,

@@ -77,14 +77,14 @@ class Checker {
     if (!shooting_) return std::move(lines_);
     guess_ = shooting_->initial_guess().w;
     find_magnitudes(*shooting_);
-    const bool can_start = look_at_start();
-    look_at_derivatives();
-    look_at_jumps();
-    look_at_bounds();
-    look_at_scaling();
+    const bool can_start = check_guess_values();
+    check_function_derivatives();
+    check_jumps();
+    check_declared_bounds();
+    check_scaling();
     if (can_start) {
-      look_at_ranks();
-      look_at_first_solve();
+      check_ranks();
+      check_first_solve();
     }
     return std::move(lines_);
   }
@@ -109,7 +109,7 @@ class Checker {
     say("definition", complaint, "phases, terms and sizes are consistent");
   }
 
-  bool look_at_start() {
+  bool check_guess_values() {
     NonlinearProgram& nlp = shooting_->nlp();
     double cost = 0.0;
     VectorXd gradient(nlp.variables()), rows(nlp.rows());
@@ -117,7 +117,7 @@ class Checker {
     std::string complaint;
     if (!nlp.constraints(guess_.data(), rows.data()) ||
         !nlp.jacobian(guess_.data(), entries.data())) {
-      const std::string where = name_integration_failure(shooting_->program(), guess_);
+      const std::string where = describe_integration_failure(shooting_->program(), guess_);
       complaint = where.empty() ? function_without_value() : where;
       if (complaint.empty()) complaint = "the constraints cannot be evaluated";
     } else if (!nlp.objective(guess_.data(), cost) ||
@@ -240,7 +240,7 @@ class Checker {
     }
   }
 
-  void look_at_derivatives() {
+  void check_function_derivatives() {
     std::string derivatives, sparsity;
     int functions = 0;
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
@@ -286,7 +286,7 @@ class Checker {
 
   // Checks jumps between phases, the closing, and resets where their guards are closest to zero
   // along the guess.
-  void look_at_jumps() {
+  void check_jumps() {
     std::string complaint;
     int maps = 0;
     const auto look = [&](const Jump& jump, int from, const char* kind) {
@@ -345,7 +345,7 @@ class Checker {
     return {};
   }
 
-  void look_at_bounds() {
+  void check_declared_bounds() {
     std::string complaint;
     const PhaseDefinition& first = problem_.phases().front();
     for (const ComponentBounds& bounded : first.state_bounds) {
@@ -418,7 +418,7 @@ class Checker {
     return complaint;
   }
 
-  void look_at_scaling() {
+  void check_scaling() {
     std::string complaint;
     const NonlinearProgram& nlp = shooting_->nlp();
     for (const std::vector<int>& quantity : undeclared_quantities(shooting_->program())) {
@@ -436,7 +436,7 @@ class Checker {
     say("scaling", complaint, "variables without a nominal magnitude are well scaled");
   }
 
-  void look_at_ranks() {
+  void check_ranks() {
     const NonlinearProgram& nlp = shooting_->nlp();
     if (nlp.rows() > most_rows) {
       lines_.push_back(
@@ -452,11 +452,11 @@ class Checker {
           w[i] + distance * std::max(1.0, std::abs(w[i])) * random.uniform(-1.0, 1.0);
       w[i] = std::clamp(moved, std::min(nlp.lower()[i], nlp.upper()[i]), nlp.upper()[i]);
     }
-    say("ranks", name_dependent_rows(shooting_->editable_program(), w),
+    say("ranks", describe_dependent_rows(shooting_->editable_program(), w),
         "all equations are independent");
   }
 
-  void look_at_first_solve() {
+  void check_first_solve() {
     const std::unique_ptr<Solver> solver = make_native_solver({.time_limit = time_limit});
     const Solution plan = solve(*shooting_, *solver);
     const GridAccuracy& wanted = options_.accuracy;
@@ -471,14 +471,14 @@ class Checker {
           "dynamics",
           off, defect.phase, defect.time);
     say("integration", coarse, is_known ? off : "not verified");
-    const bool is_known_to_be_none =
+    const bool is_known_failure =
         plan.status == SolveStatus::infeasible || plan.status == SolveStatus::invalid_problem ||
         plan.status == SolveStatus::unbounded || plan.status == SolveStatus::coarse_grid ||
         plan.status == SolveStatus::wrong_crossing;
     lines_.push_back({"reach",
-                      plan.ok()             ? CheckVerdict::good
-                      : is_known_to_be_none ? CheckVerdict::doubtful
-                                            : CheckVerdict::unknown,
+                      plan.ok()          ? CheckVerdict::good
+                      : is_known_failure ? CheckVerdict::doubtful
+                                         : CheckVerdict::unknown,
                       plan.ok() ? fmt::format("a first solve meets the constraints after {} "
                                               "iterations",
                                               plan.iterations)

@@ -2,27 +2,28 @@
 
 #include <utility>
 
-#include "saltus/solve/counted_solves.hpp"
+#include "saltus/solve/negotiable_constraints.hpp"
 #include "saltus/solve/remedies.hpp"
 #include "saltus/solve/soft_terms.hpp"
-#include "saltus/solve/what_is_asked.hpp"
+#include "saltus/solve/solve_budget.hpp"
 #include "saltus/transcription/violation.hpp"
 
 namespace saltus {
 namespace {
 
 LeastRelaxation relax(const OptimalControlProblem& problem, const ExplainOptions& options,
-                      CountedSolves& solves) {
+                      SolveBudget& solves) {
   LeastRelaxation relaxed = solves.relax(problem);
   if (!options.guess) return relaxed;
   LeastRelaxation other = solves.relax(problem, &*options.guess);
-  return other.amount < relaxed.amount - worth_naming ? std::move(other) : std::move(relaxed);
+  return other.amount < relaxed.amount - smallest_relaxation ? std::move(other)
+                                                             : std::move(relaxed);
 }
 
 }  // namespace
 
 Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& options) {
-  CountedSolves solves(options);
+  SolveBudget solves(options);
   Explanation explanation;
   LeastRelaxation relaxed = relax(problem, options, solves);
   explanation.status = relaxed.result.status;
@@ -30,11 +31,11 @@ Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& 
     explanation.relaxation = relaxed.amount;
     explanation.trajectory = relaxed.trajectory();
     if (relaxed.is_needed()) {
-      WhatGives gives = what_gives(relaxed);
+      RelaxedConstraints gives = relaxed_constraints(relaxed);
       if (options.remedies > 0)
         explanation.remedies = find_remedies(problem, relaxed, gives, options.remedies, solves);
       explanation.shortages = std::move(gives.shortages);
-      explanation.events_in = phase_with_events(problem);
+      explanation.events_in = first_phase_with_events(problem);
     } else if (options.soft_terms) {
       explain_soft_terms(problem, options.remedies, solves, explanation);
     }

@@ -15,7 +15,7 @@
 // If so, it reports the cost of holding it, the cost term that outweighs it, and the weight that
 // makes it hold.
 //
-// A controller tick can be explained afterwards: explain(present_problem(controller.shooting())).
+// A controller tick can be explained afterwards: explain(current_problem(controller.shooting())).
 #pragma once
 
 #include <functional>

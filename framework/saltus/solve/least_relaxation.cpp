@@ -13,7 +13,7 @@ namespace {
 using Side = ProblemChange::Side;
 
 // fraction of the total; smaller amounts are effects of rho
-constexpr double worth_mentioning = 1e-3;
+constexpr double smallest_relaxation_fraction = 1e-3;
 
 // Values and derivatives of the problem's rows at the relaxed point.
 struct RowValues {
@@ -70,17 +70,17 @@ HoldingForce LeastRelaxation::force_of(int k) const {
   return force;
 }
 
-LeastRelaxation least_relaxation(const OptimalControlProblem& problem,
-                                 const ShootingOptions& options, Solver& solver,
-                                 const Trajectory* guess,
-                                 const std::function<bool(const AskedFor&)>& is_negotiable) {
+LeastRelaxation least_relaxation(
+    const OptimalControlProblem& problem, const ShootingOptions& options, Solver& solver,
+    const Trajectory* guess,
+    const std::function<bool(const NegotiableConstraint&)>& is_negotiable) {
   LeastRelaxation relaxed;
   relaxed.shooting = std::make_unique<MultipleShooting>(problem, options);
   ShootingProgram& program = relaxed.shooting->editable_program();
   const VectorXd own = relaxed.shooting->initial_guess().w;
-  relaxed.asked = what_is_asked(program, own, is_negotiable);
+  relaxed.asked = negotiable_constraints(program, own, is_negotiable);
   std::vector<ElasticGroup> groups;
-  for (const AskedFor& asked : relaxed.asked) {
+  for (const NegotiableConstraint& asked : relaxed.asked) {
     relaxed.group.push_back(asked.gives ? static_cast<int>(groups.size()) : -1);
     if (asked.gives) groups.push_back(asked.group);
   }
@@ -91,17 +91,17 @@ LeastRelaxation least_relaxation(const OptimalControlProblem& problem,
   return relaxed;
 }
 
-WhatGives what_gives(LeastRelaxation& relaxed) {
-  WhatGives gives;
+RelaxedConstraints relaxed_constraints(LeastRelaxation& relaxed) {
+  RelaxedConstraints gives;
   const RowValues at(relaxed);
-  const double least = std::max(worth_naming, worth_mentioning * relaxed.amount);
+  const double least = std::max(smallest_relaxation, smallest_relaxation_fraction * relaxed.amount);
   std::vector<std::pair<std::string, int>> named;  // rows of each name
   const bool is_certain = relaxed.amount > 0.0 && at.program.is_linear_quadratic() &&
                           is_proved_infeasible(at.program, at.w);
   for (int k = 0; k < static_cast<int>(relaxed.asked.size()); ++k) {
     const int group = relaxed.group[k];
     if (group < 0) continue;
-    const AskedFor& asked = relaxed.asked[k];
+    const NegotiableConstraint& asked = relaxed.asked[k];
     const std::vector<int> rows = relaxed.program->rows_of(group);
     const double unit = asked.unit, nominal = asked.group.nominal;
     for (const Side side : {Side::lower, Side::upper}) {

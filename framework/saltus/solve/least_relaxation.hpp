@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "saltus/solve/explain.hpp"
-#include "saltus/solve/what_is_asked.hpp"
+#include "saltus/solve/negotiable_constraints.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 
 /// Smallest relaxation that counts: the accuracy of a good solution of the problem itself.
-inline constexpr double worth_naming = 1e-6;
+inline constexpr double smallest_relaxation = 1e-6;
 
 /// Total multipliers of a constraint at the optimum.
 struct HoldingForce {
@@ -23,7 +23,7 @@ struct HoldingForce {
 /// Result of the elastic program of a problem.
 struct LeastRelaxation {
   std::unique_ptr<MultipleShooting> shooting;  ///< transcription of the problem
-  std::vector<AskedFor> asked;                 ///< its negotiable constraints
+  std::vector<NegotiableConstraint> asked;     ///< its negotiable constraints
   std::vector<int> group;  ///< group in `program` of each entry of `asked`; -1: hard
   std::unique_ptr<ElasticProgram> program;  ///< relaxed program of `shooting`
   NlpResult result;                         ///< solution of `program`
@@ -32,7 +32,7 @@ struct LeastRelaxation {
   /// True if the relaxation is a local minimum.
   bool ok() const { return is_success(result.status); }
   /// True if the problem needs a relaxation.
-  bool is_needed() const { return amount > worth_naming; }
+  bool is_needed() const { return amount > smallest_relaxation; }
   /// The solution as a point of the original program.
   VectorXd point() const;
   /// The trajectory of the solution.
@@ -45,19 +45,19 @@ struct LeastRelaxation {
 
 /// Solves the elastic program from the trajectory, or by default from the problem's own guess.
 /// Throws DefinitionError for invalid problems or options.
-LeastRelaxation least_relaxation(const OptimalControlProblem& problem,
-                                 const ShootingOptions& options, Solver& solver,
-                                 const Trajectory* guess = nullptr,
-                                 const std::function<bool(const AskedFor&)>& is_negotiable = {});
+LeastRelaxation least_relaxation(
+    const OptimalControlProblem& problem, const ShootingOptions& options, Solver& solver,
+    const Trajectory* guess = nullptr,
+    const std::function<bool(const NegotiableConstraint&)>& is_negotiable = {});
 
 /// Relaxed constraints of a least relaxation.
-struct WhatGives {
+struct RelaxedConstraints {
   std::vector<Shortage> shortages;     ///< largest first, relative to nominal values
   std::vector<ProblemChange> changes;  ///< moves of bounds that make the problem feasible
   bool can_change = true;              ///< `changes` covers all shortages: a closing cannot change
 };
 /// Collects the relaxed constraints. Rows that repeat each other, as in hulls of fixed size, are
 /// listed once.
-WhatGives what_gives(LeastRelaxation& relaxed);
+RelaxedConstraints relaxed_constraints(LeastRelaxation& relaxed);
 
 }  // namespace saltus

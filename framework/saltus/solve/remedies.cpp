@@ -12,7 +12,7 @@ namespace {
 
 using Kind = ProblemChange::Kind;
 
-constexpr int most_candidates = 8, most_trials = 6, most_events = 4;
+constexpr int most_candidates = 8, most_trials = 6, max_events = 4;
 constexpr int event_trial = 2;  // first trial step of an event, in intervals
 // Relative margins beyond the limit of feasibility, so that the solution has room.
 constexpr double margins[] = {0.01, 0.05, 0.2};
@@ -35,7 +35,7 @@ double rounded_up(double by) {
 class RemedySearch {
  public:
   RemedySearch(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-               const WhatGives& gives, CountedSolves& solves)
+               const RelaxedConstraints& gives, SolveBudget& solves)
       : problem_(problem),
         relaxed_(relaxed),
         gives_(gives),
@@ -43,8 +43,8 @@ class RemedySearch {
         motion_(relaxed.trajectory()) {}
 
   std::vector<Remedy> run(int most) {
-    candidates_ = candidates_of(problem_, relaxed_, [this] { return solves_.is_late(); });
-    ask_events();
+    candidates_ = find_candidates(problem_, relaxed_, [this] { return solves_.is_late(); });
+    try_events();
     std::erase_if(candidates_,
                   [this](const Candidate& c) { return !solves_.may_change(c.change); });
     std::ranges::stable_sort(candidates_, {}, [](const Candidate& c) { return c.effort(); });
@@ -57,7 +57,7 @@ class RemedySearch {
       if (found >= most || tried >= most_candidates || solves_.is_late()) break;
       if (is_given(candidate.change)) continue;
       ++tried;
-      if (find_amount(candidate) && !is_of_the_grid(candidate.change))
+      if (find_amount(candidate) && !only_exploits_grid(candidate.change))
         carry_out({candidate.change}, candidate.effort());
     }
     std::rotate(remedies_.begin(), remedies_.begin() + static_cast<std::ptrdiff_t>(given),
@@ -75,11 +75,11 @@ class RemedySearch {
 
   // An event moves nodes and rows, so that only one-sided derivatives exist: it is tried by a
   // solve. Events beyond the end of the motion are skipped.
-  void ask_events() {
+  void try_events() {
     const double length = event_trial * relaxed_.shooting->grid().nominal_length(0);
     int asked = 0;
     for (const Event& event : problem_.schedule().events()) {
-      if (!std::isfinite(event.time) || event.time > motion_.end_time() || ++asked > most_events)
+      if (!std::isfinite(event.time) || event.time > motion_.end_time() || ++asked > max_events)
         continue;
       for (const double by : {-length, length}) {
         const ProblemChange change{
@@ -114,7 +114,7 @@ class RemedySearch {
     for (int trial = 0; trial < most_trials; ++trial) {
       const double amount = amount_with(change);
       if (!std::isfinite(amount)) return false;
-      if (amount <= worth_naming) {
+      if (amount <= smallest_relaxation) {
         tighten(change, before, failed);
         return true;
       }
@@ -129,7 +129,7 @@ class RemedySearch {
 
   // True if the change only exploits the grid. A longer phase has wider intervals; a remedy that
   // only delays the first nodes fails on a grid of the original density.
-  bool is_of_the_grid(const ProblemChange& change) {
+  bool only_exploits_grid(const ProblemChange& change) {
     const bool is_length = change.kind == Kind::duration || change.kind == Kind::total_time;
     if (!is_length || !(change.by > 0.0) || !solves_.grid().meshes.empty()) return false;
     const double longer = 1.0 + change.by / value_before(problem_, change);
@@ -159,7 +159,7 @@ class RemedySearch {
       ProblemChange less = change;
       less.by = by;
       const double amount = amount_with(less);
-      if (amount <= worth_naming) {
+      if (amount <= smallest_relaxation) {
         change.by = by;
         before = failed;  // the secant was successful
       } else {
@@ -197,8 +197,8 @@ class RemedySearch {
 
   const OptimalControlProblem& problem_;
   LeastRelaxation& relaxed_;
-  const WhatGives& gives_;
-  CountedSolves& solves_;
+  const RelaxedConstraints& gives_;
+  SolveBudget& solves_;
   Trajectory motion_;  // trajectory of the least relaxation
   std::vector<Candidate> candidates_;
   std::vector<Remedy> remedies_;
@@ -207,7 +207,7 @@ class RemedySearch {
 }  // namespace
 
 std::vector<Remedy> find_remedies(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                  const WhatGives& gives, int most, CountedSolves& solves) {
+                                  const RelaxedConstraints& gives, int most, SolveBudget& solves) {
   return RemedySearch(problem, relaxed, gives, solves).run(most);
 }
 

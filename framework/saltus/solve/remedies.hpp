@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "saltus/solve/counted_solves.hpp"
 #include "saltus/solve/least_relaxation.hpp"
+#include "saltus/solve/solve_budget.hpp"
 
 namespace saltus {
 
@@ -12,6 +12,6 @@ namespace saltus {
 /// themselves. The multipliers give the rate at which the relaxation decreases with a number. Each
 /// change is made and the changed problem solved; changes that fail are not reported.
 std::vector<Remedy> find_remedies(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                  const WhatGives& gives, int most, CountedSolves& solves);
+                                  const RelaxedConstraints& gives, int most, SolveBudget& solves);
 
 }  // namespace saltus

@@ -15,9 +15,9 @@ namespace {
 using Kind = ProblemChange::Kind;
 using Side = ProblemChange::Side;
 
-constexpr double worth_noting = 1e-9;     // multipliers in nominal values are of order one
-constexpr double difference_step = 1e-4;  // central differences of smooth functions: error 1e-8
-constexpr double instead_of_zero = 1e-2;  // of the nominal value: size of data that are zero
+constexpr double worth_noting = 1e-9;       // multipliers in nominal values are of order one
+constexpr double difference_step = 1e-4;    // central differences of smooth functions: error 1e-8
+constexpr double size_of_zero_data = 1e-2;  // of the nominal value: size of data that are zero
 
 class Sensitivities {
  public:
@@ -51,7 +51,7 @@ class Sensitivities {
 
   void ask_terms() {
     for (int k = 0; k < static_cast<int>(relaxed_.asked.size()); ++k) {
-      const AskedFor& asked = relaxed_.asked[k];
+      const NegotiableConstraint& asked = relaxed_.asked[k];
       if (!asked.change) continue;
       HoldingForce force = relaxed_.force_of(k);
       force.upper /= asked.unit;
@@ -179,12 +179,12 @@ class Sensitivities {
       for (const ParameterBlock& block : phase.parameters)
         for (int i = 0; i < block.value.size(); ++i)
           if (!block.unknown && seen.insert({block.name, i}).second && !is_late_())
-            ask_entry(j, block, i);
+            add_entry_candidate(j, block, i);
     }
   }
 
   // Blocks with one name are one parameter in all phases.
-  void ask_entry(int j, const ParameterBlock& block, int i) {
+  void add_entry_candidate(int j, const ParameterBlock& block, int i) {
     const auto move = [&](ProblemData& data, double d) {
       for (std::size_t other = 0; other < problem_.phases().size(); ++other) {
         int first = 0;
@@ -194,7 +194,7 @@ class Sensitivities {
         }
       }
     };
-    const double size = size_of_datum(block.value[i], block.nominal[i], instead_of_zero);
+    const double size = datum_magnitude(block.value[i], block.nominal[i], size_of_zero_data);
     add({Kind::parameter, j, block.name, i}, rate_along(difference_step * size, move),
         std::max(std::abs(block.value[i]), block.nominal[i]));
   }
@@ -225,8 +225,9 @@ void add_candidate(const OptimalControlProblem& problem, ProblemChange change, d
   if (candidate.is_credible()) candidates.push_back(std::move(candidate));
 }
 
-std::vector<Candidate> candidates_of(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                     const std::function<bool()>& is_late) {
+std::vector<Candidate> find_candidates(const OptimalControlProblem& problem,
+                                       LeastRelaxation& relaxed,
+                                       const std::function<bool()>& is_late) {
   return Sensitivities(problem, relaxed, is_late).run();
 }
 

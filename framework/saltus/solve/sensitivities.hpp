@@ -31,7 +31,8 @@ void add_candidate(const OptimalControlProblem& problem, ProblemChange change, d
 /// Candidates from the multipliers: bounds of terms, states, inputs, durations, unknowns and
 /// the start, fixed durations, and data. Data use differences of the active constraints. `is_late`
 /// ends the search early. Events are excluded because they move nodes.
-std::vector<Candidate> candidates_of(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                     const std::function<bool()>& is_late);
+std::vector<Candidate> find_candidates(const OptimalControlProblem& problem,
+                                       LeastRelaxation& relaxed,
+                                       const std::function<bool()>& is_late);
 
 }  // namespace saltus

@@ -16,7 +16,7 @@ namespace {
 
 using Side = ProblemChange::Side;
 
-constexpr double worth_its_price = 1e-3;  // fraction of the cost of all soft terms together
+constexpr double smallest_price_fraction = 1e-3;  // fraction of the cost of all soft terms together
 // A penalty is exact for weights above the largest multiplier; the margin covers rounding.
 constexpr double room = 1.02;
 
@@ -105,7 +105,8 @@ void merge_repeats(std::vector<SoftShortage>& all) {
       return is_same_term(s.missed, other.missed) && s.missed.side == other.missed.side &&
              s.missed.time == other.missed.time && s.missed.bound == other.missed.bound &&
              s.missed.amount > 0.0 &&
-             std::abs(s.missed.amount - other.missed.amount) <= worth_naming * s.missed.nominal;
+             std::abs(s.missed.amount - other.missed.amount) <=
+                 smallest_relaxation * s.missed.nominal;
     });
     if (twin == merged.end())
       merged.push_back(std::move(s));
@@ -143,7 +144,7 @@ OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
 // ---- explanation --------------------------------------------------------------------------------
 
 // The cost that increases most if all violated terms are held.
-std::string what_grows(const Solution& free, const Solution& held) {
+std::string largest_cost_increase(const Solution& free, const Solution& held) {
   std::map<std::pair<std::string, std::string>, double> grown;
   for (const CostContribution& c : held.costs) grown[{c.phase, c.term}] += c.value;
   for (const CostContribution& c : free.costs)
@@ -162,7 +163,7 @@ double with_room(double weight) {
 
 class SoftTerms {
  public:
-  SoftTerms(const OptimalControlProblem& problem, CountedSolves& solves, Explanation& explanation)
+  SoftTerms(const OptimalControlProblem& problem, SolveBudget& solves, Explanation& explanation)
       : problem_(problem),
         solves_(solves),
         explanation_(explanation),
@@ -178,9 +179,9 @@ class SoftTerms {
     soft_ = soft_shortages(shooting_, plan);
     if (soft_.empty()) return;
     explanation_.trajectory = plan.trajectory;
-    const OptimalControlProblem held = with_held(problem_, soft_);
+    const OptimalControlProblem held = with_hard_terms(problem_, soft_);
     // Hard terms stay hard: only the violated soft terms are relaxed.
-    solves_.is_negotiable = [&](const AskedFor& asked) {
+    solves_.is_negotiable = [&](const NegotiableConstraint& asked) {
       const Shortage name{.kind = asked.kind,
                           .phase = asked.has_phase ? held.phases()[asked.phase].name : "",
                           .term = asked.name};
@@ -189,7 +190,8 @@ class SoftTerms {
     };
     LeastRelaxation relaxed = solves_.relax(held, &plan.trajectory);
     if (!relaxed.ok()) return;
-    const WhatGives gives = relaxed.is_needed() ? what_gives(relaxed) : WhatGives{};
+    const RelaxedConstraints gives =
+        relaxed.is_needed() ? relaxed_constraints(relaxed) : RelaxedConstraints{};
     for (SoftShortage& s : soft_) s.least = 0.0;
     for (const Shortage& shortage : gives.shortages)
       for (SoftShortage& s : soft_)
@@ -206,7 +208,7 @@ class SoftTerms {
     const Solution other = solves_.plan(hard, plan.trajectory);
     if (!is_plan(other)) return;
     for (SoftShortage& s : soft_) s.cost_if_held = other.cost;
-    explanation_.gives_way_to = what_grows(plan, other);
+    explanation_.gives_way_to = largest_cost_increase(plan, other);
     find_weights(hard.program(), other, plan.point.w);
   }
 
@@ -271,7 +273,7 @@ class SoftTerms {
   }
 
   const OptimalControlProblem& problem_;
-  CountedSolves& solves_;
+  SolveBudget& solves_;
   Explanation& explanation_;
   std::vector<SoftShortage>& soft_;
   MultipleShooting shooting_;
@@ -316,20 +318,21 @@ std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solut
   double paid = 0.0;
   for (const SoftShortage& s : all) paid += s.price;
   std::erase_if(all, [&](const SoftShortage& s) {
-    return s.missed.amount <= worth_naming * s.missed.nominal || s.price < worth_its_price * paid;
+    return s.missed.amount <= smallest_relaxation * s.missed.nominal ||
+           s.price < smallest_price_fraction * paid;
   });
   std::ranges::stable_sort(all, std::ranges::greater{}, &SoftShortage::price);
   return all;
 }
 
-OptimalControlProblem with_held(const OptimalControlProblem& problem,
-                                const std::vector<SoftShortage>& soft) {
+OptimalControlProblem with_hard_terms(const OptimalControlProblem& problem,
+                                      const std::vector<SoftShortage>& soft) {
   return with_penalties(problem, soft,
                         [](std::optional<Penalty>& penalty, const auto&) { penalty.reset(); });
 }
 
 void explain_soft_terms(const OptimalControlProblem& problem, int most_remedies,
-                        CountedSolves& solves, Explanation& explanation) {
+                        SolveBudget& solves, Explanation& explanation) {
   SoftTerms(problem, solves, explanation).run(most_remedies);
 }
 

@@ -2,8 +2,8 @@
 // costs more.
 #pragma once
 
-#include "saltus/solve/counted_solves.hpp"
 #include "saltus/solve/explain.hpp"
+#include "saltus/solve/solve_budget.hpp"
 
 namespace saltus {
 
@@ -12,12 +12,12 @@ namespace saltus {
 std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solution& solution);
 
 /// Returns the problem in which these terms are hard, with all their rows.
-OptimalControlProblem with_held(const OptimalControlProblem& problem,
-                                const std::vector<SoftShortage>& soft);
+OptimalControlProblem with_hard_terms(const OptimalControlProblem& problem,
+                                      const std::vector<SoftShortage>& soft);
 
 /// Solves the problem, whose hard terms are feasible, and completes the explanation with the
 /// violated soft terms and at most `most_remedies` remedies.
 void explain_soft_terms(const OptimalControlProblem& problem, int most_remedies,
-                        CountedSolves& solves, Explanation& explanation);
+                        SolveBudget& solves, Explanation& explanation);
 
 }  // namespace saltus

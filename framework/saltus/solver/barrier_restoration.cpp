@@ -22,7 +22,7 @@ constexpr double restored = 0.9;  // largest remaining fraction of the violation
 
 // Finds a point with a smaller violation that the filter accepts; returns optimal on success.
 SolveStatus BarrierRun::restore() {
-  if (watch_.active) return_to_watch();
+  if (watch_.active) restore_watchdog();
   shortened_ = 0;
   if (!options_.can_restore || largest(now_.rows) <= options_.tolerance)
     return SolveStatus::numerical_failure;
@@ -80,7 +80,7 @@ SolveStatus BarrierRun::restore() {
       compute_stationarity();
       return SolveStatus::infeasible;
     }
-    make_room();
+    relax_bounds();
     for (int i = 0; i < n_ + m_; ++i) {
       if (lower_[i] > -infinity)
         z_lower_[i] = std::min(mu_ / (now_.x[i] - lower_[i]), largest_estimate);

@@ -167,7 +167,7 @@ void BarrierRun::lower_barrier() {
     if (upper_[i] < infinity && upper_[i] - now_.x[i] < kept_room * to_upper)
       now_.x[i] = upper_[i] - kept_room * to_upper;
   }
-  const bool has_moved = take_room_back();
+  const bool has_moved = tighten_bounds();
   if (!evaluate(now_) || (has_moved && !linearise())) evaluation_failed_ = true;
   if (has_moved) compute_stationarity();
   tiny_ = 0;

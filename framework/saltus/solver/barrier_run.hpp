@@ -100,9 +100,9 @@ class BarrierRun {
   bool timed_out() const { return WallClock::now() >= options_.deadline; }
   bool begin(const NlpPoint& start);
   void relax_rows();
-  double room_of(int i, double bound) const;
-  void make_room();
-  bool take_room_back();
+  double bound_room_of(int i, double bound) const;
+  void relax_bounds();
+  bool tighten_bounds();
   void push_inside(int first, int last, VectorXd& x) const;
   VectorXd estimate_multipliers(double most);
   void shrink_multipliers();
@@ -121,10 +121,10 @@ class BarrierRun {
   double longest_dual_step() const;
   double slope() const;
   bool is_cost_step(const Reference& from, double alpha) const;
-  bool falls_enough(const Reference& from, const Trial& trial, double alpha) const;
+  bool has_sufficient_decrease(const Reference& from, const Trial& trial, double alpha) const;
   bool is_acceptable(const Reference& from, const Trial& trial, double alpha) const;
   bool search();
-  void return_to_watch();
+  void restore_watchdog();
   void lengthen(const Reference& from);
   bool correct_second_order(const Reference& from, double alpha);
   void add_to_filter(const Reference& from);

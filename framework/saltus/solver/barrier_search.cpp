@@ -62,7 +62,8 @@ bool BarrierRun::is_cost_step(const Reference& from, double alpha) const {
                                  switch_factor * std::pow(from.violation, switch_violation);
 }
 
-bool BarrierRun::falls_enough(const Reference& from, const Trial& trial, double alpha) const {
+bool BarrierRun::has_sufficient_decrease(const Reference& from, const Trial& trial,
+                                         double alpha) const {
   return at_most(trial.barrier_cost - from.barrier_cost, armijo * alpha * from.slope,
                  from.barrier_cost);
 }
@@ -75,7 +76,7 @@ bool BarrierRun::is_acceptable(const Reference& from, const Trial& trial, double
     return false;
   if (trial.violation > largest_violation_) return false;
   if (alpha > 0.0 && is_cost_step(from, alpha) && from.violation <= least_violation_) {
-    if (!falls_enough(from, trial, alpha)) return false;
+    if (!has_sufficient_decrease(from, trial, alpha)) return false;
   } else {
     const bool nearer =
         at_most(trial.violation, (1.0 - violation_margin) * from.violation, from.violation);
@@ -86,7 +87,7 @@ bool BarrierRun::is_acceptable(const Reference& from, const Trial& trial, double
 }
 
 // Returns to the start of the watchdog steps.
-void BarrierRun::return_to_watch() {
+void BarrierRun::restore_watchdog() {
   now_ = watch_.now;
   lambda_ = watch_.lambda;
   z_lower_ = watch_.z_lower;
@@ -122,7 +123,7 @@ bool BarrierRun::search() {
       watch_.active = false;
       shortened_ = 0;
       if (!is_cost_step(watch_.from, watch_.longest) ||
-          !falls_enough(watch_.from, trial_, watch_.longest))
+          !has_sufficient_decrease(watch_.from, trial_, watch_.longest))
         add_to_filter(watch_.from);
       accept(trial_, longest, longest_dual_step());
       return true;
@@ -132,7 +133,7 @@ bool BarrierRun::search() {
       return true;
     }
     // Returns to the start of the watchdog and takes shorter steps from there.
-    return_to_watch();
+    restore_watchdog();
     dx_ = watch_.dx;
     dlambda_ = watch_.dlambda;
     dz_lower_ = watch_.dz_lower;
@@ -159,7 +160,8 @@ bool BarrierRun::search() {
     const bool evaluated = evaluate(trial_);
     if (evaluated && is_acceptable(from, trial_, alpha)) {
       shortened_ = alpha == longest ? 0 : shortened_ + 1;
-      if (!is_cost_step(from, alpha) || !falls_enough(from, trial_, alpha)) add_to_filter(from);
+      if (!is_cost_step(from, alpha) || !has_sufficient_decrease(from, trial_, alpha))
+        add_to_filter(from);
       if (alpha == 1.0) lengthen(from);
       accept(trial_, alpha, longest_dual_step());
       return true;
@@ -204,7 +206,8 @@ bool BarrierRun::correct_second_order(const Reference& from, double alpha) {
     if (!evaluate(trial_)) return false;
     if (is_acceptable(from, trial_, alpha)) {
       shortened_ = 0;
-      if (!is_cost_step(from, alpha) || !falls_enough(from, trial_, alpha)) add_to_filter(from);
+      if (!is_cost_step(from, alpha) || !has_sufficient_decrease(from, trial_, alpha))
+        add_to_filter(from);
       dlambda_ = dlambda;
       accept(trial_, length, longest_dual_step());
       return true;
@@ -222,7 +225,7 @@ void BarrierRun::accept(Trial& trial, double alpha, double dual_alpha) {
   lambda_ += alpha * dlambda_;
   z_lower_ += dual_alpha * dz_lower_;
   z_upper_ += dual_alpha * dz_upper_;
-  make_room();
+  relax_bounds();
   // A side may be nearly reached by rounding alone.
   for (int i = 0; i < n_ + m_; ++i) {
     if (lower_[i] > -infinity) {

@@ -93,7 +93,7 @@ void BarrierRun::relax_rows() {
 }
 
 // Largest relaxation of the bound of a variable.
-double BarrierRun::room_of(int i, double bound) const {
+double BarrierRun::bound_room_of(int i, double bound) const {
   return bound_room *
          std::min(mu_ * std::max(1.0, std::abs(bound)), program_.upper()[i] - program_.lower()[i]);
 }
@@ -101,16 +101,16 @@ double BarrierRun::room_of(int i, double bound) const {
 // Equalities may leave a variable no interior within its bounds, such as a state that starts or
 // ends on a bound. Newton's steps then lead onto the bound, and its multiplier grows without limit.
 // A bound that the iterate nearly reaches is relaxed by a distance that vanishes with mu.
-void BarrierRun::make_room() {
+void BarrierRun::relax_bounds() {
   bool has_moved = false;
   for (int i = 0; i < n_; ++i) {
     const double l = program_.lower()[i], u = program_.upper()[i];
-    if (const double side = std::max(now_.x[i], l) - room_of(i, l);
+    if (const double side = std::max(now_.x[i], l) - bound_room_of(i, l);
         lower_[i] > -infinity && lower_[i] > side) {
       lower_[i] = side;
       has_moved = true;
     }
-    if (const double side = std::min(now_.x[i], u) + room_of(i, u);
+    if (const double side = std::min(now_.x[i], u) + bound_room_of(i, u);
         upper_[i] < infinity && upper_[i] < side) {
       upper_[i] = side;
       has_moved = true;
@@ -121,18 +121,18 @@ void BarrierRun::make_room() {
 
 // Moves relaxed bounds back to the relaxation that the current mu permits. Returns true if the
 // iterate had to move with them.
-bool BarrierRun::take_room_back() {
+bool BarrierRun::tighten_bounds() {
   bool has_moved = false;
   for (int i = 0; i < n_; ++i) {
     double& x = now_.x[i];
     const double l = program_.lower()[i], u = program_.upper()[i];
-    if (const double room = room_of(i, l); lower_[i] > -infinity && lower_[i] < l - room) {
+    if (const double room = bound_room_of(i, l); lower_[i] > -infinity && lower_[i] < l - room) {
       const double least = kept_room * std::min(room, x - lower_[i]);
       lower_[i] = l - room;
       has_moved = has_moved || x < lower_[i] + least;
       x = std::max(x, lower_[i] + least);
     }
-    if (const double room = room_of(i, u); upper_[i] < infinity && upper_[i] > u + room) {
+    if (const double room = bound_room_of(i, u); upper_[i] < infinity && upper_[i] > u + room) {
       const double least = kept_room * std::min(room, upper_[i] - x);
       upper_[i] = u + room;
       has_moved = has_moved || x > upper_[i] - least;

@@ -81,12 +81,12 @@ bool BarrierStep::solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, Ve
     best_r_ = trial_r_;
   };
   try_again();
-  if (smallest > accurate && system_.factor_otherwise()) try_again();
+  if (smallest > accurate && system_.factor_with_fallback()) try_again();
   if (smallest > accurate && row_shift_ == 0.0) {  // rows may be dependent
     row_shift_ = std::max(least_row_shift, dependent_rows * std::pow(mu_, 0.25));
     if (factor_shifted()) try_again();
   }
-  while (smallest > accurate && system_.factor_otherwise()) try_again();
+  while (smallest > accurate && system_.factor_with_fallback()) try_again();
   dw = best_w_;
   dlambda = best_r_;
   accuracy_ = smallest;

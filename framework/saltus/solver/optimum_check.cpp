@@ -112,7 +112,7 @@ VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const VectorXd& 
       if (std::abs(w[v]) > zero) size[q] = std::max(size[q], std::abs(w[v]));
     }
   }
-  size = sizes_through_rows(p, jacobian, quantity_of, std::move(size));
+  size = estimate_sizes_from_rows(p, jacobian, quantity_of, std::move(size));
   VectorXd sizes = VectorXd::Ones(p.variables());
   for (int v = 0; v < p.variables(); ++v)
     if (quantity_of[v] >= 0 && size[quantity_of[v]] > 0.0) sizes[v] = size[quantity_of[v]];
@@ -162,7 +162,7 @@ class KktMatrix {
   }
 
   /// Direction of least curvature, of length 1. Call after is_positive().
-  VectorXd least_curved() {
+  VectorXd least_curvature_direction() {
     VectorXd d(size());
     unsigned state = 12345;  // a deterministic pseudorandom sequence
     for (double& x : d) {
@@ -366,8 +366,8 @@ double largest_violation(NonlinearProgram& p, const VectorXd& w, VectorXd& rows)
 
 // For vanishing second derivatives: the largest decrease of the cost by steps along the direction
 // that satisfy the constraints.
-double fall_along(NonlinearProgram& p, const NlpPoint& point, const Evaluation& at,
-                  const VectorXd& direction, double room) {
+double decrease_along(NonlinearProgram& p, const NlpPoint& point, const Evaluation& at,
+                      const VectorXd& direction, double room) {
   VectorXd rows(p.rows());
   const double allowed = off_rows + largest_violation(p, point.w, rows);
   double fall = 0.0;
@@ -412,12 +412,13 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
     if (program.is_linear_quadratic() || matrix.is_positive(-flat)) return result;
     result.curvature = Verdict::inconclusive;
     if (!matrix.is_positive(flat)) return result;
-    const VectorXd d = matrix.least_curved();
+    const VectorXd d = matrix.least_curvature_direction();
     if (!d.allFinite()) return result;
     double none = 0.0;
     result.direction = matrix.in_program(d, result.variable, none);
-    result.descent = fall_along(program, point, at, result.direction,
-                                room_along(program, point, at, result.direction, result.variable));
+    result.descent =
+        decrease_along(program, point, at, result.direction,
+                       room_along(program, point, at, result.direction, result.variable));
     if (result.descent > 0.0) result.curvature = Verdict::descent;
     return result;
   }
@@ -425,7 +426,7 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
   const std::optional<double> shift = least_shift(matrix);
   if (!shift || !matrix.is_positive(*shift)) return result;
   result.gain = matrix.gain(at.residual);
-  const VectorXd d = matrix.least_curved();
+  const VectorXd d = matrix.least_curvature_direction();
   auto [curvature, off] = matrix.judge(d);
   if (!d.allFinite() || off > off_surface || !(curvature < -flat)) return result;
   result.direction = matrix.in_program(d, result.variable, curvature);

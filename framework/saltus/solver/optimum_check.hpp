@@ -81,8 +81,8 @@ using Quantities = std::vector<std::vector<int>>;
 /// as quantities of known size do. It stays 0 if no row gives an estimate. `jacobian` is in the
 /// order of the program's pattern. `quantity_of` maps each variable to its quantity; -1: none, of
 /// size 1.
-VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
-                            const std::vector<int>& quantity_of, VectorXd sizes);
+VectorXd estimate_sizes_from_rows(const NonlinearProgram& program, const VectorXd& jacobian,
+                                  const std::vector<int>& quantity_of, VectorXd sizes);
 
 /// Sizes of the values of quantities and of the derivatives of cost and rows at the sampled points.
 /// Variables without a quantity have the size 1.
@@ -98,9 +98,13 @@ class ProgramSize {
   /// True if all sizes of values, times the scale, are between 1e-2 and 1e2, and a change of the
   /// variables by their size changes the cost by at least 1e-3. With a smaller change, any point
   /// would meet the tolerance.
-  bool is_usual_where_known(const ProgramScale& scale) const;
+  bool is_well_scaled_where_known(const ProgramScale& scale) const;
   /// True if any size, also of estimates and derivatives, is below 1e-4 or above 1e6.
-  bool is_far_from_usual(const ProgramScale& scale) const;
+  bool is_badly_scaled(const ProgramScale& scale) const;
+  [[deprecated("use is_badly_scaled; removed in 0.4")]] bool is_far_from_usual(
+      const ProgramScale& scale) const {
+    return is_badly_scaled(scale);
+  }
 
   /// Scales cost and rows by powers of two (exact in floating point) if their derivatives are badly
   /// scaled. All else is as stated.

@@ -346,7 +346,7 @@ bool OptimumSystem::newton_step() {
 
 // By Sylvester's law, a matrix with as many negative pivots as rows has a Hessian that is positive
 // definite on the tangent space of the rows.
-bool OptimumSystem::curved_upward() const {
+bool OptimumSystem::has_positive_curvature() const {
   Sparse shifted = factors_->matrix;
   for (int i = 0; i < shifted.rows(); ++i)
     shifted.coeffRef(i, i) += i < free_ ? inertia_shift : -inertia_shift;
@@ -378,7 +378,7 @@ void OptimumSystem::check() {
       }
       return;
     }
-    if (!curved_upward()) {
+    if (!has_positive_curvature()) {
       message_ = fmt::format(
           "the {} Hessian is not positive definite on the tangent space of the active constraints",
           hessian_name_);

@@ -91,7 +91,7 @@ class OptimumSystem {
   bool newton_step();
   std::string one_sided(const OptimumRates& rates, const OptimumMovement& moved) const;
   void check();
-  bool curved_upward() const;
+  bool has_positive_curvature() const;
   double row_gap(int row) const;
   double bound_gap(int variable) const;
 

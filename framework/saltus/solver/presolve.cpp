@@ -18,11 +18,11 @@ constexpr double smallest_pivot = 1e-6;  // relative to the largest entry of its
 constexpr double same_slopes = 1e-10;    // relative tolerance of rows that are multiples
 constexpr double same_side = 1e-9;       // relative tolerance of equal sides
 constexpr int most_passes = 10;          // limit of the passes over the equalities
-constexpr int no_one = -1;
+constexpr int no_index = -1;
 
 // value = factor * (value of the root) + offset. The factor of a known variable is 0.
 struct Alias {
-  int root = no_one;
+  int root = no_index;
   double factor = 1.0, offset = 0.0;
 };
 // A root and its coefficient in a row.
@@ -32,7 +32,7 @@ struct Term {
 };
 // A row, or the bounds of a variable, as a function of a common quantity: scale * quantity + shift.
 struct Member {
-  int row = no_one, variable = no_one;
+  int row = no_index, variable = no_index;
   double scale = 1.0, shift = 0.0;
   double lower = -infinity, upper = infinity;  // bounds of the quantity
   double tolerance = 0.0;                      // of the quantity
@@ -48,8 +48,8 @@ class Analysis {
         n_(program.variables()),
         m_(program.rows()),
         alias_(n_),
-        joined_by_(n_, no_one),
-        known_by_(n_, no_one),
+        joined_by_(n_, no_index),
+        known_by_(n_, no_index),
         defines_(m_, 0),
         is_kept_(m_, 0) {
     result_.lower = program.lower();
@@ -76,7 +76,7 @@ class Analysis {
     if (!evaluate(inside, at_)) return std::move(result_);
     keep_stages();
     for (int i = 0; i < n_; ++i)
-      if (result_.lower[i] == result_.upper[i]) know(i, result_.lower[i], no_one);
+      if (result_.lower[i] == result_.upper[i]) know(i, result_.lower[i], no_index);
     find_aliases();
     if (result_.contradiction) return std::move(result_);
     const VectorXd consistent = made_consistent(inside);
@@ -176,9 +176,9 @@ class Analysis {
         };
         if (terms.size() == 1) {
           const Term& t = terms.front();
-          const int source = only_source(r);
+          const int source = single_source(r);
           know(t.root, (result_.row_lower[r] - constant) / t.coefficient,
-               source == no_one ? r : source);
+               source == no_index ? r : source);
         } else if (terms.size() == 2 && is_pivot(terms[0]) && is_pivot(terms[1])) {
           const Term &kept = terms[0], &gone = terms[1];
           alias_[gone.root] = {kept.root, -kept.coefficient / gone.coefficient,
@@ -197,8 +197,8 @@ class Analysis {
       const Alias a = resolved(v);
       const Bounds b{result_.lower[v], result_.upper[v]};
       const double miss = std::max(b.lower - a.offset, a.offset - b.upper);
-      if (a.factor == 0.0 && miss > tolerance_of(b))
-        note({.row = known_by_[a.root], .variable = v, .amount = miss}, miss / tolerance_of(b));
+      if (a.factor == 0.0 && miss > bound_tolerance(b))
+        note({.row = known_by_[a.root], .variable = v, .amount = miss}, miss / bound_tolerance(b));
     }
   }
 
@@ -238,8 +238,8 @@ class Analysis {
       }
       const Bounds b = sides(r);
       const double miss = std::max(b.lower - value, value - b.upper);
-      if (miss > tolerance_of(b))
-        note({.row = r, .other_row = cause(r), .amount = miss}, miss / tolerance_of(b));
+      if (miss > bound_tolerance(b))
+        note({.row = r, .other_row = cause(r), .amount = miss}, miss / bound_tolerance(b));
       else if (!is_kept_[r])
         leave_out(r);
     }
@@ -259,22 +259,22 @@ class Analysis {
       const int v = pattern_.col(e);
       const Alias a = resolved(v);
       const int by = a.factor == 0.0 ? known_by_[a.root] : joined_by_[v];
-      if (by != no_one) all.push_back(by);
+      if (by != no_index) all.push_back(by);
     }
     std::ranges::sort(all);
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   }
   // Source of a row that passes on a value unchanged, such as a jump.
-  int only_source(int r) {
+  int single_source(int r) {
     const std::vector<int> all = sources(r);
-    return all.size() == 1 && result_.row_lower[r] == 0.0 ? all.front() : no_one;
+    return all.size() == 1 && result_.row_lower[r] == 0.0 ? all.front() : no_index;
   }
   // Row to name together with a contradictory row. Of several candidates the last one is chosen
   // because the first rows of a program are those of its start.
   int cause(int r) {
     const std::vector<int> all = sources(r);
-    return all.empty() ? no_one : all.back();
+    return all.empty() ? no_index : all.back();
   }
 
   // --- rows that are multiples of each other -----------------------------------------------------
@@ -321,7 +321,7 @@ class Analysis {
     m.lower = (b.lower - m.shift) / m.scale;
     m.upper = (b.upper - m.shift) / m.scale;
     if (m.scale < 0.0) std::swap(m.lower, m.upper);
-    m.tolerance = tolerance_of(b) / std::abs(m.scale);
+    m.tolerance = bound_tolerance(b) / std::abs(m.scale);
   }
 
   void compare_affine(const std::vector<int>& roots, const std::vector<int>& rows,
@@ -497,7 +497,7 @@ class Analysis {
       note({.row = row.row, .other_row = other.row, .variable = other.variable, .amount = amount},
            gap / row.tolerance);
     else  // bounds of two merged variables
-      note({.row = no_one, .variable = row.variable, .amount = amount}, gap / row.tolerance);
+      note({.row = no_index, .variable = row.variable, .amount = amount}, gap / row.tolerance);
   }
 
   NonlinearProgram& program_;
@@ -553,7 +553,7 @@ bool holds(NonlinearProgram& program, const std::vector<int>& rows, const Vector
   if (rows.empty() || !program.constraints(w.data(), values.data())) return true;
   return std::ranges::all_of(rows, [&](int r) {
     const Bounds b{program.row_lower()[r], program.row_upper()[r]};
-    return std::max(b.lower - values[r], values[r] - b.upper) <= tolerance_of(b);
+    return std::max(b.lower - values[r], values[r] - b.upper) <= bound_tolerance(b);
   });
 }
 

@@ -20,7 +20,7 @@ constexpr double largest_scale = 1e18;
 // Values that solvers leave of a zero do not determine a size.
 constexpr double least_value = 1e-9;
 
-bool is_usual_size(double size) { return size >= smallest_usual && size <= largest_usual; }
+bool is_well_scaled_size(double size) { return size >= smallest_usual && size <= largest_usual; }
 
 double inverse(double size) {
   if (!std::isfinite(size) || size <= 0.0) return 1.0;
@@ -29,7 +29,7 @@ double inverse(double size) {
 
 // 1 for a well-scaled size, otherwise the power of two that brings it close to 1.
 double power_of_two(double size) {
-  return is_usual_size(size) ? 1.0 : std::exp2(std::round(std::log2(inverse(size))));
+  return is_well_scaled_size(size) ? 1.0 : std::exp2(std::round(std::log2(inverse(size))));
 }
 
 // Slacks that stage solvers eliminate enter their rows with coefficient one.
@@ -47,8 +47,8 @@ bool ProgramScale::is_one() const {
   return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
 }
 
-VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
-                            const std::vector<int>& quantity_of, VectorXd size) {
+VectorXd estimate_sizes_from_rows(const NonlinearProgram& program, const VectorXd& jacobian,
+                                  const std::vector<int>& quantity_of, VectorXd size) {
   const SparsityPattern& pattern = program.jacobian_pattern();
   for (bool goes_on = (size.array() == 0.0).any(); goes_on;) {
     VectorXd row = VectorXd::Zero(program.rows());
@@ -118,10 +118,10 @@ VectorXd ProgramSize::known_sizes() const {
 }
 
 VectorXd ProgramSize::sizes() const {
-  return sizes_through_rows(program_, jacobian_, quantity_of_, known_sizes());
+  return estimate_sizes_from_rows(program_, jacobian_, quantity_of_, known_sizes());
 }
 
-bool ProgramSize::is_usual_where_known(const ProgramScale& scale) const {
+bool ProgramSize::is_well_scaled_where_known(const ProgramScale& scale) const {
   const VectorXd size = known_sizes();
   for (int q = 0; q < size.size(); ++q) {
     const double unit = scale.variables.size() > 0 ? scale.variables[quantities_[q].front()] : 1.0;
@@ -131,7 +131,7 @@ bool ProgramSize::is_usual_where_known(const ProgramScale& scale) const {
   return scale.cost >= smallest_cost * to_one().cost;
 }
 
-bool ProgramSize::is_far_from_usual(const ProgramScale& scale) const {
+bool ProgramSize::is_badly_scaled(const ProgramScale& scale) const {
   const ProgramScale one = to_one();
   const auto is_far = [](double size) {
     return size < smallest_estimate || size > largest_estimate;

@@ -182,10 +182,10 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     const bool is_solved = is_success(best.nlp.status), was_convincing = is_convincing(best);
     if (was_convincing && best.check.relative_gain() <= accurate) break;
     if (is_solved && !size.look_at(best.nlp.point.w)) break;
-    const bool is_usual = size.is_usual_where_known(scale);
+    const bool is_usual = size.is_well_scaled_where_known(scale);
     if (was_convincing && is_usual) break;
     if (!is_solved && (!may_be_mended(best.nlp.status) ||
-                       (is_usual && !size.is_far_from_usual(scale) &&
+                       (is_usual && !size.is_badly_scaled(scale) &&
                         ScaledProgram(program, size.to_one()).leave_out_idle_sides() == 0)))
       break;
     scale = size.to_one();
@@ -223,8 +223,8 @@ ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const Nl
   return result;
 }
 
-ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                                 bool warm, const Quantities& quantities) {
+ScaledResult solve_scaled_tick(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                               bool warm, const Quantities& quantities) {
   ProgramSize size(program, quantities);
   if (!size.look_at(start.w)) return solve_once(solver, program, as_stated(program), start, warm);
   ProgramScale scale = size.usual();
@@ -233,11 +233,12 @@ ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, cons
     const bool is_solved = is_success(result.nlp.status);
     if (is_solved) {
       const double in_solver = result.in_scale.scaled();
-      if (!size.look_at(result.nlp.point.w) || size.is_usual_where_known(scale)) return result;
+      if (!size.look_at(result.nlp.point.w) || size.is_well_scaled_where_known(scale))
+        return result;
       result.in_scale = residual_in(program, size.to_one(), result.nlp.point);
       result.is_doubtful = result.in_scale.scaled() > std::max(doubtful, much_larger * in_solver);
       if (result.in_scale.scaled() <= std::max(small, much_larger * in_solver)) return result;
-    } else if (!may_be_mended(result.nlp.status) || !size.is_far_from_usual(scale)) {
+    } else if (!may_be_mended(result.nlp.status) || !size.is_badly_scaled(scale)) {
       return result;
     }
     if (is_last) return result;

@@ -46,7 +46,7 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
 
 /// The same for control loops. It judges only the residual, in the scale of the values at the
 /// solution; `check` and `violation` stay empty.
-ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                                 bool warm, const Quantities& quantities);
+ScaledResult solve_scaled_tick(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                               bool warm, const Quantities& quantities);
 
 }  // namespace saltus

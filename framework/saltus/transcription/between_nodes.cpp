@@ -139,7 +139,7 @@ std::string describe(const VerificationDetail& found, const RefinementOptions& o
   return text;
 }
 
-bool is_solved_on_its_grid(const Solution& solution) {
+bool is_grid_optimum(const Solution& solution) {
   return solution.ok() || solution.status == SolveStatus::coarse_grid;
 }
 
@@ -162,7 +162,7 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     for (const Mesh& mesh : options.meshes) result.intervals.push_back(mesh.intervals);
   };
   count_intervals();
-  if (!is_solved_on_its_grid(result.solution)) {
+  if (!is_grid_optimum(result.solution)) {
     result.message = fmt::format("the solve on the first grid failed: {}", result.solution.message);
     return result;
   }
@@ -187,9 +187,9 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     }
     MultipleShooting finer(problem, options);
     Solution next = attempt(finer, finer.guess_from(result.solution.trajectory));
-    if (!is_solved_on_its_grid(next) && next.status != SolveStatus::interrupted)
+    if (!is_grid_optimum(next) && next.status != SolveStatus::interrupted)
       next = attempt(finer, finer.initial_guess());
-    if (!is_solved_on_its_grid(next)) {
+    if (!is_grid_optimum(next)) {
       result.message += fmt::format("; the solve on the next grid failed: {}", next.message);
       return result;
     }

@@ -84,7 +84,7 @@ void BlockProgram::update(const Block& block, Compiled& c, const double* w, Leve
 
 // Each thread has fixed blocks in a fixed order.
 template <class Work>
-void BlockProgram::share_out(const Work& work) {
+void BlockProgram::run_on_threads(const Work& work) {
   if (!pool_) return work(shares_.front(), 0);
   const auto part = [&](int k) { work(shares_[k], k); };
   pool_->run(part);
@@ -95,7 +95,7 @@ void BlockProgram::share_out(const Work& work) {
 template <class Add>
 void BlockProgram::add_shared(std::vector<Scatter> Compiled::*list,
                               const std::vector<SharedScatter>& shared, const Add& add) {
-  share_out([&](const std::vector<int>& blocks, int) {
+  run_on_threads([&](const std::vector<int>& blocks, int) {
     for (const int i : blocks)
       for (const Scatter& s : compiled_[i].*list) add(i, s);
   });
@@ -118,7 +118,7 @@ bool BlockProgram::evaluate(const double* w, Level level) {
   if (evaluated_point_ == point_ && evaluated_revision_ == revision_ && level_ >= level)
     return finite_;
   evaluated_point_ = 0;  // in case a formula throws
-  share_out([&](const std::vector<int>& blocks, int k) {
+  run_on_threads([&](const std::vector<int>& blocks, int k) {
     bool finite = true;
     for (const int i : blocks) {
       const Block& block = blocks_[i];
@@ -144,7 +144,7 @@ bool BlockProgram::evaluate(const double* w, Level level) {
 
 bool BlockProgram::objective(const double* w, double& f) {
   if (!evaluate(w, Level::values)) return false;
-  share_out([&](const std::vector<int>& blocks, int) {
+  run_on_threads([&](const std::vector<int>& blocks, int) {
     for (const int i : blocks) {
       const Compiled& c = compiled_[i];
       double* term = objective_terms_.data() + c.first_objective_term;
@@ -264,7 +264,7 @@ void BlockProgram::prepare_derivatives(const double* w, double sigma, const doub
                                        Curvature curvature) {
   if (linear_quadratic_) return;  // most derivatives are known for every point
   move_to(w);
-  share_out([&](const std::vector<int>& blocks, int) {
+  run_on_threads([&](const std::vector<int>& blocks, int) {
     for (const int i : blocks) {
       const Block& block = blocks_[i];
       Compiled& c = compiled_[i];
@@ -291,7 +291,7 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
   std::fill_n(entries, hessian_pattern_.entries(), 0.0);
   for (const int v : quadratic_variables_)
     entries[quadratic_position_[v]] += sigma * quadratic_cost_[v];
-  share_out([&](const std::vector<int>& blocks, int k) {
+  run_on_threads([&](const std::vector<int>& blocks, int k) {
     bool finite = true;
     for (const int i : blocks) {
       const Block& block = blocks_[i];

@@ -205,7 +205,7 @@ class BlockProgram : public NonlinearProgram {
   bool evaluate(const double* w, Level level);
   // Calls work(blocks) once per thread with the indices of its blocks in order.
   template <class Work>
-  void share_out(const Work& work);
+  void run_on_threads(const Work& work);
   template <class Add>
   void add_shared(std::vector<Scatter> Compiled::*list, const std::vector<SharedScatter>& shared,
                   const Add& add);

@@ -102,14 +102,14 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
   return crossings;
 }
 
-std::string describe_doubtful(const GuardCrossing& c) {
+std::string describe_crossing_error(const GuardCrossing& c) {
   if (c.is_as_declared()) return {};
   const std::string where =
       fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);
   if (c.grazes)
     return fmt::format("{} grazes its guard (rate {:.3g} per second): its time is ill-defined",
                        where, c.rate);
-  if (c.is_the_wrong_way())
+  if (c.has_wrong_direction())
     return fmt::format(
         "{} has the wrong direction: the rate of the guard is {:.3g} per second, but the event is "
         "declared {}",

@@ -17,6 +17,6 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
                                            const Trajectory& trajectory, int samples = 0);
 
 /// One clause for a crossing that differs from its declaration. Empty if it is as declared.
-std::string describe_doubtful(const GuardCrossing& crossing);
+std::string describe_crossing_error(const GuardCrossing& crossing);
 
 }  // namespace saltus

@@ -44,7 +44,7 @@ std::vector<int> equations(ShootingProgram& program, const VectorXd& w) {
 
 }  // namespace
 
-std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w) {
+std::string describe_dependent_rows(ShootingProgram& program, const VectorXd& w) {
   const std::vector<int> rows = equations(program, w);
   std::vector<int> unknown(program.variables(), -1), equation(program.rows(), -1);
   int unknowns = 0;

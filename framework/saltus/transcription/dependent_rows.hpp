@@ -12,6 +12,6 @@ namespace saltus {
 /// equations for 90 free unknowns; phase 'flight', term 'landing', row 0 at t = 0.8 s follows from
 /// the other equations or contradicts them". Prefers rows of terms to rows of the dynamics.
 /// Factorises the Jacobian, so use it at set-up and after failed solves only.
-std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w);
+std::string describe_dependent_rows(ShootingProgram& program, const VectorXd& w);
 
 }  // namespace saltus

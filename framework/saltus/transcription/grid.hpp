@@ -32,7 +32,7 @@ struct ProblemData {
   /// True if the first state is fixed.
   bool has_given_start() const;
   /// True if both give the same node times and the same bounds on durations.
-  bool has_times_of(const ProblemData& other) const;
+  bool has_same_times(const ProblemData& other) const;
 };
 
 /// Throws DefinitionError with the item if a size is wrong, a number is invalid or an event of a

@@ -72,7 +72,7 @@ class IntegratedCosts {
 
 }  // namespace
 
-std::string name_integration_failure(const ShootingProgram& program, const VectorXd& w) {
+std::string describe_integration_failure(const ShootingProgram& program, const VectorXd& w) {
   std::string along_the_way;
   for (int j = 0; j < program.grid().phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];

@@ -11,6 +11,6 @@ namespace saltus {
 /// from t = 0.8 s: at t = 0.9 s in mode ...". Names the running cost or integral if the dynamics
 /// alone can be integrated. If all intervals can be integrated, describes the last failure of an
 /// integrator. Empty if there is none.
-std::string name_integration_failure(const ShootingProgram& program, const VectorXd& w);
+std::string describe_integration_failure(const ShootingProgram& program, const VectorXd& w);
 
 }  // namespace saltus

@@ -164,19 +164,20 @@ namespace {
 
 // Checks of the solution that the program cannot make. First, whether phases end at the declared
 // crossing of their guard, because a plant leaves a phase at the first crossing.
-void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
+void apply_crossing_check(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
   const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
-    return c.is_the_wrong_way() || c.early_amount > accuracy.crossing * c.largest;
+    return c.has_wrong_direction() || c.early_amount > accuracy.crossing * c.largest;
   });
   if (wrong == solution.crossings.end()) return;
   solution.status = SolveStatus::wrong_crossing;
-  solution.message = fmt::format("{}; {}", describe(solution.status), describe_doubtful(*wrong));
+  solution.message =
+      fmt::format("{}; {}", describe(solution.status), describe_crossing_error(*wrong));
 }
 
 // First-order conditions also hold at saddle points and maxima. If a solver failed, negative
 // curvature of the cost may be the reason.
-void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, double most_gain,
+void check_curvature(MultipleShooting& shooting, const OptimumCheck& check, double most_gain,
                      Solution& solution) {
   using Curvature = OptimumCheck::Curvature;
   const bool gave_up = solution.status == SolveStatus::numerical_failure ||
@@ -208,7 +209,7 @@ void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
 
 // An unbounded cost appears as whichever limit was reached first, with defects that mean nothing
 // for numbers of that size.
-void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
+void check_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
   constexpr double endless = 1e6;  // relative to the cost at the start
   double first = 0.0;
@@ -223,7 +224,7 @@ void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
 }
 
 // The residual meets the tolerance in the solver's scaling, but not in the problem's.
-void judge_scale(const ScaledResult& result, Solution& solution) {
+void report_scale_mismatch(const ScaledResult& result, Solution& solution) {
   solution.status = SolveStatus::numerical_failure;
   const std::string miss =
       result.violation > most_violation
@@ -251,12 +252,12 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
                                              shooting.options().automatic_scale);
   Solution solution = shooting.interpret(std::move(result.nlp), samples_inside);
   solution.kkt_in_scale = result.in_scale;
-  if (result.is_doubtful) judge_scale(result, solution);
+  if (result.is_doubtful) report_scale_mismatch(result, solution);
   if (!solution.trajectory.empty()) {
-    judge_descent(shooting, start, solution);
-    judge_curvature(shooting, result.check, most_gain(solver), solution);
-    judge_crossings(shooting.options().accuracy, solution);
-    judge_plan(shooting, solution);
+    check_descent(shooting, start, solution);
+    check_curvature(shooting, result.check, most_gain(solver), solution);
+    apply_crossing_check(shooting.options().accuracy, solution);
+    apply_verification(shooting, solution);
   }
   solution.warnings = shooting.problem().warnings();
   for (const std::string& warning : solution.warnings) solution.message += "; " + warning;

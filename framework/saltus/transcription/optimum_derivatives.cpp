@@ -237,7 +237,7 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
     return by_holding(shooting_->layout().parameter(entries.front().first, entries.front().second),
                       found->nominal[i]);
   const double value = shooting_->data().parameters[entries.front().first][entries.front().second];
-  const double magnitude = size_of_datum(value, found->nominal[i], smallest_magnitude);
+  const double magnitude = datum_magnitude(value, found->nominal[i], smallest_magnitude);
   return by_differences(fmt::format("entry {} of parameter '{}', {}", i, name, value),
                         {step_of_parameter * magnitude, smallest_of_parameter * magnitude},
                         [&](double d, ProblemData& data) {

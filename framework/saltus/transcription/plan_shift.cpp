@@ -26,7 +26,7 @@ PlanShift::PlanShift(const ShootingProgram& program) {
   const Grid& grid = program.grid();
   for (int j = 0; j < grid.phases(); ++j) {
     first_instance_.push_back(j == 0 ? 0 : first_instance_.back() + grid.intervals(j - 1));
-    goes_on_after_.push_back(j + 1 < grid.phases() && is_continuation(program.problem(), j + 1));
+    continues_after_.push_back(j + 1 < grid.phases() && is_continuation(program.problem(), j + 1));
     old_.emplace_back(grid.intervals(j));
   }
   new_ = old_;
@@ -79,8 +79,8 @@ bool PlanShift::is_same_horizon(const ShootingProgram& program, const VectorXd& 
 // Looks up t in the phase, or in the phase that covered this time before.
 PlanShift::Spot PlanShift::find_across(int phase, double t, bool from_left) const {
   const double rounding = 1e-9;  // s, as below
-  while (goes_on_after_[phase] && t > old_[phase].back().end() + rounding) ++phase;
-  while (phase > 0 && goes_on_after_[phase - 1] && t < old_[phase].front().start - rounding)
+  while (continues_after_[phase] && t > old_[phase].back().end() + rounding) ++phase;
+  while (phase > 0 && continues_after_[phase - 1] && t < old_[phase].front().start - rounding)
     --phase;
   return find(phase, t, from_left);
 }

@@ -58,8 +58,8 @@ class PlanShift {
   long bounds_ = -1;                        // bounds revision of the stored program
   std::vector<std::vector<Interval>> new_;  // workspace
   std::vector<Family> families_;
-  std::vector<int> first_instance_;  // per phase, index of its first instance among the intervals
-  std::vector<char> goes_on_after_;  // true if the next phase continues this one
+  std::vector<int> first_instance_;    // per phase, index of its first instance among the intervals
+  std::vector<char> continues_after_;  // true if the next phase continues this one
 };
 
 }  // namespace saltus

@@ -33,7 +33,7 @@ bool ProblemData::has_given_start() const {
                      [](const Bounds& b) { return b.is_equality(); });
 }
 
-bool ProblemData::has_times_of(const ProblemData& other) const {
+bool ProblemData::has_same_times(const ProblemData& other) const {
   return start_time == other.start_time && durations == other.durations &&
          duration_bounds == other.duration_bounds && total_time == other.total_time &&
          schedule == other.schedule;

@@ -45,7 +45,7 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
   return list;
 }
 
-double size_of_datum(double value, double nominal, double share) {
+double datum_magnitude(double value, double nominal, double share) {
   constexpr double zero = 1e-9;  // of the nominal magnitude
   return std::abs(value) > zero * nominal ? std::abs(value) : share * nominal;
 }

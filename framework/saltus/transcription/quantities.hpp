@@ -16,6 +16,6 @@ Quantities undeclared_quantities(const ShootingProgram& program);
 
 /// Magnitude for difference steps of a datum: |value|, or a share of its nominal magnitude if the
 /// value is zero to rounding.
-double size_of_datum(double value, double nominal, double share);
+double datum_magnitude(double value, double nominal, double share);
 
 }  // namespace saltus

@@ -9,7 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
-#include "saltus/ocp/interval_of.hpp"
+#include "saltus/ocp/interval_problem_of.hpp"
 #include "saltus/transcription/interval_function.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
@@ -82,7 +82,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   const bool costs_ride_along = !running.empty();
   for (const IntegralConstraint& integral : phase.integrals) running.push_back(integral.integrand);
 
-  IntervalProblem interval = interval_of(phase);
+  IntervalProblem interval = interval_problem_of(phase);
   SelectiveStack& costs = integrated_costs_.emplace_back();
   if (!running.empty()) {
     costs = SelectiveStack(std::move(running));

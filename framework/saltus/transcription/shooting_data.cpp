@@ -24,7 +24,7 @@ bool is_same_input(const VectorXd& a, const VectorXd& b) {
 void ShootingProgram::commit(const ProblemData& next) {
   check(problem_, next);
   const bool given_changes = next.has_given_start() != data_.has_given_start();
-  const bool moves = given_changes || !next.has_times_of(data_);
+  const bool moves = given_changes || !next.has_same_times(data_);
   const bool start_changes = next.start_bounds != data_.start_bounds;
   const bool previous_changes = !is_same_input(next.previous_input, data_.previous_input);
   if (moves) propose(next);

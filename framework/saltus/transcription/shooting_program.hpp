@@ -177,7 +177,7 @@ class ShootingProgram final : public BlockProgram {
   int first_slack_ = 0;
   std::vector<int> penalty_blocks_;  // per slack
   std::vector<char> is_lowered_;     // per slack: true if its weight is lowered
-  double most_linear_weight_ = infinity;
+  double max_linear_weight_ = infinity;
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase

@@ -137,7 +137,7 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
 
 // Name of the first term without a finite value at w, constraints before costs. Empty if there is
 // none.
-std::string name_without_value(ShootingProgram& program, const VectorXd& w) {
+std::string describe_nonfinite_term(ShootingProgram& program, const VectorXd& w) {
   VectorXd outputs;
   const auto is_finite = [&](int block) {
     outputs.resize(program.block_outputs(block));
@@ -159,8 +159,8 @@ std::string name_without_value(ShootingProgram& program, const VectorXd& w) {
 
 // One clause about free phases whose duration is zero to the solver's tolerance. Empty if there are
 // none.
-std::string describe_vanished(const OptimalControlProblem& problem,
-                              const std::vector<double>& durations) {
+std::string describe_zero_durations(const OptimalControlProblem& problem,
+                                    const std::vector<double>& durations) {
   constexpr double negligible = 1e-6;  // of the guess
   std::string names;
   for (std::size_t j = 0; j < durations.size(); ++j) {
@@ -211,22 +211,22 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     std::string reason;
     if (result.status == SolveStatus::invalid_problem)
-      reason = name_dependent_rows(*program_, result.point.w);
+      reason = describe_dependent_rows(*program_, result.point.w);
     if (result.contradiction)
-      reason = name_contradiction(*program_, *result.contradiction, result.point.w);
-    if (reason.empty()) reason = name_violation(*program_, result.point.w);
+      reason = describe_contradiction(*program_, *result.contradiction, result.point.w);
+    if (reason.empty()) reason = describe_violation(*program_, result.point.w);
     if (!reason.empty()) solution.message += "; " + reason;
     if (result.status == SolveStatus::infeasible && !result.contradiction) {
-      const std::string conflict = name_conflict(*program_, result.point.lambda, reason);
+      const std::string conflict = describe_conflict(*program_, result.point.lambda, reason);
       if (!conflict.empty()) solution.message += "; " + conflict;
     }
     if (result.status == SolveStatus::infeasible || result.status == SolveStatus::iteration_limit ||
         result.status == SolveStatus::numerical_failure)
-      if (const std::string phase = phase_with_events(problem()); !phase.empty())
+      if (const std::string phase = first_phase_with_events(problem()); !phase.empty())
         solution.message += "; " + events_hint(phase);
     if (result.status == SolveStatus::evaluation_failed) {
-      std::string failure = name_integration_failure(*program_, result.point.w);
-      if (failure.empty()) failure = name_without_value(*program_, result.point.w);
+      std::string failure = describe_integration_failure(*program_, result.point.w);
+      if (failure.empty()) failure = describe_nonfinite_term(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;
     }
   }
@@ -257,8 +257,8 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
     const auto doubtful =
         std::ranges::find_if_not(solution.crossings, &GuardCrossing::is_as_declared);
     if (solution.ok() && doubtful != solution.crossings.end())
-      solution.message += "; " + describe_doubtful(*doubtful);
-    const std::string vanished = describe_vanished(problem(), solution.durations);
+      solution.message += "; " + describe_crossing_error(*doubtful);
+    const std::string vanished = describe_zero_durations(problem(), solution.durations);
     if (solution.ok() && !vanished.empty()) solution.message += "; " + vanished;
   }
   const PhaseDefinition& first = problem().phases().front();

@@ -140,7 +140,7 @@ void ShootingProgram::build_slacks() {
     instance.slack_above.assign(term.function.outputs(), -1);
     instance.slack_free.assign(term.function.outputs(), -1);
     if (!term.soft) continue;
-    const PenaltySlacks slacks = slacks_of(*term.soft);
+    const PenaltySlacks slacks = penalty_slacks(*term.soft);
     const auto add = [&](int row, double sign, const SlackCost& cost) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);

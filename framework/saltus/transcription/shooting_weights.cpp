@@ -58,7 +58,7 @@ void ShootingProgram::refresh_rows() {
       const Bounds b = holds ? term.bounds[i] : unbounded();
       bound_row(instance.first_row + i, b.lower, b.upper);
       if (!term.soft) continue;
-      const PenaltySlacks slacks = slacks_of(*term.soft);
+      const PenaltySlacks slacks = penalty_slacks(*term.soft);
       const double beyond = active ? infinity : 0.0, charged = active ? fraction : 0.0;
       for (const int slack : {instance.slack_below[i], instance.slack_above[i]})
         if (slack >= 0) {
@@ -75,9 +75,9 @@ void ShootingProgram::refresh_rows() {
 
 void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double fraction,
                                    double length) {
-  const bool is_lowered = !cost.is_quadratic && fraction > 0.0 && cost.weight > most_linear_weight_;
+  const bool is_lowered = !cost.is_quadratic && fraction > 0.0 && cost.weight > max_linear_weight_;
   is_lowered_[slack - first_slack_] = is_lowered ? 1 : 0;
-  const double rate = (is_lowered ? most_linear_weight_ : cost.weight) * fraction;
+  const double rate = (is_lowered ? max_linear_weight_ : cost.weight) * fraction;
   if (const int block = penalty_block(slack); block >= 0) {  // the block contains the length
     set_weight(block, 0, rate);
     return;
@@ -87,7 +87,7 @@ void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double frac
 }
 
 void ShootingProgram::limit_linear_weights(double most) {
-  most_linear_weight_ = most;
+  max_linear_weight_ = most;
   refresh_rows();
   refresh_limits();
 }

@@ -124,9 +124,12 @@ struct GuardCrossing {
   double largest = 0.0;       ///< magnitude of the guard along the phase
 
   /// True if the guard crosses zero in the declared direction only at the end.
-  bool is_as_declared() const { return !grazes && !is_the_wrong_way() && early_amount == 0.0; }
+  bool is_as_declared() const { return !grazes && !has_wrong_direction() && early_amount == 0.0; }
   /// True if it crosses zero in the opposite direction.
-  bool is_the_wrong_way() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
+  bool has_wrong_direction() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
+  [[deprecated("use has_wrong_direction; removed in 0.4")]] bool is_the_wrong_way() const {
+    return has_wrong_direction();
+  }
 };
 
 /// Value of an integral (Phase::bound_integral) at the end of a phase.

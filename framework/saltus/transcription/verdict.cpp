@@ -21,7 +21,7 @@ std::string describe(const VerifiedMiss& miss) {
 
 VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution& solution,
                                double resolution) {
-  const OptimalControlProblem problem = present_problem(shooting);
+  const OptimalControlProblem problem = current_problem(shooting);
   Plan plan = plan_of(problem, solution.trajectory);
   plan.cost = solution.cost;
   for (const CostContribution& c : solution.costs)
@@ -29,7 +29,7 @@ VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution&
   return verify(problem, plan, {.accuracy = shooting.options().accuracy, .resolution = resolution});
 }
 
-void judge_plan(const MultipleShooting& shooting, Solution& solution) {
+void apply_verification(const MultipleShooting& shooting, Solution& solution) {
   const GridAccuracy& accuracy = shooting.options().accuracy;
   if (!accuracy.verify) return;
   const Verification& v = solution.verification.emplace(verify_plan(shooting, solution).summary);

@@ -12,6 +12,6 @@ VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution&
                                double resolution = infinity);
 /// Verifies the plan unless ShootingOptions::accuracy disables it. Updates status and message of a
 /// solution that is ok().
-void judge_plan(const MultipleShooting& shooting, Solution& solution);
+void apply_verification(const MultipleShooting& shooting, Solution& solution);
 
 }  // namespace saltus

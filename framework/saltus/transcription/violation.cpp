@@ -12,10 +12,10 @@ using namespace shooting;
 
 namespace {
 
-constexpr double worth_naming = 1e-7;  // ten times the residual of a good solution
+constexpr double reported_violation = 1e-7;  // ten times the residual of a good solution
 // For terms in conflict: smallest multiplier relative to the largest, and maximum number of terms.
-constexpr double worth_mentioning = 1e-3;
-constexpr int most_mentioned = 3;
+constexpr double reported_multiplier_share = 1e-3;
+constexpr int max_reported_terms = 3;
 
 double miss(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});
@@ -123,8 +123,8 @@ struct Pull {
 
 }  // namespace
 
-std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda,
-                          const std::string& violated) {
+std::string describe_conflict(const ShootingProgram& program, const VectorXd& lambda,
+                              const std::string& violated) {
   if (lambda.size() != program.rows()) return {};
   std::vector<Pull> pulls;
   for (const RowInstance& instance : program.row_instances()) {
@@ -153,28 +153,29 @@ std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda
   std::string names;
   int count = 0;
   for (const Pull& p : pulls) {
-    if (!(p.force > worth_mentioning * pulls.front().force) || count == most_mentioned) break;
+    if (!(p.force > reported_multiplier_share * pulls.front().force) || count == max_reported_terms)
+      break;
     if (violated.find(p.name) != std::string::npos) continue;
     names += (count++ > 0 ? "; " : "") + p.name;
   }
   return names.empty() ? names : "in conflict with " + names;
 }
 
-std::string name_violation(ShootingProgram& program, const VectorXd& w) {
+std::string describe_violation(ShootingProgram& program, const VectorXd& w) {
   const Violation any = worst_of_rows(program, w);
   Violation named = worst_of_terms(program, w);
-  if (any.amount > worth_naming && any.amount > named.amount) {  // a defect of the dynamics
+  if (any.amount > reported_violation && any.amount > named.amount) {  // a defect of the dynamics
     VectorXd simulated = w;
     Violation closed;
     if (close_gaps(program, simulated)) closed = worst_of_terms(program, simulated);
-    named = closed.amount > worth_naming ? closed : any;
+    named = closed.amount > reported_violation ? closed : any;
   }
-  if (!(named.amount > worth_naming)) return {};
+  if (!(named.amount > reported_violation)) return {};
   return fmt::format("{} violates its bounds by {:.3g}", named.what, named.amount);
 }
 
-std::string name_contradiction(const ShootingProgram& program, const Contradiction& c,
-                               const VectorXd& w) {
+std::string describe_contradiction(const ShootingProgram& program, const Contradiction& c,
+                                   const VectorXd& w) {
   if (c.row < 0)
     return fmt::format(
         "the bounds of {} contradict by {:.3g} those of a variable that must equal it",
@@ -190,7 +191,7 @@ std::string name_contradiction(const ShootingProgram& program, const Contradicti
   return text;
 }
 
-std::string phase_with_events(const OptimalControlProblem& problem) {
+std::string first_phase_with_events(const OptimalControlProblem& problem) {
   for (const PhaseDefinition& phase : problem.phases())
     if (!phase.switching.empty()) return phase.name;
   return {};

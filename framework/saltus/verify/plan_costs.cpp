@@ -192,7 +192,7 @@ void note_rows(const VectorXd& values, const std::vector<Bounds>& bounds, double
     miss.amount = beyond(values[i], b);
     const double bound = values[i] < b.lower ? b.lower : b.upper;
     miss.tolerance =
-        given_tolerance > 0.0 ? given_tolerance : tolerance_of(bound, nominal, accuracy);
+        given_tolerance > 0.0 ? given_tolerance : bound_tolerance(bound, nominal, accuracy);
     if (miss.amount > 0.0) note(std::move(miss));
   }
 }

@@ -26,8 +26,8 @@ const Allowance* allowance_for(const PhaseDefinition& phase, const std::string& 
 PathRow make_row(const PhaseDefinition& phase, const std::string& term, Bounds bounds,
                  double nominal, const GridAccuracy& accuracy) {
   bounds = without_sentinels(bounds);
-  PathRow row{bounds, tolerance_of(bounds.lower, nominal, accuracy),
-              tolerance_of(bounds.upper, nominal, accuracy), 0.0, 0.0};
+  PathRow row{bounds, bound_tolerance(bounds.lower, nominal, accuracy),
+              bound_tolerance(bounds.upper, nominal, accuracy), 0.0, 0.0};
   const Allowance* given = allowance_for(phase, term);
   if (given != nullptr && given->at_nodes > 0.0)
     row.lower_at_node = row.upper_at_node = given->at_nodes;
@@ -57,7 +57,7 @@ FormulaBounds state_itself(const Arguments& sizes, int state) {
 
 }  // namespace
 
-double tolerance_of(double bound, double nominal, const GridAccuracy& accuracy) {
+double bound_tolerance(double bound, double nominal, const GridAccuracy& accuracy) {
   return accuracy.rows * std::max({1.0, std::isfinite(bound) ? std::abs(bound) : 0.0, nominal});
 }
 

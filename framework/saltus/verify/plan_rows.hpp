@@ -43,7 +43,7 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
              const PlannedInterval& interval);
 /// Tolerance of one bound of a row (GridAccuracy::rows).
-double tolerance_of(double bound, double nominal, const GridAccuracy& accuracy);
+double bound_tolerance(double bound, double nominal, const GridAccuracy& accuracy);
 /// Violation of the bounds by a value; infinite for NaN.
 double beyond(double value, const Bounds& bounds);
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double step_tolerance = 1e-9;       // per step, relative to max(unit, |state|)
 constexpr double tightest_tolerance = 1e-13;  // tolerance of the open loop if errors grow
 constexpr double quadrature_share = 1e3;      // integrals need less accuracy than states
-constexpr int most_events = 1000;             // per interval
+constexpr int max_events = 1000;              // per interval
 // Fraction of a row's tolerance: smaller defects are solver errors of an equation.
 constexpr double solved = 1e-2;
 
@@ -157,7 +157,7 @@ class Verifier {
     if (!(interval.length > 0.0)) return;  // the phase has vanished
     flow.field.load(interval, plan_.parameters[interval.phase]);
     activate(flow, interval);
-    open_rows(flow, interval, index == 0);
+    widen_rows(flow, interval, index == 0);
     std::vector<double> y(flow.field.outputs(), 0.0);
     std::copy_n(interval.state.data(), interval.state.size(), y.data());
     bool works = flow.switches.start(flow.field, interval.state);
@@ -187,7 +187,7 @@ class Verifier {
       y.resize(flow.field.outputs());
       steps.state_at(end, y.data());
       const double s = steps.step_start() + end * steps.step_length();
-      if (!flow.switches.take(flow.field, s, y) || ++events > most_events) {
+      if (!flow.switches.take(flow.field, s, y) || ++events > max_events) {
         flow.undecided = true;
         return false;
       }
@@ -281,7 +281,7 @@ class Verifier {
 
   // On the way back from a start outside the bounds, rows of states do not hold. Their bounds are
   // extended to the start.
-  void open_rows(PhaseFlow& flow, const PlannedInterval& interval, bool is_first) {
+  void widen_rows(PhaseFlow& flow, const PlannedInterval& interval, bool is_first) {
     const bool is_given = is_first && interval.phase == 0 &&
                           std::ranges::all_of(problem_.start_bounds(), &Bounds::is_equality);
     open_.clear();

@@ -66,7 +66,7 @@ struct VerifyOptions {
   double resolution = infinity;  ///< smaller violations may be missed, in units of the term
 };
 
-/// Verifies a plan. The problem must have the data of the plan (present_problem()). Allocates;
+/// Verifies a plan. The problem must have the data of the plan (current_problem()). Allocates;
 /// takes about as long as a few evaluations of the program.
 VerificationDetail verify(const OptimalControlProblem& problem, const Plan& plan,
                           const VerifyOptions& options = {});

@@ -35,7 +35,7 @@ void YamlSection::allow_only(const std::vector<std::string>& known) const {
 }
 
 YamlSection YamlSection::section(const std::string& key) const {
-  return {require(key), source_, way_to(key)};
+  return {require(key), source_, path_to_key(key)};
 }
 
 std::string YamlSection::text(const std::string& key) const {
@@ -67,7 +67,7 @@ Bounds YamlSection::range(const std::string& key) const {
 }
 
 void YamlSection::fail(const std::string& key, const std::string& what) const {
-  const std::string way = key.empty() ? path_ : way_to(key);
+  const std::string way = key.empty() ? path_ : path_to_key(key);
   throw InputError(
       fmt::format("{}: {} {}", source_, way.empty() ? "the file" : shortened(way), what));
 }
@@ -84,7 +84,7 @@ const YamlEntry& YamlSection::require(const std::string& key) const {
   return *found;
 }
 
-std::string YamlSection::way_to(const std::string& key) const {
+std::string YamlSection::path_to_key(const std::string& key) const {
   return path_.empty() ? key : path_ + "." + key;
 }
 

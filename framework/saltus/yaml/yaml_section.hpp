@@ -67,7 +67,7 @@ class YamlSection {
   YamlSection(const YamlEntry& entry, std::string source, std::string path);
   const YamlEntry* find(const std::string& key) const;
   const YamlEntry& require(const std::string& key) const;
-  std::string way_to(const std::string& key) const;
+  std::string path_to_key(const std::string& key) const;
   VectorXd numbers(const std::string& key, int count) const;
   double number(const std::string& text, const std::string& key) const;
 

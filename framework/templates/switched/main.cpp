@@ -23,10 +23,10 @@ int main() try {
   // Solves the remaining problem every 0.05 s from the measured state. The plant reports when the
   // gravel begins.
   const ShootingOptions grid{.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2})};
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
-                                          return RecedingHorizonController(std::move(rest),
-                                                                           {.period = 0.05});
-                                        }));
+  ShrinkingHorizonController controller(
+      problem, remaining_controllers(problem, grid, [](MultipleShooting rest) {
+        return RecedingHorizonController(std::move(rest), {.period = 0.05});
+      }));
   controller.adopt_plan(plan.trajectory);
   PhasedPlant plant(make_problem(0.33), runge_kutta8());
   LoopOptions options{.duration = 20.0, .samples_per_tick = 4};

@@ -21,10 +21,10 @@ int main() try {
 
   // Solves the remaining problem every 0.05 s from the measured state.
   const ShootingOptions grid{.intervals_per_phase = 60, .integrator = runge_kutta4({.steps = 2})};
-  ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
-                                          return RecedingHorizonController(std::move(rest),
-                                                                           {.period = 0.05});
-                                        }));
+  ShrinkingHorizonController controller(
+      problem, remaining_controllers(problem, grid, [](MultipleShooting rest) {
+        return RecedingHorizonController(std::move(rest), {.period = 0.05});
+      }));
   controller.adopt_plan(plan.trajectory);
   PhasedPlant plant(problem, runge_kutta8());
   LoopOptions options{.duration = 4.0, .samples_per_tick = 4};

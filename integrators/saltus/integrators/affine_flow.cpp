@@ -10,7 +10,7 @@ constexpr int binomial[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}};
 constexpr double series_norm = 0.5;        // norm bound |tau M| of the series
 constexpr double negligible_term = 1e-20;  // per entry, to keep the digits of small ones
 constexpr int longest_series = 40;         // 0.5^40 / 40! is far below negligible_term
-constexpr double until_zero = 0.0;         // for finite series
+constexpr double no_truncation = 0.0;      // for finite series
 // Equals 50 doublings. A larger norm leaves no correct digit.
 constexpr double largest_norm = 1e15;
 
@@ -109,7 +109,7 @@ AffineFlow::AffineFlow(int states, int size, int count)
 }
 
 // Marks states whose rates depend on marked states only. If all are marked, M is nilpotent.
-bool AffineFlow::has_no_cycle(int order) {
+bool AffineFlow::is_chain(int order) {
   const int n = static_cast<int>(settled_.size());
   std::fill(settled_.begin(), settled_.end(), char{0});
   int left = n;
@@ -148,9 +148,9 @@ bool AffineFlow::compute(int order) {
   }
   if (!std::isfinite(finite) || norm > largest_norm) return false;
   // The series of a chain of n states has n terms, the integral of a form twice as many.
-  const bool ends = has_no_cycle(order);
+  const bool ends = is_chain(order);
   const int longest = ends ? 2 * static_cast<int>(settled_.size()) : longest_series;
-  const double negligible = ends ? until_zero : negligible_term;
+  const double negligible = ends ? no_truncation : negligible_term;
   const double unit = ends ? 1.0 : unit_of_columns();
   if (unit != 1.0) {
     change_unit(order, states_, 1.0 / unit, unit, generator);

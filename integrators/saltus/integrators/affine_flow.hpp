@@ -50,7 +50,7 @@ class AffineFlow {
   std::vector<MatrixJet> integrals;
 
  private:
-  bool has_no_cycle(int order);
+  bool is_chain(int order);
   double unit_of_columns() const;
 
   int states_;

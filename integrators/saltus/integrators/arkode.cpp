@@ -243,7 +243,7 @@ class Stepper {
     if (code >= 0) code = calls::set_stop_time(memory_.get(), 1.0);
     double reached = 0.0;
     if (code >= 0) code = calls::evolve(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
-    exception_.throw_again();
+    exception_.rethrow();
     return code;
   }
 
@@ -289,7 +289,7 @@ class Stepper {
   std::unique_ptr<SharedFactorSolver> linear_;
   std::unique_ptr<void, FreeArkode> memory_;
   std::vector<double> z_, phi_, entries_;
-  sundials::KeptException exception_;
+  sundials::StoredException exception_;
 };
 
 class Arkode final : public Integrator {
@@ -378,7 +378,7 @@ class ArkodeScheme final : public IntegratorScheme {
       fail(fmt::format("needs at least one step, but max_steps = {}", options.max_steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
-    refuse_events(problem, "ARKODE");
+    throw_no_event_support(problem, "ARKODE");
     return std::make_unique<Arkode>(problem, options_);
   }
   std::string name() const override {

@@ -181,7 +181,7 @@ int CvodesMemory::begin(double s, const double* w, bool sensitivities) {
 
 int CvodesMemory::advance(int task, double& reached) {
   const int code = CVode(memory_.get(), 1.0, y_, &reached, task);
-  exception_.throw_again();
+  exception_.rethrow();
   return code;
 }
 

@@ -78,7 +78,7 @@ class CvodesMemory {
   NonlinearSolver nonlinear_, sensitivity_nonlinear_;
   std::unique_ptr<void, FreeCvode> memory_;
   std::vector<double> z_, phi_, entries_;
-  KeptException exception_;
+  StoredException exception_;
 };
 
 }  // namespace saltus::sundials

@@ -8,9 +8,9 @@ namespace saltus {
 namespace {
 
 // Maximum number of consecutive events at one instant.
-constexpr int most_at_once = 16;
+constexpr int max_simultaneous_events = 16;
 // Look-ahead, as a fraction of the interval, where the rate of a guard is zero.
-constexpr double a_little_later = 1e-4;
+constexpr double look_ahead = 1e-4;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ IntegrationStatus HybridIntegrator::judge_start(int mode) {
     sides_[k] = GuardSide::inside;
     if (g.is_on()) {
       const bool tangent = g.is_tangent();
-      if (tangent && !moves_away(mode, static_cast<int>(k)))
+      if (tangent && !leaves_guard(mode, static_cast<int>(k)))
         return IntegrationStatus::ambiguous_start;
       sides_[k] = GuardSide::departing;
       if (!tangent && g.rate > 0.0) verdict = IntegrationStatus::grazing;
@@ -39,12 +39,12 @@ IntegrationStatus HybridIntegrator::judge_start(int mode) {
 
 // If the rate of a guard is zero, the rate slightly later decides whether the trajectory moves away
 // from the guard into the mode.
-bool HybridIntegrator::moves_away(int mode, int guard) {
+bool HybridIntegrator::leaves_guard(int mode, int guard) {
   const FlowMode& m = modes_[mode];
   m.field->argument(s_, y_.data(), z_.data());
   m.field->value(z_.data(), phi_.data());
-  for (int r = 0; r < outputs(); ++r) ahead_[r] = y_[r] + a_little_later * h_ * phi_[r];
-  const GuardSample later = guards_.sample(m, guard, s_ + a_little_later, ahead_.data());
+  for (int r = 0; r < outputs(); ++r) ahead_[r] = y_[r] + look_ahead * h_ * phi_[r];
+  const GuardSample later = guards_.sample(m, guard, s_ + look_ahead, ahead_.data());
   return later.rate < 0.0 && !later.is_tangent();
 }
 
@@ -112,14 +112,14 @@ IntegrationStatus HybridIntegrator::choose_mode() {
   }
   mode_ = first;
   if (given >= 0 && h_ == 0.0) return IntegrationStatus::success;  // no event without passing time
-  return given >= 0 ? catch_up() : fail(IntegrationStatus::beyond_guard);
+  return given >= 0 ? fire_overdue_event() : fail(IntegrationStatus::beyond_guard);
 }
 
 // Since the last interval, a parameter, an input or a disturbance moved a guard of the given mode_
 // past the state. Its event fires at the start of the interval, wherever the guard is now. The
 // event time therefore does not vary.
-IntegrationStatus HybridIntegrator::catch_up() {
-  for (int hops = 0; hops <= most_at_once; ++hops) {
+IntegrationStatus HybridIntegrator::fire_overdue_event() {
+  for (int hops = 0; hops <= max_simultaneous_events; ++hops) {
     const IntegrationStatus verdict = judge_start(mode_);
     if (verdict == IntegrationStatus::grazing) return settle(false, -1, false, -1);
     if (verdict != IntegrationStatus::beyond_guard)
@@ -137,7 +137,7 @@ IntegrationStatus HybridIntegrator::catch_up() {
     }
     if (returns) return IntegrationStatus::success;
     std::fill(moving_.begin(), moving_.end(), 0.0);
-    note_event(crossed, false, 0.0);
+    record_event(crossed, false, 0.0);
     const IntegrationStatus passed = pass(crossed);
     if (passed != IntegrationStatus::success) return passed;
   }
@@ -148,7 +148,7 @@ IntegrationStatus HybridIntegrator::catch_up() {
 // on the surface of guard `partner`. Guard `fired` must not fire again at this instant.
 IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool left_sliding,
                                            int fired) {
-  for (int hops = 0; hops <= most_at_once; ++hops) {
+  for (int hops = 0; hops <= max_simultaneous_events; ++hops) {
     const FlowMode& mode = modes_[mode_];
     guards_.sample(mode, s_, y_.data(), samples_.data());
     int now = -1;
@@ -166,7 +166,8 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
         bool pushes = g.rate > 0.0;
         if (g.is_tangent()) {  // at the edge of sliding, sliding wins
           pushes = k == partner && guard.slide >= 0;
-          if (!pushes && !moves_away(mode_, k)) return fail(IntegrationStatus::ambiguous_start, k);
+          if (!pushes && !leaves_guard(mode_, k))
+            return fail(IntegrationStatus::ambiguous_start, k);
         }
         if (pushes && now < 0) now = k;
       } else if (g.value > 0.0) {
@@ -181,7 +182,7 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
     if (now < 0) return IntegrationStatus::success;
     if (now == partner && mode.guards[now].slide >= 0) return enter_sliding(now);
     if (now == fired) return fail(IntegrationStatus::beyond_guard, now);
-    note_flow();  // of zero length
+    record_flow();  // of zero length
     hold_instant();
     return fire(now);
   }

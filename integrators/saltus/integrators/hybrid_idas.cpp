@@ -51,7 +51,7 @@ class ModesMemory {
         const SwitchingSystem::Mode& mode = problem.switching.modes[m];
         of_mode.dynamics = mode.dynamics;
         if (mode.running_cost) of_mode.running_cost = mode.running_cost;
-        of_mode.algebraic = part_before_elimination(mode.dynamics);
+        of_mode.algebraic = dae_before_elimination(mode.dynamics);
       }
       fields_.push_back((*options.modes)[m].field.get());
       modes_.push_back(std::make_unique<ModeEquations>(of_mode, options, *fields_.back(), entries));

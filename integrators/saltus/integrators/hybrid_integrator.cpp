@@ -17,17 +17,18 @@ constexpr double regular_ratio = 0.1;
 // ... this many times in a row, they form a geometric series. Its sum is the time of accumulation.
 // Integration stops when the remaining time to it is this fraction of the interval.
 constexpr int regular_gaps = 4;
-constexpr double left_of_interval = 1e-6;
-constexpr int most_projections = 20;
+constexpr double remaining_fraction = 1e-6;
+constexpr int max_projections = 20;
 
 // Sets a value for the lifetime of this object, also if a formula throws.
 template <class T>
-class Meanwhile {
+class ScopedValue {
  public:
-  Meanwhile(T& variable, T value) : variable_(variable), before_(std::exchange(variable, value)) {}
-  ~Meanwhile() { variable_ = before_; }
-  Meanwhile(const Meanwhile&) = delete;
-  Meanwhile& operator=(const Meanwhile&) = delete;
+  ScopedValue(T& variable, T value)
+      : variable_(variable), before_(std::exchange(variable, value)) {}
+  ~ScopedValue() { variable_ = before_; }
+  ScopedValue(const ScopedValue&) = delete;
+  ScopedValue& operator=(const ScopedValue&) = delete;
 
  private:
   T& variable_;
@@ -86,7 +87,7 @@ IntegrationStatus HybridIntegrator::jacobian(const double* w, double* end, Matri
 IntegrationStatus HybridIntegrator::hessian(const double* w, const double* weights,
                                             MatrixXd& hessian, Curvature curvature) {
   if (!has_hessian()) return IntegrationStatus::library_failure;
-  const IntegrationStatus status = run_on_tape(w);
+  const IntegrationStatus status = record_run(w);
   return status == IntegrationStatus::success ? second_order(weights, hessian, curvature) : status;
 }
 
@@ -94,16 +95,16 @@ IntegrationStatus HybridIntegrator::derivatives(const double* w, const double* w
                                                 MatrixXd& derivative, MatrixXd& hessian,
                                                 Curvature curvature) {
   if (!has_hessian()) return IntegrationStatus::library_failure;
-  const IntegrationStatus status = run_on_tape(w);
+  const IntegrationStatus status = record_run(w);
   std::copy(y_.begin(), y_.end(), end);
   if (status != IntegrationStatus::success) return status;
   modes_[mode_].field->scatter(total_, derivative);
   return second_order(weights, hessian, curvature);
 }
 
-IntegrationStatus HybridIntegrator::run_on_tape(const double* w) {
+IntegrationStatus HybridIntegrator::record_run(const double* w) {
   tape_.clear();
-  const Meanwhile taping(taping_, true);
+  const ScopedValue taping(taping_, true);
   return run(w, true);
 }
 
@@ -126,7 +127,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   modes_.load(w);
   stepper_->load(w);
   for (auto& of_mode : repetitions_) std::fill(of_mode.begin(), of_mode.end(), Repetition{});
-  stand_at(w);
+  reset_to_start(w);
   guards_.begin(y_.data());
   mode_ = 0;
   if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
@@ -134,13 +135,13 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
     // Events at this instant belong to the next interval.
     {
-      const Meanwhile unrecorded(recorded_, static_cast<std::vector<HybridEvent>*>(nullptr));
+      const ScopedValue unrecorded(recorded_, static_cast<std::vector<HybridEvent>*>(nullptr));
       if (choose_mode() != IntegrationStatus::success) mode_ = 0;
     }
-    stand_at(w);
+    reset_to_start(w);
     if (taping_) {
       tape_.clear();
-      note_flow();
+      record_flow();
       tape_.back().end = 1.0;
     }
     const IntervalField& field = *modes_[mode_].field;
@@ -158,7 +159,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   return status;
 }
 
-void HybridIntegrator::stand_at(const double* w) {
+void HybridIntegrator::reset_to_start(const double* w) {
   events_ = 0;
   remembered_ = false;
   std::copy_n(w, states(), y_.begin());
@@ -177,7 +178,7 @@ void HybridIntegrator::remember() {
   if (sensitivities_) total_.row(memory).setZero();
 }
 
-void HybridIntegrator::note_flow() {
+void HybridIntegrator::record_flow() {
   if (!taping_) return;
   HybridPiece& piece = tape_.add();
   piece.mode = mode_;
@@ -190,13 +191,13 @@ void HybridIntegrator::note_flow() {
 }
 
 // Records the event of a guard of mode_ at s_, which ends the previous flow.
-void HybridIntegrator::note_event(int k, bool located, double rate) {
+void HybridIntegrator::record_event(int k, bool located, double rate) {
   if (!taping_) return;
   if (located) {
     tape_.back().end = s_;
     tape_.back().end_moves = Eigen::Map<const VectorXd>(moving_.data(), total_.cols());
   }
-  note_flow();  // fields in common with a flow
+  record_flow();  // fields in common with a flow
   HybridPiece& piece = tape_.back();
   piece.guard = k;
   piece.located = located;
@@ -213,7 +214,7 @@ IntegrationStatus HybridIntegrator::flow(bool& finished) {
       stepper_->begin(*mode.field, s_, y_.data(), sensitivities_ ? &total_ : nullptr,
                       sensitivities_ ? moving_.data() : nullptr);
   if (status != IntegrationStatus::success) return fail(status);
-  note_flow();
+  record_flow();
   for (;;) {
     if (s_ < 1.0) {
       status = stepper_->step();
@@ -263,7 +264,7 @@ IntegrationStatus HybridIntegrator::project() {
   const Arguments& sizes = problem().arguments;
   int chosen = -1, entry = -1;
   double g = 0.0;
-  for (int i = 0; i < most_projections; ++i) {
+  for (int i = 0; i < max_projections; ++i) {
     mode.field->argument(s_, y_.data(), z_.data());
     mode.surface.jacobian(z_.data(), &g, entries_.data());
     double rounding = 0.0, largest = 0.0;
@@ -318,7 +319,7 @@ IntegrationStatus HybridIntegrator::fire(int k) {
     for (int r = 0; r < outputs(); ++r)
       for (std::size_t d = 0; d < moving_.size(); ++d)
         total_(r, d) = held_(r, d) + slope_[r] * moving_[d];
-    note_event(k, true, rate);
+    record_event(k, true, rate);
   }
   const int came_from = mode_;
   const IntegrationStatus passed = pass(k);
@@ -333,7 +334,7 @@ IntegrationStatus HybridIntegrator::pass(int k) {
   const FlowMode& mode = modes_[mode_];
   const OutgoingGuard& guard = mode.guards[k];
   const IntervalField& field = *mode.field;
-  if (++events_ > most_events) return fail(IntegrationStatus::accumulation, k);
+  if (++events_ > max_events) return fail(IntegrationStatus::accumulation, k);
   field.argument(s_, y_.data(), z_.data());
   HybridEvent* event = nullptr;
   if (recorded_ != nullptr) {
@@ -401,7 +402,7 @@ IntegrationStatus HybridIntegrator::watch_accumulation(const OutgoingGuard& guar
   r.last = s_;
   if (r.regular < regular_gaps) return IntegrationStatus::success;
   const double left = gap * ratio / (1.0 - ratio);
-  if (left > left_of_interval || s_ + left >= 1.0) return IntegrationStatus::success;
+  if (left > remaining_fraction || s_ + left >= 1.0) return IntegrationStatus::success;
   s_ += left;
   return IntegrationStatus::accumulation;
 }
@@ -421,7 +422,7 @@ std::string HybridIntegrator::failure() const {
   return text + ": " + saltus::describe(failure_.status);
 }
 
-void refuse_events(const IntervalProblem& problem, const char* scheme) {
+void throw_no_event_support(const IntervalProblem& problem, const char* scheme) {
   if (problem.switching.empty()) return;
   throw DefinitionError(
       fmt::format("{} does not handle event '{}' inside an interval; use cvodes, idas or a "

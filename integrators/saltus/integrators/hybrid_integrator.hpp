@@ -27,7 +27,7 @@ using MakeStepper =
     std::function<std::unique_ptr<FlowStepper>(const IntervalProblem&, const HybridModes&)>;
 
 /// Maximum number of events in one interval. More count as accumulation.
-inline constexpr int most_events = 1000;
+inline constexpr int max_events = 1000;
 
 class HybridIntegrator final : public EventIntegrator {
  public:
@@ -55,9 +55,9 @@ class HybridIntegrator final : public EventIntegrator {
   // State at the current instant s_: y_. With sensitivities also its total derivative total_ and
   // the derivative moving_ of s_.
   IntegrationStatus run(const double* w, bool sensitivities);
-  void stand_at(const double* w);  // resets to the start of the interval
+  void reset_to_start(const double* w);  // resets to the start of the interval
   IntegrationStatus choose_mode();
-  IntegrationStatus catch_up();
+  IntegrationStatus fire_overdue_event();
   bool is_on_surface(int sliding);
   IntegrationStatus judge_start(int mode);
   IntegrationStatus settle(bool after_jump, int partner, bool left_sliding, int fired);
@@ -67,11 +67,11 @@ class HybridIntegrator final : public EventIntegrator {
   IntegrationStatus enter_sliding(int guard);
   void hold_instant();
   void remember();
-  IntegrationStatus run_on_tape(const double* w);
+  IntegrationStatus record_run(const double* w);
   IntegrationStatus second_order(const double* weights, MatrixXd& hessian, Curvature curvature);
-  void note_flow();
-  void note_event(int guard, bool located, double rate);
-  bool moves_away(int mode, int guard);
+  void record_flow();
+  void record_event(int guard, bool located, double rate);
+  bool leaves_guard(int mode, int guard);
   IntegrationStatus project();
   IntegrationStatus watch_accumulation(const OutgoingGuard& guard);
   IntegrationStatus fail(IntegrationStatus status, int guard = -1);

@@ -36,7 +36,7 @@ const Function& running_cost(const IntervalProblem& problem, int mode) {
 
 // Finds the states that affect the guard. The rates of other states do not matter for touching or
 // crossing.
-void find_what_counts(const Arguments& sizes, const Function& dynamics, OutgoingGuard& guard) {
+void find_relevant_states(const Arguments& sizes, const Function& dynamics, OutgoingGuard& guard) {
   const auto state = [&](int column) {
     const int i = column - sizes.x();
     return i >= 0 && i < sizes.nx ? i : -1;
@@ -71,7 +71,7 @@ HybridModes::HybridModes(const IntervalProblem& problem)
     guard.sign = crossing_sign(t.direction);
     guard.target = t.to;
     guard.reset = t.reset;
-    find_what_counts(problem.arguments, system.modes[t.from].dynamics, guard);
+    find_relevant_states(problem.arguments, system.modes[t.from].dynamics, guard);
     modes_[t.from].guards.push_back(std::move(guard));
   }
   // Surfaces: the same guard without reset in both directions.
@@ -136,7 +136,7 @@ void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
       mode.guards.back().partner = -1;
       mode.guards.back().slide = -1;
     }
-  for (OutgoingGuard& outgoing : mode.guards) find_what_counts(sizes, dynamics, outgoing);
+  for (OutgoingGuard& outgoing : mode.guards) find_relevant_states(sizes, dynamics, outgoing);
   modes_.push_back(std::move(mode));
 }
 

@@ -20,6 +20,6 @@ std::unique_ptr<Integrator> hybrid_idas(const IntervalProblem& problem, const Id
 
 /// For schemes without support for events: throws DefinitionError with a list of those that support
 /// them.
-void refuse_events(const IntervalProblem& problem, const char* scheme);
+void throw_no_event_support(const IntervalProblem& problem, const char* scheme);
 
 }  // namespace saltus

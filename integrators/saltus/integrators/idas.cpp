@@ -35,7 +35,7 @@ class Idas final : public Integrator {
     if (field_.length() == 0.0) return finish(IDA_SUCCESS, end);
     int code = memory_.begin(0.0, w, false);
     double reached = 0.0;
-    if (code >= 0) code = memory_.advance(sundials::IdasMemory::to_the_end, reached);
+    if (code >= 0) code = memory_.advance(sundials::IdasMemory::until_end, reached);
     return finish(code, end);
   }
 
@@ -49,7 +49,7 @@ class Idas final : public Integrator {
     }
     int code = memory_.begin(0.0, w, true);
     double reached = 0.0;
-    if (code >= 0) code = memory_.advance(sundials::IdasMemory::to_the_end, reached);
+    if (code >= 0) code = memory_.advance(sundials::IdasMemory::until_end, reached);
     if (code >= 0) code = memory_.read_sensitivity();
     const IntegrationStatus status = finish(code, end);
     derivative.setZero();

@@ -280,7 +280,7 @@ int IdasMemory::begin(double s, const double* w, bool sensitivities) {
 
 int IdasMemory::advance(int task, double& reached) {
   const int code = IDASolve(memory_.get(), 1.0, &reached, y_, slope_, task);
-  exception_.throw_again();
+  exception_.rethrow();
   return code;
 }
 

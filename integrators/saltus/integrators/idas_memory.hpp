@@ -49,7 +49,7 @@ class IdasMemory {
   void rates_at(double s, double* rates);
 
   static IntegrationStatus status_of(int code) { return status_of_ida(code); }
-  static constexpr int to_the_end = IDA_NORMAL, one_step = IDA_ONE_STEP;
+  static constexpr int until_end = IDA_NORMAL, one_step = IDA_ONE_STEP;
 
  private:
   struct FreeIda {
@@ -87,7 +87,7 @@ class IdasMemory {
   std::unique_ptr<void, FreeIda> memory_;
   std::vector<double> z_, phi_, entries_, dense_, reduced_, algebraic_slope_;
   RowMajorMatrix stacked_, rates_, algebraic_rates_;  // for all directions of the field
-  KeptException exception_;
+  StoredException exception_;
 };
 
 }  // namespace saltus::sundials

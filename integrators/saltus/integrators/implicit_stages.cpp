@@ -13,11 +13,11 @@ namespace {
 // Corrections are relative to nominal + |X| and to the state, which may be far below its nominal
 // value. If a state loses digits to cancellation, iteration stops when corrections no longer
 // decrease.
-constexpr double last_correction = 1e-9;
+constexpr double converged_correction = 1e-9;
 constexpr double rounding = 1e-15;
 constexpr double noise = 1e-12, stalled = 0.5;
 constexpr double slow_contraction = 0.02;  // then slopes are evaluated again
-constexpr int most_corrections = 30;
+constexpr int max_corrections = 30;
 
 // Continuation in the step length if Newton's method fails.
 constexpr double shortest_fraction = 1e-9;
@@ -101,7 +101,7 @@ IntegrationStatus StageSolver::correct(const IntervalField& field, double s, dou
                                        const double* x, ImplicitStep& step) {
   bool fresh = true;
   double last = 0.0;
-  for (int k = 0; k < most_corrections; ++k) {
+  for (int k = 0; k < max_corrections; ++k) {
     if (fresh) {
       const IntegrationStatus status = evaluate_slopes(field, s, step_length, step);
       if (status != IntegrationStatus::success) return status;
@@ -132,8 +132,8 @@ IntegrationStatus StageSolver::correct(const IntervalField& field, double s, dou
     if (!residual_.allFinite()) return IntegrationStatus::not_finite;
     const double contraction = k == 0 ? 1.0 : size / last;
     const bool only_noise = k > 0 && contraction > stalled && size <= noise;
-    const bool is_last = own_size <= last_correction || only_noise;
-    if (fresh ? size <= last_correction && is_last
+    const bool is_last = own_size <= converged_correction || only_noise;
+    if (fresh ? size <= converged_correction && is_last
               : contraction < 1.0 && contraction * std::max(size, own_size) <= rounding)
       return IntegrationStatus::success;
     fresh = k > 0 && contraction > slow_contraction;

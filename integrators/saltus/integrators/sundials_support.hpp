@@ -89,9 +89,9 @@ inline constexpr int callback_recoverable = 1;
 inline constexpr int callback_failed = -1;
 
 /// Passes exceptions of formulas through C code. A callback runs between C frames that exceptions
-/// must not cross. keep() stores the exception and returns a failure, and throw_again() rethrows it
+/// must not cross. keep() stores the exception and returns a failure, and rethrow() rethrows it
 /// after the library call.
-class KeptException {
+class StoredException {
  public:
   template <class F>
   int keep(F&& call_back) noexcept {
@@ -102,7 +102,7 @@ class KeptException {
       return callback_failed;
     }
   }
-  void throw_again() {
+  void rethrow() {
     if (kept_) std::rethrow_exception(std::exchange(kept_, nullptr));
   }
 

@@ -511,7 +511,7 @@ class ZeroOrderHold final : public Integrator {
 class ZeroOrderHoldScheme final : public IntegratorScheme {
  public:
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
-    refuse_events(problem, "the exact zero-order hold");
+    throw_no_event_support(problem, "the exact zero-order hold");
     return std::make_unique<ZeroOrderHold>(problem);
   }
   std::string name() const override { return "exact zero-order hold"; }

@@ -16,7 +16,7 @@
 #include "problems/biped/report/run_summary.hpp"
 #include "problems/biped/report/scripts.hpp"
 #include "problems/biped/report/unmet.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/walking/settling.hpp"
 
@@ -78,12 +78,12 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   Progress progress(stdout, isatty(fileno(stdout)) != 0);
   int signal = 0;
   const RunLog log = [&] {
-    const NoteSignals note;
+    const DeferSignals note;
     RunLog result = simulate(problem, robot, [&progress](const LoopState& state) {
       progress.show(state);
-      return NoteSignals::received() == 0;
+      return DeferSignals::received() == 0;
     });
-    signal = NoteSignals::received();
+    signal = DeferSignals::received();
     return result;
   }();
   progress.finish();

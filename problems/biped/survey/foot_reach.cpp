@@ -179,7 +179,7 @@ void write(const std::filesystem::path& path, const FootReach& reach) {
   for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
     for (const Point2& corner : *corners)
       text += fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
-  write_whole(path, text, error);
+  write_atomically(path, text, error);
 }
 
 }  // namespace

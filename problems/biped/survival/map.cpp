@@ -12,7 +12,7 @@
 #include "problems/biped/report/scripts.hpp"
 #include "problems/biped/survival/map_file.hpp"
 #include "problems/biped/survival/pendulum_bound.hpp"
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 #include "saltus/app/process_pool.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
@@ -97,9 +97,9 @@ class MapRun {
     MapProgress progress(plan_, request_.jobs);
     int signal = 0;
     {
-      NoteSignals note;
+      DeferSignals note;
       work(progress);
-      signal = NoteSignals::received();
+      signal = DeferSignals::received();
     }
     progress.end_line();
     fmt::print("{}: {} of {} cells known, {} of them run now, in {}\n",
@@ -147,7 +147,7 @@ class MapRun {
 
   void work(MapProgress& progress) {
     long id = 0;
-    while (NoteSignals::received() == 0) {
+    while (DeferSignals::received() == 0) {
       while (!pool_.is_full()) {
         const std::optional<MapCell> cell = plan_.next();
         if (!cell) break;
@@ -155,14 +155,14 @@ class MapRun {
         pool_.start(id++, [this, cell] { return run_cell(*cell); });
       }
       if (pool_.is_idle()) break;
-      for (const FinishedWork& work : pool_.wait(live_period)) take(work, progress);
+      for (const WorkResult& work : pool_.wait(live_period)) take(work, progress);
       progress.show();
     }
     pool_.stop();
   }
 
-  void take(const FinishedWork& work, MapProgress& progress) {
-    using End = FinishedWork::End;
+  void take(const WorkResult& work, MapProgress& progress) {
+    using End = WorkResult::End;
     // What is wrong with the first is wrong with all.
     if (work.end == End::refused && runs_ == 0) throw InputError(work.text);
     const auto found = under_way_.find(work.id);

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t largest_mesh = longest_file;  // 1.3 million triangles
+constexpr std::size_t largest_mesh = max_file_size;  // 1.3 million triangles
 
 // What robots' meshes are kept in; other formats of Assimp's name files of their own, or are
 // packed.

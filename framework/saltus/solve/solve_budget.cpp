@@ -1,4 +1,4 @@
-#include "saltus/solve/counted_solves.hpp"
+#include "saltus/solve/solve_budget.hpp"
 
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/native_solver.hpp"
@@ -14,25 +14,25 @@ bool is_plan(const Solution& solution) {
   return solution.ok() || solution.status == SolveStatus::coarse_grid;
 }
 
-CountedSolves::CountedSolves(const ExplainOptions& options) : options_(options) {
+SolveBudget::SolveBudget(const ExplainOptions& options) : options_(options) {
   if (!options_.shooting.integrator) options_.shooting.integrator = runge_kutta4({.steps = 2});
   if (options_.time_limit > 0.0) deadline_ = seconds_after(begin_, options_.time_limit);
 }
 
-std::unique_ptr<Solver> CountedSolves::make_solver() const {
+std::unique_ptr<Solver> SolveBudget::make_solver() const {
   std::unique_ptr<Solver> solver =
       options_.make_solver ? options_.make_solver() : make_native_solver({.tolerance = tolerance});
   solver->set_deadline(deadline_);
   return solver;
 }
 
-LeastRelaxation CountedSolves::relax(const OptimalControlProblem& problem, const Trajectory* guess,
-                                     const ShootingOptions& grid) {
+LeastRelaxation SolveBudget::relax(const OptimalControlProblem& problem, const Trajectory* guess,
+                                   const ShootingOptions& grid) {
   ++count_;
   return least_relaxation(problem, grid, *make_solver(), guess, is_negotiable);
 }
 
-Solution CountedSolves::plan(MultipleShooting& shooting, const Trajectory& other_guess) {
+Solution SolveBudget::plan(MultipleShooting& shooting, const Trajectory& other_guess) {
   ++count_;
   Solution plan = solve(shooting, *make_solver());
   if (is_plan(plan) || is_late()) return plan;

@@ -1,4 +1,4 @@
-#include "saltus/solve/what_is_asked.hpp"
+#include "saltus/solve/negotiable_constraints.hpp"
 
 #include <fmt/format.h>
 
@@ -20,13 +20,13 @@ class Collector {
  public:
   explicit Collector(const ShootingProgram& program) : program_(program) {}
 
-  std::vector<AskedFor> run() {
+  std::vector<NegotiableConstraint> run() {
     take_terms();
     take_states();
     take_limits();
     take_closing();
     take_total_time();
-    std::erase_if(all_, [](const AskedFor& a) { return a.points.empty(); });
+    std::erase_if(all_, [](const NegotiableConstraint& a) { return a.points.empty(); });
     return std::move(all_);
   }
 
@@ -37,9 +37,9 @@ class Collector {
     return {.phase = last, .node = end_of(last)};
   }
 
-  AskedFor& begin(const char* kind, std::optional<Kind> change, int phase, const std::string& name,
-                  int component) {
-    AskedFor& asked = all_.emplace_back();
+  NegotiableConstraint& begin(const char* kind, std::optional<Kind> change, int phase,
+                              const std::string& name, int component) {
+    NegotiableConstraint& asked = all_.emplace_back();
     asked.kind = kind;
     asked.change = change;
     asked.phase = phase;
@@ -48,7 +48,7 @@ class Collector {
     asked.group.name = fmt::format("{} '{}', row {}", kind, name, component);
     return asked;
   }
-  void take_row(AskedFor& asked, int row, const GridPoint& point) {
+  void take_row(NegotiableConstraint& asked, int row, const GridPoint& point) {
     if (!has_side(program_.row_lower()[row], program_.row_upper()[row])) return;
     asked.group.rows.push_back(row);
     asked.points.push_back(point);
@@ -61,7 +61,7 @@ class Collector {
         const Term& term = phase.terms[t];
         if (term.kind != TermKind::constraint || term.soft) continue;
         for (int i = 0; i < term.function.outputs(); ++i) {
-          AskedFor& asked = begin("term", Kind::term, j, term.name, i);
+          NegotiableConstraint& asked = begin("term", Kind::term, j, term.name, i);
           for (const shooting::RowInstance& instance : program_.row_instances())
             if (instance.phase == j && instance.term == static_cast<int>(t))
               take_row(asked, instance.first_row + i, instance.block.point);
@@ -74,7 +74,7 @@ class Collector {
     for (int j = 0; j < program_.grid().phases(); ++j) {
       const PhaseDefinition& phase = program_.problem().phases()[j];
       for (int i = 0; i < phase.sizes.nx; ++i) {
-        AskedFor& asked = begin("state", Kind::state, j, fmt::format("state {}", i), i);
+        NegotiableConstraint& asked = begin("state", Kind::state, j, fmt::format("state {}", i), i);
         asked.unit = phase.nominal_state[i];
         for (int node = 0; node <= end_of(j); ++node) {
           const int v = program_.layout().state(j, node) + i;
@@ -92,7 +92,7 @@ class Collector {
       if (program_.limits_of(instance).soft) continue;
       const bool is_link = instance.link >= 0;
       for (int i = 0; i < instance.count; ++i) {
-        AskedFor& asked =
+        NegotiableConstraint& asked =
             is_link
                 ? begin("link", Kind::link, instance.phase, problem.links()[instance.link].name, i)
                 : begin("integral", Kind::integral, instance.phase,
@@ -108,7 +108,7 @@ class Collector {
     if (row < 0) return;
     const PhaseDefinition& first = program_.problem().phases().front();
     for (int i = 0; i < first.sizes.nx; ++i) {
-      AskedFor& asked = begin("closing", {}, 0, "closing", i);
+      NegotiableConstraint& asked = begin("closing", {}, 0, "closing", i);
       asked.has_phase = false;
       asked.unit = first.nominal_state[i];
       take_row(asked, row + i, end());
@@ -118,13 +118,13 @@ class Collector {
   void take_total_time() {
     const int row = program_.total_time_row();
     if (row < 0) return;
-    AskedFor& asked = begin("total time", Kind::total_time, 0, "total time", 0);
+    NegotiableConstraint& asked = begin("total time", Kind::total_time, 0, "total time", 0);
     asked.has_phase = false;
     take_row(asked, row, end());
   }
 
   const ShootingProgram& program_;
-  std::vector<AskedFor> all_;
+  std::vector<NegotiableConstraint> all_;
 };
 
 // Sizes of the variables: nominal ones or, if none are declared and the point and bounds show that
@@ -156,11 +156,12 @@ VectorXd steepest_of(ShootingProgram& program, const VectorXd& w, const VectorXd
 
 }  // namespace
 
-std::vector<AskedFor> what_is_asked(ShootingProgram& program, const VectorXd& w,
-                                    const std::function<bool(const AskedFor&)>& is_negotiable) {
-  std::vector<AskedFor> all = Collector(program).run();
+std::vector<NegotiableConstraint> negotiable_constraints(
+    ShootingProgram& program, const VectorXd& w,
+    const std::function<bool(const NegotiableConstraint&)>& is_negotiable) {
+  std::vector<NegotiableConstraint> all = Collector(program).run();
   const VectorXd sizes = sizes_of(program, w), steepest = steepest_of(program, w, sizes);
-  for (AskedFor& asked : all) {
+  for (NegotiableConstraint& asked : all) {
     double nominal = 0.0;
     for (const int r : asked.group.rows) nominal = std::max(nominal, steepest[r]);
     for (const int v : asked.group.variables) nominal = std::max(nominal, sizes[v]);

@@ -9,12 +9,12 @@ namespace saltus {
 /// `received`, saves its results, and raises the signal again after this object is destroyed, so
 /// that its parent sees the signal. A second signal of either kind ends the process at once: after
 /// the first one both have their default action. Only one object may live at a time.
-class NoteSignals {
+class DeferSignals {
  public:
-  NoteSignals();
-  ~NoteSignals();
-  NoteSignals(const NoteSignals&) = delete;
-  NoteSignals& operator=(const NoteSignals&) = delete;
+  DeferSignals();
+  ~DeferSignals();
+  DeferSignals(const DeferSignals&) = delete;
+  DeferSignals& operator=(const DeferSignals&) = delete;
 
   /// The signal recorded since the last object was created, or 0.
   static int received();

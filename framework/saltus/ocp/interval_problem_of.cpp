@@ -1,8 +1,8 @@
-#include "saltus/ocp/interval_of.hpp"
+#include "saltus/ocp/interval_problem_of.hpp"
 
 namespace saltus {
 
-IntervalProblem interval_of(const PhaseDefinition& phase) {
+IntervalProblem interval_problem_of(const PhaseDefinition& phase) {
   IntervalProblem interval;
   interval.arguments = phase.sizes;
   interval.dynamics = phase.dynamics;

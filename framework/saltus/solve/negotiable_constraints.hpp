@@ -14,7 +14,7 @@ namespace saltus {
 
 /// A row of a hard term, link or integral or of the closing, or the bounds of a state, at all its
 /// nodes.
-struct AskedFor {
+struct NegotiableConstraint {
   const char* kind = "term";                       ///< kind as in Shortage
   std::optional<ProblemChange::Kind> change = {};  ///< empty: no number of the problem changes it
   int phase = 0;          ///< links: phase of the latest end; constraints of the whole problem: 0
@@ -29,7 +29,8 @@ struct AskedFor {
 
 /// All constraints, with nominal values at w. Those that `is_negotiable` rejects stay hard (empty:
 /// all are negotiable).
-std::vector<AskedFor> what_is_asked(ShootingProgram& program, const VectorXd& w,
-                                    const std::function<bool(const AskedFor&)>& is_negotiable = {});
+std::vector<NegotiableConstraint> negotiable_constraints(
+    ShootingProgram& program, const VectorXd& w,
+    const std::function<bool(const NegotiableConstraint&)>& is_negotiable = {});
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-#include "saltus/app/note_signals.hpp"
+#include "saltus/app/defer_signals.hpp"
 
 namespace saltus {
 namespace {
@@ -17,7 +17,7 @@ void note_first(int signal) {
 
 }  // namespace
 
-NoteSignals::NoteSignals() {
+DeferSignals::DeferSignals() {
   last_signal = 0;
   struct sigaction note = {};
   note.sa_handler = note_first;  // no SA_RESTART: system calls return
@@ -28,11 +28,11 @@ NoteSignals::NoteSignals() {
   ::sigaction(SIGTERM, &note, &before_term_);
 }
 
-NoteSignals::~NoteSignals() {
+DeferSignals::~DeferSignals() {
   ::sigaction(SIGINT, &before_int_, nullptr);
   ::sigaction(SIGTERM, &before_term_, nullptr);
 }
 
-int NoteSignals::received() { return last_signal; }
+int DeferSignals::received() { return last_signal; }
 
 }  // namespace saltus

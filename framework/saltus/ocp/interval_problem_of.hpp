@@ -8,6 +8,6 @@ namespace saltus {
 
 /// The dynamics of the phase with algebraic equations and events. Has no running cost, no
 /// derivatives with respect to parameters, and constant inputs.
-IntervalProblem interval_of(const PhaseDefinition& phase);
+IntervalProblem interval_problem_of(const PhaseDefinition& phase);
 
 }  // namespace saltus

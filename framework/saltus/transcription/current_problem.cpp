@@ -4,7 +4,7 @@
 
 namespace saltus {
 
-OptimalControlProblem present_problem(const MultipleShooting& shooting) {
+OptimalControlProblem current_problem(const MultipleShooting& shooting) {
   OptimalControlProblem problem = shooting.problem();
   const ProblemData& data = shooting.data();
   VectorXd guess = problem.start_guess();

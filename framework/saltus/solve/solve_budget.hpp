@@ -10,13 +10,13 @@
 namespace saltus {
 
 /// Relaxes and solves problems with the given options.
-class CountedSolves {
+class SolveBudget {
  public:
   /// Starts the clock.
-  explicit CountedSolves(const ExplainOptions& options);
+  explicit SolveBudget(const ExplainOptions& options);
 
   /// Selects what least_relaxation() may relax; empty: everything negotiable.
-  std::function<bool(const AskedFor&)> is_negotiable = {};
+  std::function<bool(const NegotiableConstraint&)> is_negotiable = {};
 
   /// Computes the least relaxation, from the guess or by default from the problem's own guess.
   LeastRelaxation relax(const OptimalControlProblem& problem, const Trajectory* guess = nullptr) {
