@@ -1,6 +1,6 @@
-// Closest points of segments: Ericson, Real-Time Collision Detection, 2005, 5.1.9. The fit: the
-// radius and the ends of the capsule of least volume about a given line are closed form; the line
-// is found by a pattern search that starts from the principal axes.
+// Closest points of segments: Ericson, Real-Time Collision Detection, 2005, 5.1.9. Fit: the radius
+// and the ends of the smallest capsule about a given line have a closed form. The line is found by
+// a pattern search that starts from the principal axes.
 #include "saltus/robots/model/capsule.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -18,17 +18,19 @@ namespace {
 using Point = Vec<double, 3>;
 using Points = std::vector<Point>;
 
-constexpr int directions = 100;         // in which points are looked for that matter
-constexpr double worth_cutting = 0.75;  // of the volume, at most, that two capsules may take
-constexpr double too_small = 0.025;     // m, of a radius: what is thinner is not cut
-constexpr double overlap = 0.1;         // of the length, by which the parts of a cut overlap
-constexpr double finest = 1e-4;         // rad and m: where the search ends
+constexpr int directions = 100;  // number of directions in which extreme points are searched
+// largest volume of two capsules, relative to one, for which a cut is kept
+constexpr double worth_cutting = 0.75;
+constexpr double too_small = 0.025;  // m; clouds with a smaller radius are not cut
+constexpr double overlap = 0.1;      // overlap of the two parts of a cut, relative to the length
+constexpr double finest = 1e-4;      // rad and m: resolution of the search
 
-// Those that are extreme in one of many directions: nearly the corners of the convex hull.
+// The points that are extreme in one of many directions: nearly the corners of the convex hull.
 Points extreme_points(const Points& points) {
   std::vector<std::size_t> kept;
   const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-  for (int i = 0; i < directions; ++i) {  // spiral over half the sphere: both ends of each
+  // spiral over half the sphere; each direction gives both extremes
+  for (int i = 0; i < directions; ++i) {
     const double z = (i + 0.5) / directions, r = std::sqrt(1.0 - z * z);
     const Point d(r * std::cos(golden * i), r * std::sin(golden * i), z);
     std::size_t least = 0, largest = 0;
@@ -48,7 +50,7 @@ Points extreme_points(const Points& points) {
   return result;
 }
 
-// The least capsule around the points whose axis lies in the line through `centre` along `axis`.
+// The smallest capsule around the points whose axis lies on the line through `centre` along `axis`.
 Capsule around(const Points& points, const Point& centre, const Point& axis) {
   Capsule capsule;
   for (const Point& p : points)
@@ -70,7 +72,7 @@ Capsule around(const Points& points, const Point& centre, const Point& axis) {
   return capsule;
 }
 
-// Principal axes in columns, ascending spread.
+// Principal axes in columns, in the order of ascending spread.
 Mat<double, 3, 3> principal_axes(const Points& points, const Point& mean) {
   Mat<double, 3, 3> spread = Mat<double, 3, 3>::Zero();
   for (const Point& p : points) spread += (p - mean) * (p - mean).transpose();
@@ -86,7 +88,7 @@ Point middle_of(const Points& points) {
   return 0.5 * (low + high);
 }
 
-// Turns and shifts the line as long as the volume falls.
+// Rotates and shifts the line while the volume decreases.
 Capsule improved(const Points& points, Point centre, Point axis) {
   Capsule best = around(points, centre, axis);
   double size = 0.0;
@@ -116,7 +118,7 @@ Capsule improved(const Points& points, Point centre, Point axis) {
   return best;
 }
 
-// Of the capsules about the principal axes the least: where the search begins.
+// The smallest of the capsules about the principal axes, as the start of the search.
 Capsule rough_capsule(const Points& points) {
   const Point middle = middle_of(points);
   const Mat<double, 3, 3> axes = principal_axes(points, middle);
@@ -137,19 +139,19 @@ Capsule least_capsule(const Points& all) {
     const Capsule other = improved(points, middle, axes.col(i));
     if (other.volume() < best.volume()) best = other;
   }
-  // What lies between the directions looked into.
+  // Include the points between the searched directions.
   for (const Point& p : all)
     best.radius = std::max(best.radius, (closest_points(best, {p, p, 0.0}).first - p).norm());
   return best;
 }
 
-// A part of the cloud, and what holds it.
+// A part of the cloud and the capsule that contains it.
 struct Part {
   Points points;
   Capsule capsule;
 };
 
-// The cut, across a principal axis, after which rough capsules are smallest.
+// The cut across a principal axis that gives the smallest rough capsules.
 std::array<Part, 2> cut_in_two(const Points& points) {
   const Mat<double, 3, 3> axes = principal_axes(points, middle_of(points));
   std::array<Part, 2> best;
@@ -179,7 +181,7 @@ std::array<Part, 2> cut_in_two(const Points& points) {
   return best;
 }
 
-// The part whose cut saves most, if that is enough, makes place for two.
+// Replaces the part whose cut saves most volume by its two halves, if it saves enough.
 bool cut_one(std::vector<Part>& parts) {
   double least = worth_cutting;
   std::size_t which = parts.size();
@@ -215,11 +217,11 @@ SegmentPoints closest_points(const Capsule& first, const Capsule& second) {
   const Point r = first.from - second.from;
   const double a = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r);
   const auto share = [](double x) { return std::clamp(x, 0.0, 1.0); };
-  double s = 0.0, t = 0.0;  // along the first and the second
+  double s = 0.0, t = 0.0;  // parameters along the first and the second segment
   if (a > 0.0 && e > 0.0) {
     const double b = d1.dot(d2), c = d1.dot(r);
     const double determinant = a * e - b * b;
-    constexpr double parallel = 1e-12;  // rounding of the products
+    constexpr double parallel = 1e-12;  // relative rounding error of the products
     if (determinant > parallel * a * e) s = share((b * f - c * e) / determinant);
     t = (b * s + f) / e;
     if (t < 0.0 || t > 1.0) {
@@ -240,7 +242,7 @@ std::vector<Capsule> fit_capsules(const std::vector<Point>& points, int most) {
   while (static_cast<int>(parts.size()) < most && cut_one(parts)) {
   }
   std::vector<Capsule> capsules;
-  constexpr double thinnest = 1e-3;  // m: simulators refuse shapes without extent
+  constexpr double thinnest = 1e-3;  // m: simulators reject shapes without extent
   for (Part& part : parts) {
     part.capsule.radius = std::max(part.capsule.radius, thinnest);
     capsules.push_back(part.capsule);

@@ -17,7 +17,7 @@ PlanarPoints together(const PlanarPoints& P, const PlanarPoints& Q) {
   return points;
 }
 
-// In the contact frame of the stance foot.
+// Reachable places, in the contact frame of the stance foot.
 PlanarPoints places(const SteppingLimits& limits, Side stance) {
   const double away = stance == Side::left ? -1.0 : 1.0;
   PlanarPoints points(static_cast<Eigen::Index>(limits.reach.size()), 2);

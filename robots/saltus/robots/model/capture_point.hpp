@@ -1,9 +1,9 @@
-// Where must the robot step to come to rest, and can it?
+// Linear inverted pendulum, its capture point and capturability margins.
 //
-// Linear inverted pendulum of constant height z: x'' = omega^2 (x - p), omega = sqrt(g / z), with p
-// the centre of pressure. The instantaneous capture point xi = x + v / omega obeys
-// xi' = omega (xi - p): it runs away from p (Pratt et al. 2006; Koolen et al. 2012). Templates over
-// the scalar, for use inside formulas; positions in m, speeds in m/s, times in s.
+// Pendulum of constant height z: x'' = omega^2 (x - p), omega = sqrt(g / z), where p is the centre
+// of pressure. The instantaneous capture point xi = x + v / omega obeys xi' = omega (xi - p): it
+// diverges from p (Pratt et al. 2006; Koolen et al. 2012). The functions are templates over the
+// scalar, for use inside formulas. Positions in m, speeds in m/s, times in s.
 #pragma once
 
 #include <cmath>
@@ -12,31 +12,32 @@
 
 namespace saltus {
 
-/// m/s^2: the value of the published cases and of the simulators' defaults (not 9.80665).
+/// m/s^2: the value of the published cases and the default of the simulators (not 9.80665).
 inline constexpr double standard_gravity = 9.81;
 
-/// omega in 1/s, from the height of the CoM above the ground (m).
+/// Natural frequency omega in 1/s, from the height of the CoM above the ground (m).
 template <class S>
 S pendulum_frequency(const S& height, double gravity = standard_gravity) {
   using std::sqrt;
   return sqrt(S(gravity) / height);
 }
 
-/// Instantaneous capture point x + v / omega, for one axis or on the ground: `position` and
+/// Instantaneous capture point x + v / omega, for one axis or on the ground. `position` and
 /// `velocity` are numbers or vectors of the same size.
 template <class S>
 S capture_point(const S& position, const S& velocity, const S& omega) {
   return position + velocity / omega;
 }
-/// xi = position + velocity / omega, m; omega in 1/s.
+/// Instantaneous capture point for vectors, m; omega in 1/s.
 template <class S, int n>
 Vec<S, n> capture_point(const Vec<S, n>& position, const Vec<S, n>& velocity, const S& omega) {
   return position + velocity / omega;
 }
 
-/// The capture point once the angular momentum H about the CoM (Nms) is given back: a flywheel that
-/// is stopped pushes the CoM, m z dv = (-dH_y, dH_x), back where its spinning up had held it. The
-/// height z above the ground is that of omega, whatever the ground's in the world.
+/// The capture point after the angular momentum H about the CoM (Nms) has returned to zero. While
+/// the flywheel stops, it moves the CoM by m z dv = (-dH_y, dH_x), which cancels the effect of
+/// spinning up. The height z above the ground follows from omega and is independent of the height
+/// of the ground in the world.
 inline Vec<double, 2> capture_point_at_rest(const Vec<double, 3>& com,
                                             const Vec<double, 3>& velocity,
                                             const Vec<double, 3>& angular_momentum, double mass,
@@ -46,13 +47,13 @@ inline Vec<double, 2> capture_point_at_rest(const Vec<double, 3>& com,
   return com.head<2>() + (velocity.head<2>() - lent / (mass * height)) / omega;
 }
 
-/// xi after the time t with the centre of pressure constant: p + (xi - p) e^(omega t).
+/// Capture point after the time t with constant centre of pressure: p + (xi - p) e^(omega t).
 template <class S>
 S propagate_capture_point(const S& xi, const S& centre_of_pressure, const S& omega, const S& t) {
   using std::exp;
   return centre_of_pressure + (xi - centre_of_pressure) * exp(omega * t);
 }
-/// Where the capture point is after t seconds with the centre of pressure held, m.
+/// Capture point after t seconds with constant centre of pressure, for vectors, m.
 template <class S, int n>
 Vec<S, n> propagate_capture_point(const Vec<S, n>& xi, const Vec<S, n>& centre_of_pressure,
                                   const S& omega, const S& t) {
@@ -67,7 +68,7 @@ struct PendulumState {
   S velocity;  // m/s
 };
 
-/// The pendulum after the time t with the centre of pressure constant.
+/// State of the pendulum after the time t with constant centre of pressure.
 template <class S>
 PendulumState<S> propagate_pendulum(const PendulumState<S>& start, const S& centre_of_pressure,
                                     const S& omega, const S& t) {
@@ -80,23 +81,24 @@ PendulumState<S> propagate_pendulum(const PendulumState<S>& start, const S& cent
           x * omega * s + start.velocity * c};
 }
 
-/// Orbital energy per mass (m^2/s^2), conserved while p is constant. With the CoM moving towards p:
-/// negative, it turns back before p; positive, it passes p; zero, it comes to rest above p.
+/// Orbital energy per mass (m^2/s^2), conserved while p is constant. If the CoM moves towards p, a
+/// negative value means that it turns back before p, a positive value that it passes p, and zero
+/// that it comes to rest above p.
 template <class S>
 S orbital_energy(const PendulumState<S>& state, const S& centre_of_pressure, const S& omega) {
   const S x = state.position - centre_of_pressure;
   return 0.5 * state.velocity * state.velocity - 0.5 * omega * omega * x * x;
 }
 
-/// What a walker may do at best (Koolen et al. 2012).
+/// Limits of the steps of a walker (Koolen et al. 2012).
 struct StepLimits {
   double longest_step = 0.4;   // l, m, from ankle to ankle
-  double shortest_time = 0.3;  // t_s, s, per step
+  double shortest_time = 0.3;  // t_s, s, for one step
   double foot_radius = 0.0;    // r, m: how far the centre of pressure may move from the ankle
 };
 
-/// N-step capturability margin d_N (m): from |xi - p0| <= d_N the walker can stop within N steps.
-/// d_0 = r, d_N = (l - r + d_(N-1)) e^(-omega t_s) + r.
+/// N-step capturability margin d_N (m): the walker can stop within N steps if |xi - p0| <= d_N. d_0
+/// = r, d_N = (l - r + d_(N-1)) e^(-omega t_s) + r.
 inline double capturability_margin(int steps, const StepLimits& limits, double omega) {
   const double shrink = std::exp(-omega * limits.shortest_time);
   double margin = limits.foot_radius;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int corner_rows = 8;
 
-// Entries that are zero in exact arithmetic (cos 90 degrees) come out near 1e-16.
+// Entries that are zero in exact arithmetic (cos 90 degrees) are about 1e-16 in floating point.
 double without_rounding(double value) { return std::abs(value) < 1e-15 ? 0.0 : value; }
 
 void check_side(const Bounds& side, const char* axis) {
@@ -92,7 +92,7 @@ ContactCone contact_cone(const ContactConeOptions& options) {
     const Bounds &x = options.foot.x, &y = options.foot.y;
     const double X = 0.5 * (x.upper - x.lower), Y = 0.5 * (y.upper - y.lower);
     const double mid_x = 0.5 * (x.lower + x.upper), mid_y = 0.5 * (y.lower + y.upper);
-    // Torques about the middle of the rectangle.
+    // Torques about the centre of the rectangle.
     using Row = Eigen::Matrix<double, 1, 6>;
     const Row force[3] = {Row::Unit(fx), Row::Unit(fy), Row::Unit(fz)};
     const Row torque[3] = {Row::Unit(tx) - mid_y * force[2], Row::Unit(ty) + mid_x * force[2],

@@ -33,63 +33,65 @@
 
 namespace saltus {
 
-/// Inside of the cone, or around it.
+/// Pyramid inside the friction cone, or around it.
 enum class FrictionPyramid { inscribed, circumscribed };
 
-/// Defaults: the figures that the controller of the paper's first author uses for iCub.
+/// Options of contact_cone(). The defaults are the values that the controller of the paper's first
+/// author uses for iCub.
 struct ContactConeOptions {
   double friction = 1.0 / 3.0;                           // mu
   int edges = 6;                                         // n, at least 3
-  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inside of the cone, or around it
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inside the cone, or around it
   FootRectangle foot{};                                  // m, in the sole frame
   double torsional_friction = 0.0133;                    // mu_z, m: |tz| <= mu_z fz
-  bool corners = false;                                  // no more torsion than corners can exert
-  Bounds normal_force = between(10.0, 1000.0);           // of fz, N
+  bool corners = false;  // limits the torsion to that of forces at the corners
+  Bounds normal_force = between(10.0, 1000.0);  // of fz, N
   /// Whether fz_min and fz_max appear as the last two rows, or only as `ContactCone::normal_force`
   /// for a problem that bounds the input fz itself. An infinite side never has a row.
   bool normal_force_rows = true;
 };
 
-/// The set {w : A w <= b}, rows in the order of the comment above.
+/// The set {w : A w <= b}, with rows in the order given at the top of this file.
 struct ContactCone {
-  MatrixXd A;                      // rows x 6; exact zeros where a wrench entry does not appear
-  VectorXd b;                      // zero but for the normal force rows
-  std::vector<std::string> names;  // of the rows: "friction edge 3", "centre of pressure x max"
-  Bounds normal_force;             // of fz, N
+  MatrixXd A;  // rows x 6; exact zeros where a wrench entry does not appear
+  VectorXd b;  // zero except in the rows of the normal force
+  // names of the rows, such as "friction edge 3", "centre of pressure x max"
+  std::vector<std::string> names;
+  Bounds normal_force;  // bounds of fz, N
 
-  /// How many.
+  /// Number of rows.
   int rows() const { return static_cast<int>(b.size()); }
 
-  /// A with its size known to the compiler. Throws DefinitionError when m is not rows().
+  /// A with m rows at compile time. Throws DefinitionError if m differs from rows().
   template <int m>
   Mat<double, m, 6> fixed() const {
     check_rows(m);
     return A;
   }
-  /// b with its size known to the compiler. Throws DefinitionError when m is not rows().
+  /// b with m rows at compile time. Throws DefinitionError if m differs from rows().
   template <int m>
   Vec<double, m> fixed_bounds() const {
     check_rows(m);
     return b;
   }
 
-  /// The largest violation max(A w - b) (zero or negative: admissible), to N.
+  /// The largest violation max(A w - b), in N. The wrench is admissible if it is zero or negative.
   double violation(const Vec<double, 6>& wrench) const { return (A * wrench - b).maxCoeff(); }
 
  private:
   void check_rows(int m) const;
 };
 
-/// Throws DefinitionError, one sentence naming the option, for friction or torsion that are not
-/// positive (torsion may be zero), fewer than 3 edges, an empty rectangle, fz_min < 0,
-/// fz_min > fz_max, and NaN anywhere.
+/// Builds the cone. Throws DefinitionError, one sentence naming the option, for friction or torsion
+/// that are not positive (torsion may be zero), fewer than 3 edges, an empty rectangle, fz_min < 0,
+/// fz_min > fz_max, and any NaN.
 ContactCone contact_cone(const ContactConeOptions& options = {});
 
-/// Number of rows that `contact_cone(options)` has: edges + 6 + 8 of corners + finite sides of the
-/// normal force.
+/// Number of rows of `contact_cone(options)`: edges + 6 + 8 for corners + number of finite sides of
+/// the normal force.
 int contact_cone_rows(const ContactConeOptions& options);
 
-// Inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`, at
-// most fixed_bounds<14>(); the exact zeros of the rows stay out of the sparsity.
+// Usage inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`,
+// at most fixed_bounds<14>(). The exact zeros of the rows stay out of the sparsity pattern.
 
 }  // namespace saltus

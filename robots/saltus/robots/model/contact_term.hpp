@@ -1,4 +1,4 @@
-// How does a problem say that a wrench among its inputs is one that a foot can exert?
+// Constraint terms that keep a contact wrench among the inputs inside the contact cone of a foot.
 #pragma once
 
 #include <string>
@@ -9,13 +9,14 @@
 
 namespace saltus {
 
-/// The rows A w of a contact cone for the wrench w that starts at entry `first` of z. Affine and of
-/// any number of rows, so it is no formula that would be compiled for each number and problem.
+/// The rows A w of a contact cone, for the wrench w that starts at entry `first` of z. The function
+/// is affine with any number of rows. It is not written as a formula, which would be compiled for
+/// each number of rows and each problem.
 Function cone_rows(const ContactCone& cone, const Arguments& sizes, int first);
 
-/// Keeps inputs first .. first + 5, a wrench in the axes of its sole, in the cone during the
-/// window: friction, torsion and centre of pressure as one term, the normal force as bounds on the
-/// input.
+/// Keeps the inputs first .. first + 5, a wrench in the axes of its sole, in the cone during the
+/// window. Friction, torsion and centre of pressure become one term, the normal force becomes
+/// bounds on the input.
 template <int nx, int nu, int np>
 void keep_in_cone(Phase<nx, nu, np>& phase, const std::string& name, ContactConeOptions options,
                   int first, const Window& window = {}) {

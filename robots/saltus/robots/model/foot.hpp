@@ -1,4 +1,4 @@
-// Where does a foot stand, and which rectangle of ground does it cover?
+// Poses of soles and the rectangles of ground that they cover.
 //
 // The sole frame has its origin in the contact plane, z pointing away from the ground, x forward
 // along the foot. Contact wrenches are expressed in it.
@@ -9,14 +9,14 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
 
-// After types.hpp, which words the errors of Eigen.
+// Must follow types.hpp, which defines the error messages of Eigen.
 #include <Eigen/Geometry>
 
 namespace saltus {
 
-/// Of the robot, seen by itself.
+/// Left or right side of the robot, from the robot's own point of view.
 enum class Side { left, right };
-/// The other one.
+/// The opposite side.
 inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
 /// "left" or "right".
 inline const char* name_of(Side side) { return side == Side::left ? "left" : "right"; }
@@ -26,7 +26,7 @@ struct FootRectangle {
   Bounds x = between(-0.05, 0.05);  ///< from heel to toe, m
   Bounds y = between(-0.03, 0.03);  ///< from right to left, m
 
-  /// The other foot of a robot that is symmetric about its x-z plane.
+  /// The rectangle of the opposite foot, for a robot that is symmetric about its x-z plane.
   FootRectangle mirrored() const { return {x, between(-y.upper, -y.lower)}; }
   friend bool operator==(const FootRectangle&, const FootRectangle&) = default;
 };
@@ -38,10 +38,10 @@ struct SoleFrameOf {
   Vec<S, 3> position = Vec<S, 3>(S(0.0), S(0.0), S(0.0));  // of the origin, in the world, m
   Mat<S, 3, 3> rotation = Mat<S, 3, 3>::Identity();        // sole axes -> world axes
 
-  /// A vector given in the sole's axes (force, torque, direction), in the world's axes.
+  /// Rotates a vector (force, torque, direction) from the axes of the sole to those of the world.
   template <class T>
   Vec<T, 3> to_world(const Vec<T, 3>& in_sole) const {
-    // Entry by entry: Eigen's product would be compiled for each pair of scalars.
+    // Written entry by entry: the product of Eigen would be compiled for each pair of scalars.
     Vec<T, 3> in_world;
     for (int i = 0; i < 3; ++i)
       in_world[i] =
@@ -49,17 +49,17 @@ struct SoleFrameOf {
     return in_world;
   }
 };
-/// In numbers.
+/// Sole frame with numerical values.
 using SoleFrame = SoleFrameOf<double>;
 
-/// A foot that stands somewhere.
+/// Placement of a foot: its sole frame and its rectangle.
 struct PlacedFoot {
-  SoleFrame sole;           ///< where it stands
-  FootRectangle rectangle;  ///< its sole, in that frame
+  SoleFrame sole;           ///< pose of the sole in the world
+  FootRectangle rectangle;  ///< sole rectangle, in the sole frame
 };
 
-/// A foot flat on level ground: position of its contact frame (m) and yaw about the vertical (rad,
-/// counter-clockwise from above).
+/// Pose of a foot that is flat on level ground. `position` is the origin of its contact frame (m),
+/// `yaw` its rotation about the vertical (rad, counter-clockwise from above).
 inline SoleFrame flat_sole(const Vec<double, 3>& position, double yaw = 0.0) {
   SoleFrame sole;
   sole.position = position;
@@ -85,7 +85,7 @@ inline Mat<double, 4, 3> foot_corners_3d(const SoleFrame& sole, const FootRectan
   return corners;
 }
 
-/// The same corners projected on the ground (4 x 2).
+/// The corners of foot_corners_3d() projected on the ground (4 x 2, m).
 inline Mat<double, 4, 2> foot_corners(const SoleFrame& sole, const FootRectangle& foot) {
   return foot_corners_3d(sole, foot).leftCols<2>();
 }

@@ -1,4 +1,4 @@
-// A sole that tilts, as planners see it.
+// Projection of a tilted sole to level ground, as planners use it.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace saltus {
 
-/// The same place and heading, flat on level ground.
+/// The sole frame at the same position with the same heading, flat on level ground.
 inline SoleFrame levelled(const SoleFrame& sole) {
   return flat_sole(sole.position, std::atan2(sole.rotation(1, 0), sole.rotation(0, 0)));
 }

@@ -30,11 +30,11 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t largest_mesh = max_file_size;  // 1.3 million triangles
 
-// What robots' meshes are kept in; other formats of Assimp's name files of their own, or are
-// packed.
+// Formats of robot meshes. Other formats of Assimp refer to further files, or are packed.
 constexpr std::array formats{"stl", "dae", "obj"};
 
-// A mesh is read from memory: what it names besides, materials and pictures, is not opened.
+// A mesh is read from memory. Further files that it refers to, such as materials and pictures, are
+// not opened.
 class NoOtherFiles final : public Assimp::IOSystem {
  public:
   bool Exists(const char*) const override { return false; }
@@ -43,7 +43,7 @@ class NoOtherFiles final : public Assimp::IOSystem {
   void Close(Assimp::IOStream*) override {}
 };
 
-// Without its dot, in small letters.
+// Extension without the dot, in lower case.
 std::string extension_of(const fs::path& file) {
   std::string extension = file.extension().string();
   if (!extension.empty()) extension.erase(0, 1);
@@ -57,8 +57,8 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, absent);
 }
 
-// That of a URDF and those above it, but none at the top of the file system, which hold more than
-// robots.
+// The folder of a URDF and those above it, except those at the top of the file system, which
+// contain more than robots.
 std::vector<fs::path> folders_around(const fs::path& urdf) {
   std::vector<fs::path> folders{fs::absolute(urdf).parent_path()};
   for (fs::path above = folders.front().parent_path(); above.parent_path() != above.root_path();
@@ -67,7 +67,7 @@ std::vector<fs::path> folders_around(const fs::path& urdf) {
   return folders;
 }
 
-// Folders that the user names for packages.
+// Folders in which the user keeps packages.
 std::vector<fs::path> named_folders() {
   std::vector<fs::path> folders;
   for (const char* variable : {"ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"}) {
@@ -79,13 +79,13 @@ std::vector<fs::path> named_folders() {
   return folders;
 }
 
-// By their names: what links in the file system lead to is for who made them.
+// Compares names only. Symbolic links are the responsibility of their creator.
 bool lies_in(const fs::path& folder, const fs::path& file) {
   const fs::path inner = file.lexically_normal().lexically_relative(folder.lexically_normal());
   return !inner.empty() && *inner.begin() != "..";
 }
 
-// Where packages keep robots/NAME/ beside meshes/.
+// Folders of packages that keep robots/NAME/ next to meshes/.
 std::vector<fs::path> folders_of_robot(const fs::path& urdf) {
   std::vector<fs::path> folders = folders_around(urdf);
   if (folders.size() > 3) folders.resize(3);
@@ -107,7 +107,7 @@ void add_corners(const aiScene& scene, const aiNode& node, const aiMatrix4x4& pa
     add_corners(scene, *node.mChildren[c], pose, corners);
 }
 
-// With the file's name in place of the one that Assimp gives to memory.
+// Error of Assimp, with the name of the file instead of the name that Assimp gives to memory.
 std::string complaint(const Assimp::Importer& importer, const fs::path& file) {
   std::string text = importer.GetErrorString();
   const std::size_t begin = text.find("$$$___magic___$$$");
@@ -122,12 +122,12 @@ bool before(const Vec<double, 3>& a, const Vec<double, 3>& b) {
 
 constexpr char corners_follow = 'c', complaint_follows = 'e';
 
-// Corners of all triangles as bytes, or why there are none.
+// Corners of all triangles as bytes, or the reason why there are none.
 std::string corners_or_complaint(const std::string& content, const std::string& extension,
                                  const fs::path& file) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new NoOtherFiles);  // which the importer owns from now on
-  // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
+  importer.SetIOHandler(new NoOtherFiles);  // the importer takes ownership
+  // Read Collada like the simulators and viewers of ROS: keep its axes, apply its unit.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene =
       importer.ReadFileFromMemory(content.data(), content.size(),
@@ -149,7 +149,7 @@ std::string corners_or_complaint(const std::string& content, const std::string& 
   return bytes;
 }
 
-// On both ends of a shape along z.
+// Corners at both ends of a shape along z.
 std::vector<Vec<double, 3>> prism(const Vec<double, 3>& size) {
   constexpr int sides = 16;
   const double around = 0.5 / std::cos(std::numbers::pi / sides);
@@ -207,7 +207,7 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
   const std::vector<fs::path> around = allowed, named = named_folders();
   allowed.insert(allowed.end(), named.begin(), named.end());
   for (const fs::path& folder : around) {
-    const fs::path file = folder / rest;  // `rest` alone if it is absolute
+    const fs::path file = folder / rest;  // just `rest` if it is absolute
     const bool is_inside = std::any_of(allowed.begin(), allowed.end(),
                                        [&](const fs::path& a) { return lies_in(a, file); });
     if (is_inside && is_file(file)) return file;
@@ -231,8 +231,8 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
     throw InputError(fmt::format("{}: the mesh is an empty file; export it again", file.string()));
   const auto doubt = extension == "dae" ? nesting_doubt(content) : std::nullopt;
   if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
-  // Assimp's readers of text can be led outside of their arrays.
-  constexpr int longest = 20;  // s of processor time
+  // The text readers of Assimp can be made to read outside of their arrays.
+  constexpr int longest = 20;  // limit of the processor time, s
   const auto answer =
       isolated_call([&] { return corners_or_complaint(content, extension, file); }, longest);
   if (!answer || answer->empty())

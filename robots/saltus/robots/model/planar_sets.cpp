@@ -17,7 +17,7 @@ double distance_to_border(const SupportPolygon& polygon, const Point2& from, con
   double distance = infinity;
   for (int i = 0; i < sides.rows(); ++i) {
     const double speed = sides.A.row(i).dot(along);
-    // A side that the ray does not approach does not bound it.
+    // Sides that the ray does not approach do not limit it.
     if (speed > 0.0) distance = std::min(distance, (sides.b[i] - sides.A.row(i).dot(from)) / speed);
   }
   return distance;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-// Whether a figure is here to be read. It may be missing where the URDF gives it.
+// True if the file gives this value. It may be missing if the URDF gives it.
 bool gives(const YamlSection& section, const std::string& key, Figures figures) {
   if (!section.has(key) && figures == Figures::in_file)
     section.fail(key, "is missing; add it, or name the URDF, from which it can be computed");
@@ -33,7 +33,7 @@ Mirror read_mirror(const YamlSection& section) {
   return {section.text("left"), section.text("right"), section.texts("reversed")};
 }
 
-// The mirror image of a posture that stands above it in the file.
+// Reads the mirror image of a posture that precedes it in the file.
 StandingPosture read_mirrored_posture(const YamlSection& section, const RobotDescription& robot) {
   section.allow_only({"mirror_of"});
   const std::string original = section.text("mirror_of");
@@ -90,7 +90,7 @@ ActuatedJoint read_joint(const YamlSection& section, const std::string& name) {
   return joint;
 }
 
-// Ends, then the radius.
+// Each entry gives the two ends, then the radius.
 std::vector<LinkCapsule> read_capsules(const YamlSection& links) {
   std::vector<LinkCapsule> capsules;
   for (const std::string& link : links.keys()) {
@@ -151,8 +151,8 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
   return robot;
 }
 
-// From the collision boxes; else the rectangle from the file, and the contact plane from the shapes
-// that the foot has.
+// Uses the collision boxes. Without them, the rectangle comes from the file, and the contact plane
+// from the shapes of the foot.
 FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side side) {
   if (model.has_collision_box(named.sole(side))) return model.foot(named.sole(side));
   FootGeometry foot{named.foot(side), named.contact_plane_offset};
@@ -171,7 +171,8 @@ FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side
 }  // namespace
 
 std::string Mirror::namesake(const std::string& joint) const {
-  constexpr std::size_t telling = 3;  // letters of a word that is no part of another by chance
+  // shortest word that is not part of another word by chance, in letters
+  constexpr std::size_t telling = 3;
   std::string name = joint;
   if (name.starts_with(left)) return name.replace(0, left.size(), right);
   if (name.starts_with(right)) return name.replace(0, right.size(), left);

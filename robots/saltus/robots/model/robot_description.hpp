@@ -1,8 +1,8 @@
-// Which figures of a biped does a problem on its centroidal model need?
+// Description of a biped: the data that a problem with the centroidal model needs.
 //
-// Read from a small YAML file (robots/README.md lists the keys, robots/icub/icub.yaml shows every
-// one), or taken from the robot's URDF, in which case the file contributes only names and joint
-// angles.
+// Read from a small YAML file (robots/README.md lists the keys, robots/icub/icub.yaml shows all of
+// them), or computed from the URDF of the robot. In the second case the file contributes only names
+// and joint angles.
 #pragma once
 
 #include <filesystem>
@@ -18,15 +18,15 @@
 
 namespace saltus {
 
-/// On which feet.
+/// Feet that carry the robot.
 enum class Stance { left, right, both };
 
-/// A posture with one sole flat on the ground: that of the stance foot, the left one if both stand.
-/// Positions in m, in its contact frame: origin in the contact plane, x forward, y to the left, z
-/// up.
+/// A posture with one sole flat on the ground: the sole of the stance foot, or the left one if both
+/// feet carry the robot. Positions in m, in the contact frame of that foot: origin in the contact
+/// plane, x forward, y to the left, z up.
 struct StandingPosture {
-  std::string name;                                    ///< as in the file
-  Stance stance = Stance::both;                        ///< on which feet
+  std::string name;                                    ///< name in the file
+  Stance stance = Stance::both;                        ///< feet that carry the robot
   Vec<double, 3> com = Vec<double, 3>::Zero();         // its z is the height above the ground
   Vec<double, 3> other_foot = Vec<double, 3>::Zero();  // origin of the other contact frame
   Posture joints;                                      // rad; joints that are not named are at zero
@@ -35,58 +35,61 @@ struct StandingPosture {
   Side side() const { return stance == Stance::right ? Side::right : Side::left; }
 };
 
-/// What the mirror image in the plane between the feet makes of the joints: those of left and right
-/// change places with their namesakes, and some change sign.
+/// Mirror image of joints in the plane between the feet. Joints of the left and right side swap
+/// their positions, and some joints change sign.
 struct Mirror {
-  std::string left, right;            // what tells them apart
-  std::vector<std::string> reversed;  // joints that change sign; of a pair both
+  std::string left, right;            // words in joint names that mark the side
+  std::vector<std::string> reversed;  // joints that change sign; both joints of a pair are listed
 
-  /// With one word in place of the other: at the beginning of the name, else (words of more than
-  /// two letters) where it first stands. The name itself if it has neither.
+  /// Name of the mirrored joint: `left` is replaced by `right` and vice versa. The word is replaced
+  /// at the beginning of the name, else (for words of more than two letters) at its first
+  /// occurrence. Returns the name itself if it contains neither word.
   std::string namesake(const std::string& joint) const;
-  /// Of a posture on one foot, on the other one.
+  /// Mirrors a posture on one foot to the other foot.
   StandingPosture operator()(const StandingPosture& posture) const;
 };
 
 /// A joint with a motor.
 struct ActuatedJoint {
-  std::string name;                ///< as in the URDF
-  std::optional<Bounds> position;  ///< rad; not given: that of the URDF
-  std::optional<double> effort;    ///< largest torque, Nm; not given: that of the URDF
-  std::optional<double> velocity;  ///< largest speed, rad/s; not given: that of the URDF
+  std::string name;                ///< name in the URDF
+  std::optional<Bounds> position;  ///< rad; default: the limits of the URDF
+  std::optional<double> effort;    ///< largest torque, Nm; default: the limit of the URDF
+  std::optional<double> velocity;  ///< largest speed, rad/s; default: the limit of the URDF
 };
 
-/// What of a robot is told by its files.
+/// Data of a robot from its description file and its URDF.
 struct RobotDescription {
-  std::string name;                       // of the robot
-  std::string source;                     // where the figures come from, a clause for reports
-  std::string file;                       // that names links, joints and postures, for messages
-  double mass = 0.0;                      // kg
-  std::string left_sole, right_sole;      // link names
-  double contact_plane_offset = 0.0;      // m, of the contact plane along z of the sole links
+  std::string name;                   // name of the robot
+  std::string source;                 // origin of the data, a clause for reports
+  std::string file;                   // file that names links, joints and postures, for messages
+  double mass = 0.0;                  // kg
+  std::string left_sole, right_sole;  // link names
+  double contact_plane_offset = 0.0;  // position of the contact plane along z of the sole links, m
   FootRectangle left_foot, right_foot;    // in the contact frames
-  std::optional<Mirror> mirror;           // for postures that are the image of another
+  std::optional<Mirror> mirror;           // for postures that are mirror images of others
   std::vector<StandingPosture> postures;  // the first is the default
-  std::string base;                       // link that floats; for the whole body only
-  std::vector<ActuatedJoint> joints;  // likewise, in the order of torques; all others are frozen
-  std::vector<LinkCapsule> capsules;  // likewise: shapes in place of those fitted to the meshes
-  std::vector<std::string> warnings;  // what was assumed, sentences for the user
+  std::string base;                       // floating link; for the whole body only
+  // for the whole body only, in the order of torques; all others are frozen
+  std::vector<ActuatedJoint> joints;
+  // for the whole body only: shapes that replace those fitted to the meshes
+  std::vector<LinkCapsule> capsules;
+  std::vector<std::string> warnings;  // assumptions that were made, sentences for the user
 
-  /// By its side.
+  /// Rectangle of the foot on the given side.
   const FootRectangle& foot(Side side) const { return side == Side::left ? left_foot : right_foot; }
-  /// By its side.
+  /// Name of the sole link on the given side.
   const std::string& sole(Side side) const { return side == Side::left ? left_sole : right_sole; }
 
-  /// Throws InputError that suggests the nearest name.
+  /// The posture of this name. Throws InputError that suggests the nearest name.
   const StandingPosture& posture(const std::string& posture_name) const;
-  /// The first one. Throws DefinitionError if there is none.
+  /// The first posture. Throws DefinitionError if there is none.
   const StandingPosture& default_posture() const;
-  /// The first that stands on this foot alone. Throws InputError if there is none.
+  /// The first posture on this foot alone. Throws InputError if there is none.
   const StandingPosture& posture_on(Side side) const;
 };
 
-/// Where mass, feet and the places of CoM and foot come from: the file must give them, or those
-/// that it does not give are NaN until `describe` computes them from the URDF.
+/// Origin of mass, feet and the positions of CoM and foot. `in_file`: the file must give them.
+/// `from_urdf`: values that the file does not give are NaN until `describe` computes them.
 enum class Figures { in_file, from_urdf };
 
 /// Throws InputError, one sentence naming file, key and remedy: the file is missing, empty or not
@@ -94,14 +97,15 @@ enum class Figures { in_file, from_urdf };
 /// the wrong type, is not finite or makes no sense.
 RobotDescription read_robot_description(const std::filesystem::path& file,
                                         Figures figures = Figures::in_file);
-/// The same from text; `source` stands for the file in messages and in `RobotDescription::source`.
+/// Like read_robot_description(), from text. `source` names the file in messages and in
+/// `RobotDescription::source`.
 RobotDescription parse_robot_description(const std::string& text, const std::string& source,
                                          Figures figures = Figures::in_file);
 
-/// Mass, soles and the CoM of every posture computed from the URDF; `named` contributes the names
-/// and the joint angles, and the rectangles of feet that have no collision box, with a warning.
-/// Throws InputError when the URDF lacks a sole link or a joint, when the contact planes of the two
-/// feet differ, and when neither file says what the feet are.
+/// Computes mass, soles and the CoM of every posture from the URDF. `named` contributes the names
+/// and joint angles. It also contributes the rectangles of feet without collision box, with a
+/// warning. Throws InputError if the URDF lacks a sole link or a joint, if the contact planes of
+/// the two feet differ, or if neither file describes the feet.
 RobotDescription describe(const UrdfModel& model, const RobotDescription& named);
 
 }  // namespace saltus

@@ -35,28 +35,28 @@ void check(const StandingPush& push) {
                     push.settle_time, push.duration));
 }
 
-// integral_0^ramp t e^(-omega t) dt; by its series where the closed form cancels.
+// integral_0^ramp t e^(-omega t) dt, by its series where the closed form suffers from cancellation.
 double ramp_integral(double ramp, double omega) {
   const double a = omega * ramp;
   if (a < 1e-4) return ramp * ramp * (0.5 - a / 3.0);  // next term a^2 / 8: relative error < 1e-8
   return (-std::expm1(-a) - a * std::exp(-a)) / (omega * omega);
 }
 
-// How far back the best H(t) with this peak brings the capture point: the right side of the
-// condition in the header, m.
+// Right side of the condition in the header, in m: the distance by which the best H(t) with this
+// peak moves the capture point back.
 double gain(double peak, const StandingPush& push, double omega) {
   const double ramp = std::min(peak / push.torque, 0.5 * push.settle_time);
   const double slope = ramp > 0.0 ? std::min(push.torque, peak / ramp) : 0.0;
   const double reached = std::isfinite(push.torque) ? push.torque * ramp : peak;
-  const double down = push.settle_time - ramp;  // when H starts to fall
+  const double down = push.settle_time - ramp;  // time at which H starts to fall
   const double flat = (std::exp(-omega * ramp) - std::exp(-omega * down)) / omega;
-  // The falling part, seen from its start: H = reached - slope s.
+  // The falling part, with time measured from its start: H = reached - slope s.
   const double fall = std::exp(-omega * down) * (reached * -std::expm1(-omega * ramp) / omega -
                                                  slope * ramp_integral(ramp, omega));
   return (slope * ramp_integral(ramp, omega) + reached * flat + fall) / (push.mass * push.height);
 }
 
-// Shift of the capture point per N s, seen from t = 0, m / (N s).
+// Shift of the capture point per unit of impulse, referred to t = 0, m / (N s).
 double shift_per_impulse(const StandingPush& push, double omega) {
   return -std::expm1(-omega * push.duration) / (push.mass * omega * omega * push.duration);
 }
@@ -82,8 +82,8 @@ double least_peak_angular_momentum(double impulse, const StandingPush& push) {
   const double omega = pendulum_frequency(push.height);
   const double needed = impulse * shift_per_impulse(push, omega) - push.distance_to_edge;
   if (needed <= 0.0) return 0.0;
-  // Without a torque limit the gain is proportional to the peak; otherwise it grows with the peak
-  // until H is a triangle, and is bisected down to adjacent numbers.
+  // Without a torque limit the gain is proportional to the peak. Otherwise it grows with the peak
+  // until H is a triangle, and the peak is found by bisection down to adjacent numbers.
   if (!std::isfinite(push.torque)) return needed / gain(1.0, push, omega);
   double low = 0.0;
   double high = 0.5 * push.torque * push.settle_time;

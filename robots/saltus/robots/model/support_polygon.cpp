@@ -13,14 +13,14 @@ namespace {
 
 double cross(const Point2& a, const Point2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// Distance by which c lies left of the directed line a -> b.
+// Signed distance of c to the left of the directed line a -> b.
 double left_of(const Point2& a, const Point2& b, const Point2& c) {
   const Point2 edge = b - a;
   const double length = edge.norm();
   return length > 0.0 ? cross(edge, c - a) / length : 0.0;
 }
 
-// Andrew's monotone chain: one half of the hull of sorted points, last point left out.
+// Andrew's monotone chain: one half of the hull of sorted points, without the last point.
 template <class Iterator>
 std::vector<Point2> half_hull(Iterator begin, Iterator end) {
   std::vector<Point2> chain;
@@ -33,7 +33,8 @@ std::vector<Point2> half_hull(Iterator begin, Iterator end) {
   return chain;
 }
 
-// Drops, one at a time, the corner nearest to the line of its neighbours while within tolerance.
+// Drops, one at a time, the corner nearest to the line through its neighbours while its distance is
+// within the tolerance.
 void drop_collinear(std::vector<Point2>& v, double tolerance) {
   while (v.size() >= 3) {
     std::size_t flattest = 0;
@@ -119,7 +120,7 @@ double SupportPolygon::area() const {
 }
 
 Point2 SupportPolygon::centroid() const {
-  // Mean of a fan of triangles, relative to the first vertex to keep the digits far from the
+  // Mean over a fan of triangles, relative to the first vertex to keep precision far from the
   // origin.
   Point2 moment = Point2::Zero();
   double twice = 0.0;

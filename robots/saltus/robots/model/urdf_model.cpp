@@ -17,10 +17,11 @@
 namespace saltus {
 namespace {
 
-// Robots have a few hundred; what reads them recurses over them.
+// Robots have a few hundred links. The functions that read them are recursive.
 constexpr std::size_t most_links = 2000;
 
-// Links that urdfdom has joined to a circle keep each other alive.
+// Breaks the reference cycles of links that urdfdom joined to a circle; otherwise they are never
+// freed.
 struct LetGo {
   urdf::ModelInterface& model;
   ~LetGo() {
@@ -31,10 +32,11 @@ struct LetGo {
   }
 };
 
-constexpr std::size_t longest_clause = 1000;  // characters that one reads to the end
+// length of a message that is still readable, in characters
+constexpr std::size_t longest_clause = 1000;
 
-// urdfdom reports through a process-wide log, and goes on with a half-read link after most errors.
-// While one of these lives, the errors are collected here instead of printed.
+// urdfdom reports errors to a process-wide log and continues with a half-read link after most of
+// them. While an object of this class lives, the errors are collected here and not printed.
 class CollectedLog : public console_bridge::OutputHandler {
  public:
   CollectedLog() { console_bridge::useOutputHandler(this); }
@@ -44,7 +46,7 @@ class CollectedLog : public console_bridge::OutputHandler {
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
     if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
-    // What cannot be drawn does not matter here; its causes stand before this message.
+    // Visual elements that cannot be drawn do not matter here. The causes precede this message.
     if (text.rfind("Could not parse visual element", 0) == 0) {
       errors_.resize(link_start_);
       return;
@@ -53,12 +55,12 @@ class CollectedLog : public console_bridge::OutputHandler {
     if (text.rfind("Could not parse", 0) == 0) link_start_ = errors_.size();
   }
   bool empty() const { return errors_.empty(); }
-  // The first message is the cause, the later ones what it led to; joined into one clause.
+  // The first message is the cause, the later ones its consequences; joined into one clause.
   std::string clause() const {
     std::string text;
     for (std::string error : errors_) {
       std::replace(error.begin(), error.end(), '\n', ' ');
-      error = error.substr(0, error.find(".  "));  // the first sentence says it
+      error = error.substr(0, error.find(".  "));  // keep the first sentence
       while (!error.empty() && (error.back() == '.' || error.back() == ' ')) error.pop_back();
       error = shortened(error);
       if (text.size() + error.size() > longest_clause) return text + "; and more";
@@ -69,7 +71,7 @@ class CollectedLog : public console_bridge::OutputHandler {
 
  private:
   std::vector<std::string> errors_;
-  std::size_t link_start_ = 0;  // of the messages after the last finished group
+  std::size_t link_start_ = 0;  // first message after the last finished group
 };
 
 Vec<double, 3> vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -82,7 +84,7 @@ Eigen::Isometry3d isometry(const urdf::Pose& pose) {
   return result;
 }
 
-// Ascending, kg m^2.
+// Principal moments in ascending order, kg m^2.
 Vec<double, 3> principal_moments(const Mat<double, 3, 3>& inertia) {
   return Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>>(inertia, Eigen::EigenvaluesOnly)
       .eigenvalues();
@@ -100,17 +102,17 @@ void check_inertial(const UrdfLink& link, const std::string& source) {
   };
   if (!std::isfinite(link.mass)) fail(fmt::format("has the mass {}", link.mass));
   if (link.mass < 0.0) fail(fmt::format("has the negative mass {} kg", link.mass));
-  constexpr double heaviest = 1e5;  // kg; beyond it simulators lose their digits, or abort
+  constexpr double heaviest = 1e5;  // kg; simulators lose precision or abort for larger masses
   if (link.mass > heaviest)
     fail(fmt::format("has the mass {:.3g} kg, which no robot's link has", link.mass));
   if (!link.com.allFinite()) fail("has a centre of mass that is not finite");
   if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
-  if (link.mass == 0.0) return;  // a frame, whatever its inertia says
+  if (link.mass == 0.0) return;  // a massless frame; its inertia is ignored
   const Vec<double, 3> moments = principal_moments(link.inertia);
-  // A point without extent may be welded to a body: see check_rigid_groups().
+  // A point mass may be fixed to a body: see check_rigid_groups().
   if (moments[0] < 0.0 || (moments[0] == 0.0 && moments[2] > 0.0))
     fail(fmt::format("has an inertia that is not positive ({})", text_of(moments)));
-  // Files carry about six digits: a flat body, for which the sum is exact, must pass.
+  // Files carry about six digits. A flat body, for which the sum is exact, must pass.
   constexpr double rounding = 1e-5;
   if (moments[2] > (moments[0] + moments[1]) * (1.0 + rounding))
     fail(
@@ -153,7 +155,7 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
   return result;
 }
 
-// Of a visual or collision element; none for a shape that is not known.
+// Shape of a visual or collision element; empty for unknown shapes.
 template <class Element>
 std::optional<UrdfShape> shape_of(const Element& element) {
   const urdf::Geometry* geometry = element.geometry.get();
@@ -214,11 +216,11 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
   return result;
 }
 
-// Links fixed to each other move as one body, and that must have an inertia.
+// Links fixed to each other move as one body, which must have an inertia.
 void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& source) {
   struct Group {
     double mass = 0.0;
-    Vec<double, 3> moment = Vec<double, 3>::Zero();         // mass times place
+    Vec<double, 3> moment = Vec<double, 3>::Zero();         // sum of mass times position
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the frame of the first link
   };
   std::vector<Group> groups(links.size());
@@ -244,7 +246,7 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
     const Vec<double, 3> moments = principal_moments(
         group.inertia -
         group.mass * (com.squaredNorm() * Mat<double, 3, 3>::Identity() - com * com.transpose()));
-    constexpr double rounding = 1e-12;  // of the largest moment
+    constexpr double rounding = 1e-12;  // relative to the largest moment
     if (!(moments[0] > rounding * moments[2]))
       throw InputError(fmt::format(
           "{}: link \"{}\", with what is fixed to it, has an inertia that is not positive ({}); "
@@ -255,7 +257,7 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
 
 std::string suggestion(const std::string& given, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(given, known);
-  constexpr std::size_t few = 40;  // names that one can read through
+  constexpr std::size_t few = 40;  // names that a message can list
   if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", shortened(nearest));
   const std::string all = join_names(known);
   return known.size() > few || all.size() > longest_clause ? "" : "; known are " + all;
@@ -268,7 +270,7 @@ std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links) {
   for (std::size_t i = 0; i < links.size(); ++i) {
     const bool is_fixed = links[i].parent >= 0 && links[i].joint.motion == UrdfJoint::Motion::fixed;
     leaders[i] = is_fixed ? leaders[static_cast<std::size_t>(links[i].parent)]
-                          : static_cast<int>(i);  // parents stand before their children
+                          : static_cast<int>(i);  // parents precede their children
   }
   return leaders;
 }
@@ -314,7 +316,7 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   model.name_ = urdf->getName();
   const auto add = [&](const auto& self, const urdf::Link& link, int parent) -> void {
     const int index = static_cast<int>(model.links_.size());
-    // urdfdom takes joints that lead back to a link for a tree without end.
+    // urdfdom reads joints that lead back to a link as an infinite tree.
     if (model.links_.size() >= urdf->links_.size())
       throw InputError(fmt::format(
           "{}: the joints form a cycle through link \"{}\"; a URDF is a tree, cut one of "
@@ -457,7 +459,8 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
   FootGeometry foot;
   foot.contact_plane_offset = plane;
   foot.rectangle = {between(infinity, -infinity), between(infinity, -infinity)};
-  constexpr double same_plane = 1e-4;  // m: boxes this close to the lowest also touch the ground
+  // m: boxes within this distance of the lowest one also touch the ground
+  constexpr double same_plane = 1e-4;
   for (const Extent& box : boxes) {
     if (box.lowest.z() > plane + same_plane) continue;
     foot.rectangle.x.lower = std::min(foot.rectangle.x.lower, box.lowest.x());

@@ -13,7 +13,7 @@ bool begins_name(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (c & 0x80) != 0;
 }
 
-// The bracket that ends a tag: one that no quotes hold.
+// Position of the bracket that ends a tag, outside of quotes.
 std::size_t end_of_tag(std::string_view xml, std::size_t at) {
   for (at = xml.find_first_of("\"'>", at); at != none && xml[at] != '>';
        at = xml.find_first_of("\"'>", at + 1)) {

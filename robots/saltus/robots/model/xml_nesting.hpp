@@ -1,4 +1,4 @@
-// Is a text safe for an XML parser that recurses over elements?
+// Check that a text is safe for an XML parser that recurses over elements.
 #pragma once
 
 #include <optional>
@@ -7,12 +7,12 @@
 
 namespace saltus {
 
-/// Robots and their meshes have some ten levels of elements.
+/// Largest accepted depth of elements. Robots and their meshes have about ten levels.
 inline constexpr int deepest_element = 100;
 
-/// Why the text is not handed to a parser, as a clause: more than deepest_element open elements, or
-/// brackets of which parsers do not agree where they end, so that nobody can count. None if there
-/// is no such reason; what else is no XML is for the parser to say.
+/// Reason, as a clause, why the text must not be passed to a parser: more than deepest_element open
+/// elements, or brackets whose end parsers interpret differently, so that the depth is not known.
+/// Empty if there is no such reason. All other XML errors are left to the parser.
 std::optional<std::string> nesting_doubt(std::string_view xml);
 
 }  // namespace saltus
