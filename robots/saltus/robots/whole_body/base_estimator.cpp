@@ -35,11 +35,12 @@ void BaseEstimator::reset(const Eigen::Isometry3d& base, Side pin,
   start(State::accelerometer_bias, 3, options_.accelerometer_bias);
 }
 
-// What is known relative to the new pin: the errors of its place and heading are those of the whole
-// estimate, and are taken off every place and heading. Right-invariant errors make that linear.
+// Expresses the estimate relative to the new pin. The errors of its position and heading become
+// common to the whole estimate and are subtracted from every position and heading. This is linear
+// for right-invariant errors.
 void BaseEstimator::pin(Side side) {
   pin_ = side;
-  if (!stands(side)) return;  // it is planted as soon as it does
+  if (!stands(side)) return;  // it becomes the pin when it touches down
   transition_.setIdentity();
   const int place = State::foot(State::foot_positions, side),
             heading = State::foot(State::foot_turns, side) + 2;
@@ -74,7 +75,7 @@ void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
   walk(State::accelerometer_bias, 3, options_.accelerometer_walk);
   for (const Side side : {Side::left, Side::right}) {
     if (!stands(side)) {
-      forget(side);  // the noise of the gyroscope is that of its lever arm
+      forget(side);  // noise of the gyroscope acts on it through the lever arm
       continue;
     }
     if (side != pin_) walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
@@ -111,7 +112,7 @@ void BaseEstimator::correct(Side side, const SoleReading& reading) {
   level(side);
 }
 
-// z = roll and pitch of the sole = those of its error + noise.
+// z = roll and pitch of the sole = roll and pitch of its error + noise.
 void BaseEstimator::level(Side side) {
   const int f = State::foot(State::foot_turns, side);
   const Mat<double, State::size, 2> PH = P_.middleCols<2>(f);
@@ -126,7 +127,7 @@ void BaseEstimator::level(Side side) {
   P_ -= 0.5 * (product_ + product_.transpose());
 }
 
-// A foot that the estimate knows nothing of has no error either.
+// A foot without estimate has no error.
 void BaseEstimator::forget(Side side) {
   for (const int first :
        {State::foot(State::foot_positions, side), State::foot(State::foot_turns, side)}) {
@@ -135,7 +136,8 @@ void BaseEstimator::forget(Side side) {
   }
 }
 
-// Where the legs show it: its error is that of the base and that of the legs.
+// Places the foot by leg kinematics. Its error is the sum of the errors of the base and of the
+// legs.
 void BaseEstimator::plant(Side side, const SoleReading& reading) {
   const int d = State::foot(State::foot_positions, side), f = State::foot(State::foot_turns, side);
   state_.sole(side) = state_.base() * reading.pose;
@@ -150,10 +152,10 @@ void BaseEstimator::plant(Side side, const SoleReading& reading) {
   P_.block<3, 3>(f, d) += noise.bottomLeftCorner<3, 3>();
   P_.block<3, 3>(f, f) += noise.bottomRightCorner<3, 3>();
   stands(side) = true;
-  if (side == pin_) pin(side);  // by whose place all others are told
+  if (side == pin_) pin(side);  // all positions are relative to the pin
 }
 
-// Of mismatch(), world axes.
+// Noise covariance of mismatch(), world axes.
 Mat<double, 6, 6> BaseEstimator::noise_of(const SoleReading& reading) const {
   Mat<double, 6, 6> noise = reading.covariance;
   for (const int i : {0, 3})

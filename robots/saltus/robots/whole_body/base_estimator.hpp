@@ -1,78 +1,80 @@
-// Where the base is and how it moves, from a gyroscope and an accelerometer in it and from the feet
-// that stand: the contact-aided right-invariant extended Kalman filter on ContactInertialState.
+// Estimator of the pose and velocity of the base from gyroscope, accelerometer and the feet on the
+// ground: the contact-aided right-invariant extended Kalman filter on ContactInertialState.
 //
-// One foot is the pin: the world is where it stands, so that as long as it does it is the estimate
-// of its place and heading that is exact, and the rest of the robot that is found relative to it.
-// Place and heading in the world have no other meaning to a robot without eyes, and would drift.
+// One foot is the pin: it defines the world. While it stands, its position and heading are exact by
+// definition, and the rest of the robot is estimated relative to it. Without cameras, absolute
+// position and heading are not observable and would drift.
 #pragma once
 
 #include "saltus/robots/whole_body/contact_inertial_state.hpp"
 
 namespace saltus {
 
-/// Of the filter that knows where the base is.
+/// Options of BaseEstimator.
 struct BaseEstimatorOptions {
-  /// Several times those of data sheets: soles slip and rock, and what that looks like must not be
-  /// taken for a tilt or a bias, which stay.
+  /// Noise of the inertial sensors. The defaults are several times the values of data sheets: soles
+  /// slip and rock, and the filter must not mistake this for a tilt or a bias.
   double gyroscope_noise = 1e-3;      ///< rad/s per sqrt(Hz), each axis
   double accelerometer_noise = 0.03;  ///< m/s^2 per sqrt(Hz)
-  double gyroscope_walk = 1e-5;       ///< of the bias, rad/s^2 per sqrt(Hz)
-  double accelerometer_walk = 1e-4;   ///< m/s^3 per sqrt(Hz)
-  /// How feet that stand move all the same; of the pin its roll and pitch only.
+  double gyroscope_walk = 1e-5;       ///< random walk of the bias, rad/s^2 per sqrt(Hz)
+  double accelerometer_walk = 1e-4;   ///< random walk of the bias, m/s^3 per sqrt(Hz)
+  /// Random walk of feet on the ground. For the pin only roll and pitch.
   double foot_walk = 0.02;       ///< m/s per sqrt(Hz)
   double foot_turn_walk = 0.05;  ///< rad/s per sqrt(Hz)
-  /// The same of a sole that rests: whose centre of pressure is off its edges, about which alone it
-  /// could turn. It is what tells a gyroscope's bias within a second.
+  /// Random walk of the orientation of a sole at rest, with its centre of pressure away from the
+  /// edges about which it could rotate. It makes the bias of the gyroscope observable within a
+  /// second.
   double resting_turn_walk = 5e-4;
-  /// Of what the legs say beyond the noise of encoders: what bends and rocks.
+  /// Errors of leg kinematics other than encoder noise, such as bending and rocking.
   double leg_position_noise = 3e-4, leg_turn_noise = 1e-3;  ///< m, rad
-  /// The ground is level: roll and pitch of a sole that stands are zero but for this, rad, each
-  /// correction.
+  /// Standard deviation of roll and pitch of a sole on level ground, rad, for each correction.
   double level_noise = 0.1;
-  /// Standard deviations at the start.
+  /// Standard deviations of the initial estimate.
   double turn = 0.01;                ///< rad, roll and pitch of the base
   double velocity = 0.02;            ///< m/s
   double position = 0.01;            ///< m
-  double ground_slope = 5e-3;        ///< rad, of the ground below the pin
+  double ground_slope = 5e-3;        ///< rad, slope of the ground below the pin
   double gyroscope_bias = 3e-3;      ///< rad/s
   double accelerometer_bias = 0.03;  ///< m/s^2
 };
 
-/// What the legs say of a sole: its pose in the frame of the base, and the covariance of
-/// (position m | rotation rad), axes of the base.
+/// Sole pose by leg kinematics: pose in the frame of the base, and the covariance of (position m |
+/// rotation rad), axes of the base.
 struct SoleReading {
-  bool stands = false;  ///< on the ground
-  bool rests = false;   ///< flat: its centre of pressure lies inside
+  bool stands = false;  ///< true if the foot is on the ground
+  bool rests = false;   ///< true if the sole is flat: its centre of pressure lies inside
   Eigen::Isometry3d pose =
-      Eigen::Isometry3d::Identity();  ///< of the contact frame in the base, by the joints
-  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();  ///< see above; m and rad
+      Eigen::Isometry3d::Identity();  ///< contact frame in the base, from the joints
+  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();  ///< covariance, axes of the base; m
+                                                             ///< and rad
 };
 
-/// Nothing allocates.
+/// Kalman filter of the base. Does not allocate.
 class BaseEstimator {
  public:
   /// Position, rotation, velocity, biases, soles.
   using State = ContactInertialState;
 
-  /// Nothing is known before start().
+  /// The estimate is undefined before reset().
   explicit BaseEstimator(const BaseEstimatorOptions& options = {}) : options_(options) {}
 
-  /// At rest, biases unknown; the pin stands where the state has it, the other foot in the air.
+  /// Starts at rest with unknown biases. The pin stands at `pin_sole`, the other foot is in the
+  /// air.
   void reset(const Eigen::Isometry3d& base, Side pin, const Eigen::Isometry3d& pin_sole);
-  /// Another foot is the pin from now on; where the estimate has everything stays.
+  /// Makes another foot the pin. The estimate of all positions stays the same.
   void pin(Side side);
-  /// Over dt (s) with the mean readings of gyroscope (rad/s) and accelerometer (m/s^2).
+  /// Propagates over dt (s) with the mean readings of gyroscope (rad/s) and accelerometer (m/s^2).
   void predict(const Vec<double, 3>& angular_velocity, const Vec<double, 3>& specific_force,
                double dt);
-  /// A foot that begins to stand does so where the estimate has it; one that stands corrects the
-  /// estimate.
+  /// Processes a sole reading. A foot that touches down is added at its estimated position. A foot
+  /// that already stands corrects the estimate.
   void correct(Side side, const SoleReading& reading);
 
-  /// What is known.
+  /// Current estimate.
   const State& state() const { return state_; }
-  /// Of the right-invariant error; zero for feet in the air.
+  /// Covariance of the right-invariant error; zero for feet in the air.
   const State::Matrix& covariance() const { return P_; }
-  /// Whether the filter holds the foot for standing.
+  /// True if the filter treats the foot as standing.
   bool stands(Side side) const { return stands_[side == Side::left ? 0 : 1]; }
 
  private:

@@ -1,5 +1,6 @@
-// A = L L' of a symmetric positive definite matrix, and solves with it. Compiled once for the sizes
-// in use: a factorisation of Eigen costs each file that has one seconds.
+// Cholesky factorisation A = L L' of a symmetric positive definite matrix. Compiled once for the
+// sizes in use: each file that instantiates a factorisation of Eigen takes seconds longer to
+// compile.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -8,18 +9,19 @@
 
 namespace saltus {
 
-/// Of n rows, 6 or Eigen::Dynamic. Nothing allocates while the size stays.
+/// Factorisation of a matrix with n rows, 6 or Eigen::Dynamic. Does not allocate while the size
+/// stays the same.
 template <int n>
 class Cholesky {
  public:
   Cholesky() = default;
-  /// For matrices of up to so many rows.
+  /// Allocates for matrices of up to `rows` rows.
   explicit Cholesky(int rows) : factor_(rows) {}
-  /// Reads the lower triangle.
+  /// Factorises A; reads only the lower triangle.
   void compute(const Mat<double, n, n>& A);
-  /// B becomes A^-1 B.
+  /// Replaces B by A^-1 B.
   void solve_in_place(Eigen::Ref<MatrixXd> B) const;
-  /// b becomes the solution.
+  /// Replaces b by A^-1 b.
   void solve_in_place(Vec<double, n>& b) const;
 
  private:

@@ -11,7 +11,7 @@ namespace {
 
 using Point = Vec<double, 3>;
 
-// Segments that cross have no normal; any will do that does not change with the time.
+// Segments that cross have no normal. Any constant direction will do.
 constexpr double crossing = 1e-9;  // m
 
 }  // namespace

@@ -1,10 +1,10 @@
-// How near do limbs come to each other, and how does that change with the joints?
+// Distances between limbs and their derivatives with respect to the joints.
 //
-// The distance d of two capsules is that of their segments less both radii, < 0 when they overlap.
-// With n the unit vector from the second's closest point to the first's, and both points fixed to
-// their bodies, dd/dt = n' (v_1 - v_2) = J dq. Its derivative is J d2q + drift, where drift holds
-// the accelerations of the points at d2q = 0. That the closest points wander along the segments and
-// that n turns is left out.
+// The distance d of two capsules is that of their segments less both radii; it is negative if they
+// overlap. Let n be the unit vector from the second's closest point to the first's, with both
+// points fixed to their bodies. Then dd/dt = n' (v_1 - v_2) = J dq. Its derivative is J d2q +
+// drift, where drift holds the accelerations of the points at d2q = 0. The motion of the closest
+// points along the segments and the rotation of n are neglected.
 #pragma once
 
 #include <vector>
@@ -13,47 +13,47 @@
 
 namespace saltus {
 
-/// Two capsules, and how they approach.
+/// Two capsules that are near each other, with distance and speed.
 struct Approach {
-  int first = -1, second = -1;         ///< of Clearance::members()
+  int first = -1, second = -1;         ///< indices in Clearance::members()
   double distance = infinity;          ///< m
   Vec<double, 3> on_first, on_second;  ///< closest points of the segments, m
-  Vec<double, 3> normal;               ///< n; world axes like the points
+  Vec<double, 3> normal;               ///< unit vector n, world axes like the points
   double speed = 0.0;                  ///< dd/dt, m/s
   double drift = 0.0;                  ///< m/s^2
-  double keep = infinity;              ///< see Clearance::stand, m
+  double keep = infinity;              ///< distance to keep, m; see Clearance::stand
 };
 
-/// Of the pairs of `FloatingRobot::apart` that are nearest.
+/// Finds the nearest pairs of `FloatingRobot::apart`.
 class Clearance {
  public:
-  /// A capsule that is watched.
+  /// A monitored capsule.
   struct Member {
-    int body = 0;       ///< of FloatingRobot::bodies
+    int body = 0;       ///< index in FloatingRobot::bodies
     LinkCapsule shape;  ///< in the body's frame
   };
 
-  /// Keeps at most `most` approaches. Throws DefinitionError unless that is positive.
+  /// Keeps at most `most` approaches. Throws DefinitionError unless `most` is positive.
   Clearance(const FloatingRobot& robot, int most);
 
-  /// In a posture in which the robot will stand: pairs that are nearer there than twice `margin`
-  /// (m) are built so, and half of their distance is what they `keep` from now on. Allocates.
+  /// Sets a posture in which the robot will stand. For pairs that are nearer in it than twice
+  /// `margin` (m), half of that distance is the one to `keep` from now on. Allocates.
   void stand(const WholeBodyState& state, double margin);
-  /// Keeps the pairs that would be nearest `ahead` seconds later at their present speed, nearest
-  /// first; only those that are nearer than `range` (m). Does not allocate.
+  /// Finds the pairs with the smallest distance extrapolated by `ahead` seconds at the present
+  /// speed, nearest first, among those nearer than `range` (m). Does not allocate.
   void update(const WholeBodyState& state, double range = infinity, double ahead = 0.0) noexcept;
-  /// How many pairs are near.
+  /// Number of pairs found.
   int count() const { return count_; }
   /// Pair i, nearest first.
   const Approach& approach(int i) const { return nearest_[static_cast<std::size_t>(i)]; }
-  /// J of approach i: one entry per joint.
+  /// Row J of approach i: one entry per joint.
   void jacobian(int i, Eigen::Ref<VectorXd> row) const noexcept;
 
-  /// All capsules that are watched.
+  /// All monitored capsules.
   const std::vector<Member>& members() const { return members_; }
-  /// Of a member, in the world, after update().
+  /// Capsule of a member in the world, after the last update().
   const Capsule& capsule(int member) const { return capsules_[static_cast<std::size_t>(member)]; }
-  /// "l_hand and l_upper_leg"
+  /// Names of the two links, such as "l_hand and l_upper_leg".
   std::string names(const Approach& approach) const;
 
  private:
@@ -62,8 +62,8 @@ class Clearance {
     Eigen::Isometry3d origin;
     Vec<double, 3> axis;
   };
-  // A body while the base rests: its joint's axis, its twist and that twist's derivative at d2q = 0
-  // (of the origin), world axes.
+  // Motion of a body relative to a resting base: axis of its joint, its twist and the derivative of
+  // the twist at d2q = 0 (of the origin), world axes.
   struct Motion {
     Eigen::Isometry3d pose;
     Vec<double, 3> axis, turn, speed, turn_change, speed_change;
@@ -75,12 +75,13 @@ class Clearance {
   std::vector<Link> links_;
   std::vector<Motion> bodies_;
   std::vector<Member> members_;
-  std::vector<Capsule> capsules_;           // of the members, in the world
-  std::vector<double> reaches_;             // half a length and a radius
-  std::vector<std::pair<int, int>> pairs_;  // of members
-  std::vector<double> keeps_;               // of pairs_, m; empty until stand()
+  std::vector<Capsule> capsules_;  // capsules of the members, in the world
+  // radius of a sphere around each member: half its length plus its radius
+  std::vector<double> reaches_;
+  std::vector<std::pair<int, int>> pairs_;  // pairs of members
+  std::vector<double> keeps_;               // distances to keep of pairs_, m; empty until stand()
   std::vector<Approach> nearest_;
-  std::vector<double> urgency_;  // their distances `ahead`
+  std::vector<double> urgency_;  // extrapolated distances of the nearest pairs
   int count_ = 0;
 };
 

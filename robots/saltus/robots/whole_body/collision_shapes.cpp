@@ -10,9 +10,10 @@
 namespace saltus {
 namespace {
 
-constexpr double thinnest = 1e-3;  // m, of a radius: engines refuse points
-constexpr double touching = 0.01;  // m, at rest: neighbours
-constexpr int neighbourhood = 4;  // joints between them: a hip and what bears on three of the waist
+constexpr double thinnest = 1e-3;  // m, radius: engines reject points
+constexpr double touching = 0.01;  // m, distance of neighbours at rest
+// joints between neighbours, such as from a hip to the third joint of the waist
+constexpr int neighbourhood = 4;
 
 std::vector<Vec<double, 3>> corners(const UrdfBox& box) {
   UrdfShape shape;
@@ -25,7 +26,7 @@ bool is_there(const UrdfShape& shape, const std::string& urdf) {
   return shape.shape != UrdfShape::Shape::mesh || find_mesh(shape.mesh, urdf).has_value();
 }
 
-// Of a link, in its frame.
+// Capsules fitted to a link, in its frame.
 std::vector<Capsule> fitted(const UrdfLink& link, const std::string& urdf) {
   std::vector<Capsule> capsules;
   for (const std::vector<UrdfShape>* shapes : {&link.visuals, &link.collisions}) {
@@ -41,11 +42,11 @@ std::vector<Capsule> fitted(const UrdfLink& link, const std::string& urdf) {
   return capsules;
 }
 
-// How many joints lie between two bodies.
+// Number of joints between two bodies.
 int joints_between(const FloatingRobot& robot, int a, int b) {
   int joints = 0;
   while (a != b) {
-    int& later = a > b ? a : b;  // parents stand before their children
+    int& later = a > b ? a : b;  // parents precede their children
     later = robot.bodies[static_cast<std::size_t>(later)].parent;
     ++joints;
   }
@@ -77,7 +78,7 @@ void add_capsules(FloatingRobot& robot, const UrdfModel& model,
     for (const UrdfLink& link : model.links())
       for (const Capsule& capsule : fitted(link, model.source())) add(link.name, capsule);
 
-  // All pairs first; those near at rest are found among them.
+  // Add all pairs first. The pairs that are near at rest are found among them.
   robot.apart.clear();
   const int bodies = static_cast<int>(robot.bodies.size());
   for (int a = 0; a < bodies; ++a)

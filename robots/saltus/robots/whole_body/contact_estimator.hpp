@@ -5,14 +5,14 @@
 
 namespace saltus {
 
-/// A foot has landed once the ground carries a threshold of force, but not before an earliest time:
-/// earlier touches are those of lifting off and of scuffing.
+/// A foot has landed once the vertical force reaches a threshold, but not before an earliest time.
+/// Earlier contacts belong to lift-off or scuffing.
 class ContactEstimator {
  public:
-  /// `force`: vertical, N.
+  /// `force`: threshold of the vertical force, N.
   explicit ContactEstimator(double force) : force_(force) {}
 
-  /// Earliest time of the landing to come, s.
+  /// Sets the earliest time of the next landing, s.
   void expect(double earliest) { earliest_ = earliest; }
   /// True if the swing foot, with this contact at `t` (s), has landed.
   bool has_landed(double t, const FootContact& contact) const {

@@ -82,7 +82,7 @@ State::Matrix State::transition(double dt) const {
   F.block<3, 3>(velocity, turn) = dt * skew<double>(gravity);
   F.block<3, 3>(position, turn) = 0.5 * dt * dt * skew<double>(gravity);
   F.block<3, 3>(position, velocity).diagonal().setConstant(dt);
-  // The state's own turning minus the bias: an error of the bias is one of the readings, reversed.
+  // An error of the bias acts like an error of the readings with opposite sign.
   F.block<size, 6>(0, gyroscope_bias) -= dt * reading_errors();
   return F;
 }

@@ -9,7 +9,7 @@
 
 namespace saltus {
 
-/// To (torque | force) in world axes, as in DynamicsModel.
+/// Matrix from sole axes to (torque | force) in world axes, as in DynamicsModel.
 inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
   Mat<double, 6, 6> world = Mat<double, 6, 6>::Zero();
   world.bottomLeftCorner<3, 3>() = sole.pose.linear();
@@ -17,7 +17,7 @@ inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
   return world;
 }
 
-/// To (force | torque about the CoM) in world axes.
+/// Matrix from sole axes to (force | torque about the CoM) in world axes.
 inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<double, 3>& com) {
   const Mat<double, 3, 3> R = sole.pose.linear();
   Mat<double, 6, 6> map = Mat<double, 6, 6>::Zero();
@@ -27,8 +27,8 @@ inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<do
   return map;
 }
 
-/// Rows that keep the wrench in inputs first, ..., first + 5 within its cone. The group has the
-/// capacity of the cone; nothing allocates.
+/// Adds rows that keep the wrench in inputs first, ..., first + 5 within its cone. The group has
+/// the capacity of the cone, so nothing allocates.
 inline void keep_in_cone(RowGroup& group, const ContactCone& cone, int first) {
   group.rows = cone.rows();
   group.columns.resize(6);

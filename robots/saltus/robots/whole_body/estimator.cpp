@@ -13,16 +13,16 @@
 namespace saltus {
 namespace {
 
-// The pin is known to stand before the first force is read, s: at least the time in which the
-// contact builds up.
+// Time until which the pin is known to stand, s: at least the time in which the contact force
+// builds up, before the first reading.
 constexpr double least_certain_stand = 0.05;
 
-// A sole rests if its centre of pressure is at least this far from its edges, m: more than the
-// error due to biases of the force sensors.
+// A sole rests if its centre of pressure is at least this far from its edges, m. The value exceeds
+// the error due to biases of the force sensors.
 constexpr double off_the_edge = 0.005;
 
-// Contact area less that margin: between the lowest corners of the foot's boxes, in any orientation
-// of the boxes.
+// Contact area less that margin, bounded by the lowest corners of the foot's boxes in any
+// orientation.
 FootRectangle resting_area(const FloatingRobot& robot, const FloatingRobot::Frame& sole) {
   constexpr double as_low = 1e-4;  // m
   std::vector<Vec<double, 3>> corners;
@@ -99,11 +99,12 @@ void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& r
   velocities_.reset(readings.q);
   pin_ = first_pin_;
   const int pin = pin_ == Side::left ? 0 : 1;
-  // The posture gives the place of the pin. Roll and pitch of the base are known badly.
+  // The posture defines the position of the pin. Roll and pitch of the base are uncertain.
   soles_[pin].update(state.q);
   const Eigen::Isometry3d stand = state.base * soles_[pin].pose();
   Random random(seed_);
-  const double widest = std::sqrt(3.0) * options_.initial_tilt;  // uniform
+  // half width of a uniform distribution
+  const double widest = std::sqrt(3.0) * options_.initial_tilt;
   Vec<double, 3> tilt(random.uniform(-widest, widest), random.uniform(-widest, widest), 0.0);
   Eigen::Isometry3d base = state.base;
   base.linear() = rotation_of_vector(tilt) * base.linear();

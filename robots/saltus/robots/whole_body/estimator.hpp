@@ -9,23 +9,23 @@
 
 namespace saltus {
 
-/// From readings to an estimate. After construction only start() allocates.
+/// Computes an estimate from readings. Only start() allocates after construction.
 class Estimator {
  public:
   virtual ~Estimator() = default;
 
-  /// Starts at rest in `state`, from which readings may differ.
+  /// Starts at rest in `state`, which may differ from the readings.
   virtual void start(const WholeBodyState& state, const SensorReadings& readings) = 0;
-  /// Once for all readings, in the order of their times. Readings no later than the last ones have
-  /// no effect.
+  /// Processes readings once, in the order of their times. Readings that are not newer than the
+  /// last ones have no effect.
   virtual void update(const SensorReadings& readings) = 0;
-  /// The foot whose place defines the world from now on. It must stand.
+  /// Sets the foot whose position defines the world from now on. It must stand.
   virtual void pin(Side foot) = 0;
-  /// What is known after the last readings.
+  /// Estimate after the last readings.
   virtual const WholeBodyEstimate& estimate() const = 0;
 };
 
-/// Passes on the state of ideal sensors.
+/// Passes the state of ideal sensors through.
 class IdealEstimator final : public Estimator {
  public:
   void start(const WholeBodyState&, const SensorReadings& readings) override { update(readings); }
@@ -38,14 +38,15 @@ class IdealEstimator final : public Estimator {
   WholeBodyEstimate estimate_;
 };
 
-/// Joint positions as measured, their velocities by JointVelocityFilter; pose and velocity of the
-/// base by BaseEstimator, its angular velocity from the gyroscope without its bias.
+/// Estimates the state from real sensors. Joint positions are the measured ones, joint velocities
+/// come from JointVelocityFilter. BaseEstimator gives pose and velocity of the base. Its angular
+/// velocity is the reading of the gyroscope minus the bias.
 class SensorEstimator final : public Estimator {
  public:
-  /// `robot`: the geometry that the controllers know; `pin`: the foot on which it starts; `period`
-  /// between two readings, s. Noise, rates and delays of `sensors` are used, their seed for the
-  /// error of the first estimate. Throws DefinitionError for options that are not finite or below
-  /// zero.
+  /// `robot` is the geometry that the controllers use, `pin` the first pin foot, and `period` the
+  /// time between two readings, s. Noise, rates and delays of `sensors` are used; its seed draws
+  /// the error of the first estimate. Throws DefinitionError for options that are negative or not
+  /// finite.
   SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
                   const EstimationOptions& options, double period);
 
@@ -62,15 +63,15 @@ class SensorEstimator final : public Estimator {
   void publish(const SensorReadings& readings);
 
   double period_;
-  double certain_stand_;  // s: until then the pin is known to stand
-  Side first_pin_, pin_;  // where the robot stands at the start, and now
-  double time_ = 0.0;     // of the last readings, s
+  double certain_stand_;  // s: time until which the pin is known to stand
+  Side first_pin_, pin_;  // pin at the start, and current pin
+  double time_ = 0.0;     // time of the last readings, s
   EstimationOptions options_;
-  double leg_variance_;  // of a joint, rad^2
+  double leg_variance_;  // variance of a joint position in leg kinematics, rad^2
   std::uint64_t seed_;
   SoleKinematics soles_[2];
   SoleReading soles_read_[2];
-  FootRectangle resting_[2];  // where the centre of pressure of a sole that rests lies
+  FootRectangle resting_[2];  // area of the centre of pressure in which a sole counts as resting
   JointVelocityFilter velocities_;
   BaseEstimator base_;
   WholeBodyEstimate estimate_;

@@ -20,7 +20,7 @@ Mat<double, 3, 3> parallel_axis(double mass, const Vec<double, 3>& r) {
   return mass * (r.squaredNorm() * Mat<double, 3, 3>::Identity() - r * r.transpose());
 }
 
-// Adds a mass to a body; everything in the body's frame.
+// Adds a mass to a body. All arguments are in the body's frame.
 void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
            const Mat<double, 3, 3>& inertia) {
   if (mass <= 0.0) return;
@@ -32,7 +32,8 @@ void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
   body.mass = total;
 }
 
-// Models for simulators often inflate the inertias of small links; nothing that stands is lighter.
+// Models for simulators often inflate the inertias of small links. No part of a standing robot has
+// a lower density.
 constexpr double least_density = 500.0;  // kg/m^3
 
 FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_body) {
@@ -43,9 +44,9 @@ FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_bo
   return look;
 }
 
-// The rectangle in a contact frame, a little thickness above it.
+// Thin box on the rectangle of a contact frame, above the contact plane.
 UrdfBox thin_box(const Eigen::Isometry3d& contact, const FootRectangle& foot) {
-  constexpr double thickness = 0.005;  // m; much deeper than an engine lets a foot sink in
+  constexpr double thickness = 0.005;  // m; larger than the penetration that engines allow
   UrdfBox box;
   box.size = {foot.x.upper - foot.x.lower, foot.y.upper - foot.y.lower, thickness};
   box.pose = contact;
@@ -60,7 +61,7 @@ const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& 
   return nullptr;
 }
 
-// Of a joint with a motor.
+// Checks the limits of an actuated joint.
 void check_limits(const FloatingRobot::Body& body, const std::string& urdf,
                   const std::string& file) {
   if (!(body.effort > 0.0))
@@ -120,7 +121,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   FloatingRobot result;
   result.name = robot.name;
   result.source = model.source();
-  // Every link belongs to a body; its pose in the body's frame.
+  // Maps every link to its body and its pose in the body's frame.
   std::vector<int> body_of(links.size(), 0);
   std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
   for (std::size_t i = 0; i < links.size(); ++i) {
@@ -153,7 +154,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
       body.boxes.push_back({pose[i] * box.pose, box.size});
     if (!link.visuals.empty()) body.looks.push_back(look_of(link, pose[i]));
     result.total_mass += link.mass;
-    // Users name links, whichever of them leads the group: the base by the name in the file.
+    // Users may name any link of a group. The base is named as in the file.
     if (link.name == robot.base) {
       if (body_of[i] != 0)
         throw InputError(

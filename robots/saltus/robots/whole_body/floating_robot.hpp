@@ -1,6 +1,6 @@
-// The robot as simulators and whole-body controllers see it: a free base, the joints that have
-// motors, and nothing else. Every other joint of the URDF is frozen, links that move together are
-// one body, massless frames are gone.
+// Rigid-body tree for simulators and whole-body controllers: a free base and the joints that have
+// motors. All other joints of the URDF are frozen, links that move together are merged into one
+// body, and massless frames are removed.
 #pragma once
 
 #include <string>
@@ -13,60 +13,64 @@
 
 namespace saltus {
 
-/// A robot with a floating base, as controllers need it.
+/// A robot with a floating base.
 struct FloatingRobot {
-  /// What a link looks like, in the frame of its body.
+  /// Appearance of a link, in the frame of its body.
   struct Look {
-    std::string link;                ///< that is drawn
-    std::vector<UrdfShape> visuals;  ///< its shapes
-    std::vector<UrdfBox> boxes;      ///< in their place: collision boxes, or one with its inertia
+    std::string link;                ///< name of the link
+    std::vector<UrdfShape> visuals;  ///< visual shapes
+    std::vector<UrdfBox> boxes;  ///< boxes to draw without them: collision boxes, or one with the
+                                 ///< inertia of the link
   };
-  /// One rigid body and the joint that carries it.
+  /// A rigid body and the joint to its parent.
   struct Body {
-    std::string name;           ///< of the link that leads the group
-    int parent = -1;            ///< -1: the base
-    std::string joint;          ///< to the parent; empty for the base
-    Eigen::Isometry3d origin =  ///< joint frame in the parent's frame, position zero
+    std::string name;           ///< name of the link that leads the group
+    int parent = -1;            ///< index of the parent; -1 for the base
+    std::string joint;          ///< joint to the parent; empty for the base
+    Eigen::Isometry3d origin =  ///< joint frame in the parent's frame, at position zero
         Eigen::Isometry3d::Identity();
-    Vec<double, 3> axis = Vec<double, 3>::UnitX();          ///< of the joint, in the joint frame
-    Bounds position;                                        ///< rad
-    double effort = infinity;                               ///< largest torque, Nm
-    double velocity = infinity;                             ///< largest speed, rad/s
-    double mass = 0.0;                                      ///< kg
-    Vec<double, 3> com = Vec<double, 3>::Zero();            ///< in the body's frame, m
+    Vec<double, 3> axis = Vec<double, 3>::UnitX();  ///< axis of the joint, in the joint frame
+    Bounds position;                                ///< rad
+    double effort = infinity;                       ///< largest torque, Nm
+    double velocity = infinity;                     ///< largest speed, rad/s
+    double mass = 0.0;                              ///< kg
+    Vec<double, 3> com = Vec<double, 3>::Zero();    ///< in the body's frame, m
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
     std::vector<UrdfBox> boxes;         ///< collision boxes, in the body's frame
-    std::vector<Look> looks;            ///< of its links that the URDF shows
-    std::vector<LinkCapsule> capsules;  ///< what fills them, in the body's frame; see add_capsules
+    std::vector<Look> looks;            ///< appearance of the links with visual shapes
+    std::vector<LinkCapsule> capsules;  ///< capsules around the links, in the body's frame; see
+                                        ///< add_capsules
   };
   /// A frame fixed to a body.
   struct Frame {
-    int body = 0;                                            ///< of FloatingRobot::bodies
+    int body = 0;                                            ///< index in FloatingRobot::bodies
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the body's frame
   };
 
-  std::string name;             ///< of the robot
+  std::string name;             ///< name of the robot
   std::string source;           ///< file of the URDF
   std::vector<Body> bodies;     ///< the base first, every parent before its children
   Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
   double total_mass = 0.0;      ///< kg
-  /// Bodies whose capsules must not touch: all pairs but neighbours. The first is the smaller.
+  /// Pairs of bodies whose capsules must not touch: all but neighbours. The smaller index comes
+  /// first.
   std::vector<std::pair<int, int>> apart;
 
-  /// How many move.
+  /// Number of moving joints.
   int joints() const { return static_cast<int>(bodies.size()) - 1; }
-  /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest.
+  /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest
+  /// name.
   int joint_index(const std::string& joint) const;
-  /// Index of the body that carries this link's name. Throws InputError that suggests the nearest.
+  /// Index of the body of this name. Throws InputError that suggests the nearest name.
   int body_index(const std::string& body) const;
-  /// One number per joint, in the order of bodies; zero where the posture names none.
+  /// Joint positions in the order of bodies, rad; zero for joints that the posture does not name.
   VectorXd joint_positions(const Posture& posture) const;
 };
 
 /// Keeps the joints that `robot` lists as actuated and freezes all others at zero. A foot without
 /// collision box gets a thin one, the rectangle in `robot`. Throws InputError, naming the robot's
-/// file and the joint, when `robot` names no base or joints, a joint is missing from the URDF or
-/// cannot move, or the base link is not its root's group.
+/// file and the joint, if `robot` names no base or joints, if a joint is missing from the URDF or
+/// cannot move, or if the base link does not belong to the group of the root link.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 
 /// The frame of any link of the URDF, fixed to the body that it moves with. Throws InputError that
@@ -74,16 +78,16 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
 FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& model,
                                 const std::string& link);
 
-/// The box of even density that has the link's mass > 0, centre of mass and inertia, in the link's
-/// frame; a smaller one of that form where it would be lighter than any robot.
+/// Box of uniform density with the mass (> 0), centre of mass and inertia of the link, in the
+/// link's frame. It is scaled down if its density would be lower than that of any robot.
 UrdfBox box_of_inertia(const UrdfLink& link);
 
-/// The same robot with all masses and inertias times `factor` > 0: what a model that errs says of
-/// it.
+/// The same robot with all masses and inertias times `factor` > 0, to represent the error of a
+/// model.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
-/// At rest in the posture, the contact frame of its stance sole (of both: the left one) at the
-/// origin of the world. Throws InputError, naming the first joint that the posture puts outside its
+/// State at rest in the posture, with the contact frame of its stance sole (of both: the left one)
+/// at the origin of the world. Throws InputError, naming the first joint that is outside its
 /// limits.
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture);

@@ -23,16 +23,16 @@ constexpr int left = 0, right = 1;
 constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4,
               clearance_group = 5;
 
-// Pairs of limbs that are looked at, and from which distance on, m.
+// Number of pairs of limbs with rows, and the distance below which they get one, m.
 constexpr int nearest_pairs = 6;
 constexpr double near = 0.15;
 
-// Torques above this share of what a motor has, in the step before, have their rows from the start.
+// Torques above this share of the motor limit in the previous step have rows from the start.
 constexpr double near_effort = 0.7;
-// What the rows are met to, N m: a torque without a row that is further beyond its limit gets one.
+// Accuracy of the rows, Nm. A torque without row that exceeds its limit by more gets one.
 constexpr double effort_tolerance = 1e-6;
 
-// A centre of pressure this near to the end of an edge, m, is on its way to a corner.
+// A centre of pressure within this distance of the end of an edge, m, is moving to a corner.
 constexpr double corner = 0.01;
 
 StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
@@ -111,11 +111,12 @@ class InverseDynamicsController final : public WholeBodyController {
   WholeBodyGains gains;
   ContactCone cones[2];
   FootRectangle rectangle[2];
-  int pressure_rows[2];  // the first of four in the cone: centre of pressure x min, max, y min, max
+  // first of four rows in the cone: centre of pressure x min, max, y min, max
+  int pressure_rows[2];
   StageQp qp;
   StagePoint point;
   VectorXd effort, lower, upper, fastest;
-  std::vector<bool> leg[2];  // whether a joint lies between base and sole
+  std::vector<bool> leg[2];  // true if a joint lies between base and sole
   std::optional<Clearance> clearance;
   VectorXd row;
   std::unique_ptr<StageQpSolver> solver;
@@ -126,8 +127,8 @@ class InverseDynamicsController final : public WholeBodyController {
   VectorXd torque_0;
   MatrixXd task;
   WholeBodyCommand command;
-  std::vector<bool> bounded;   // whether a joint's torque has a row
-  VectorXd exerted;            // torques that the program has found
+  std::vector<bool> bounded;   // true if the torque of a joint has a row
+  VectorXd exerted;            // torques at the solution of the program
   int standing[2] = {-1, -1};  // first column of the wrench of each foot, -1: in the air
   int size = 0;
 
@@ -150,7 +151,7 @@ void InverseDynamicsController::add_cost(int rows, const Vec<double, 6>& wanted,
   stage.r.head(size).noalias() -= weight * J.transpose() * wanted.head(rows);
 }
 
-// d twist / dt = task z + J_b base_0 + drift; the callers subtract what does not depend on z.
+// d twist / dt = task z + J_b base_0 + drift. Callers subtract the terms that do not depend on z.
 void InverseDynamicsController::add_foot_acceleration(const SoleMotion& sole) {
   task.leftCols(size).noalias() = sole.jacobian.leftCols(6) * base.leftCols(size);
   task.leftCols(n) += sole.jacobian.rightCols(n);
@@ -182,7 +183,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     const Mat<double, 6, 6> world = wrench_to_world(*soles[foot]);
     base.middleCols(standing[foot], 6).noalias() =
         soles[foot]->jacobian.leftCols<6>().transpose() * world;
-    const Mat<double, 6, 6> reaction = -world;  // the minus in the product would allocate
+    const Mat<double, 6, 6> reaction = -world;  // a minus in the product would allocate
     torque.middleCols(standing[foot], 6).noalias() =
         soles[foot]->jacobian.rightCols(n).transpose() * reaction;
   }
@@ -270,8 +271,8 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   if (clearance) set_clearance(state);
 }
 
-// Most motors are far from what they can exert, and a row of torques is dense: only those that are
-// near it, or would pass it, have one.
+// Most motors are far from their limits, and a row of torques is dense. So only torques that are
+// near or beyond a limit have a row.
 void InverseDynamicsController::bound_torque(int joint) {
   RowGroup& torques = qp.stages[0].groups[torque_group];
   const int i = torques.rows++;
@@ -281,7 +282,7 @@ void InverseDynamicsController::bound_torque(int joint) {
   bounded[joint] = true;
 }
 
-// Rows for the torques that were found, have none and pass their limits; whether there were any.
+// Adds rows for torques that have none and exceed their limits. Returns true if there were any.
 bool InverseDynamicsController::bound_torques_beyond() {
   bool any = false;
   for (int i = 0; i < n; ++i) {
@@ -292,9 +293,9 @@ bool InverseDynamicsController::bound_torques_beyond() {
   return any;
 }
 
-// The ground bears a tipped sole where it touches, wherever the wrench that is asked for acts: what
-// that keeps off an edge turns the sole back. On the middle of an edge it may stay; one that stands
-// on a corner turns under as soon as the load moves.
+// The ground supports a tipped sole only where it touches, independent of the requested wrench. A
+// wrench away from the loaded edge turns the sole back. A sole may stay on the middle of an edge.
+// On a corner it would rotate further as soon as the load moves.
 void InverseDynamicsController::keep_off_tipped_corners(RowGroup& cone, int foot,
                                                         const Mat<double, 3, 3>& sole) const {
   if (gains.tipped_reserve == 0.0) return;
@@ -305,7 +306,7 @@ void InverseDynamicsController::keep_off_tipped_corners(RowGroup& cone, int foot
     const double width = sides[axis].upper - sides[axis].lower;
     rise[axis] = sole(2, axis) * width;
     lifted[axis] = std::max(0.0, std::abs(rise[axis]) - gains.tipped_threshold);
-    // Of an edge along this axis: whether the sole stands on an end of it.
+    // Degree to which the sole stands on an end of the edge along this axis.
     on_end[axis] = std::min(1.0, lifted[axis] / gains.tipped_threshold);
     if (last[2] <= 0.0) continue;
     const double pressure = (axis == 0 ? -last[4] : last[3]) / last[2];
@@ -321,15 +322,16 @@ void InverseDynamicsController::keep_off_tipped_corners(RowGroup& cone, int foot
   }
 }
 
-// How fast a joint may go towards its limit, rad/s: so that it can brake, and near it as below.
+// Largest speed of a joint towards its limit, rad/s: low enough to brake in time, and linear close
+// to the limit.
 double InverseDynamicsController::approach_speed(double distance) const {
   const double T = gains.limit_horizon, a = gains.braking;
   if (distance < a * T * T) return distance / T;
-  return std::sqrt(2.0 * a * distance - a * a * T * T);  // the same value and slope there
+  return std::sqrt(2.0 * a * distance - a * a * T * T);  // continuous in value and slope
 }
 
-// A joint may approach its limit at (limit - q) / T, and comes back to that speed within T / 4:
-// critically damped, so that it does not swing past the limit.
+// A joint may approach its limit at (limit - q) / T and returns to that speed within T / 4. This is
+// critically damped, so the joint does not overshoot.
 void InverseDynamicsController::set_limits(const WholeBodyState& state) {
   RowGroup& limits = qp.stages[0].groups[limit_group];
   limits.soft = true;
@@ -348,20 +350,20 @@ void InverseDynamicsController::set_limits(const WholeBodyState& state) {
           (1.0 - (swings ? gains.swing_speed_margin : gains.speed_margin)) * fastest[i];
       const double back = approach_speed(state.q[i] - lower[i]);
       const double ahead = approach_speed(upper[i] - state.q[i]);
-      // What is seen is old: since then the joint was accelerated as the last call asked for.
+      // The measured velocity is old. Extrapolate it with the acceleration of the last command.
       const double speed = state.dq[i] + gains.velocity_age * command.joint_acceleration[i];
       limits.lower[i] =
           std::max((4.0 / T) * (-back - speed), gains.speed_approach * (-most - speed));
       limits.upper[i] =
           std::min((4.0 / T) * (ahead - speed), gains.speed_approach * (most - speed));
-      // Far above its largest speed a joint may be asked for more than it may have before a limit.
+      // Far above its largest speed, the lower bound of a joint may exceed the upper one.
       limits.upper[i] = std::max(limits.lower[i], limits.upper[i]);
     }
   limits.l1.setConstant(weights.limit_weight);
   limits.l2.setZero();
 }
 
-// Limbs approach each other as a joint approaches its limit.
+// Limbs approach each other like joints approach their limits.
 void InverseDynamicsController::set_clearance(const WholeBodyState& state) {
   const double T = gains.clearance_horizon;
   clearance->update(state, near, T);

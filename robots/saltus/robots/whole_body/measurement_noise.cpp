@@ -28,7 +28,7 @@ void NoiseSource::reset() {
   normal_.reset();
 }
 
-// The number of draws does not depend on the deviations: each quantity keeps its noise when the
+// The number of draws does not depend on the deviations, so each quantity keeps its noise when the
 // others change.
 void NoiseSource::disturb(WholeBodyEstimate& measured) {
   if (noise_.is_zero()) return;

@@ -8,8 +8,8 @@
 namespace saltus {
 
 /// Standard deviations of the noise, drawn anew in every step of the engine. Positions are not
-/// filtered. Velocities have noise of their own, which stands for the error of an estimator. It is
-/// not the noise of a difference of positions.
+/// filtered. Velocities have separate noise, which represents the error of an estimator. It is not
+/// the noise of a difference of positions.
 struct MeasurementNoise {
   double position = 0.0;          ///< m, of the base's origin, each axis
   double angle = 0.0;             ///< rad, of the base's orientation (each axis) and of every joint
@@ -31,7 +31,7 @@ class NoiseSource {
   /// Throws DefinitionError if a deviation is negative or not finite.
   explicit NoiseSource(const MeasurementNoise& noise);
 
-  /// Starts the sequence of random numbers again.
+  /// Restarts the sequence of random numbers.
   void reset();
   /// Adds noise to a state and its contacts.
   void disturb(WholeBodyEstimate& measured);

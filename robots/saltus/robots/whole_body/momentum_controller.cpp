@@ -78,7 +78,7 @@ class MomentumController final : public WholeBodyController {
       upper_[i] = robot.bodies[i + 1].position.upper;
     }
     RiccatiOptions solver;
-    solver.tolerance = 1e-6;  // N and Nm, against hundreds of them
+    solver.tolerance = 1e-6;  // N and Nm, relative to hundreds of them
     solver.max_iterations = 40;
     solver_ = make_riccati_solver(qp_, solver);
     pull_.setZero();
@@ -106,7 +106,7 @@ class MomentumController final : public WholeBodyController {
   std::unique_ptr<StageQpSolver> solver_;
   VectorXd effort_, lower_, upper_;
 
-  // With the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
+  // Equations with the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
   Cholesky<6> base_factor_;   // of M_bb
   MatrixXd base_;             // M_bb^-1 M_bj
   Vec<double, 6> base_bias_;  // M_bb^-1 h_b
@@ -114,21 +114,22 @@ class MomentumController final : public WholeBodyController {
   Cholesky<Eigen::Dynamic> mass_factor_;
   VectorXd bias_;
 
-  VectorXd posture_;   // wanted joint accelerations
-  MatrixXd jacobian_;  // of both feet, the base moving along
+  VectorXd posture_;   // requested joint accelerations
+  MatrixXd jacobian_;  // Jacobian of both feet, including the motion of the base
   MatrixXd transfer_;  // Lambda'
   MatrixXd gram_;      // Lambda Lambda', regularised
   Cholesky<Eigen::Dynamic> gram_factor_;
-  VectorXd effort_of_missing_;   // gram_^-1 missing_
-  Mat<double, 12, 12> pull_;     // acceleration of the feet by the base alone, per sole wrench
-  Vec<double, 12> missing_;      // acceleration that posture and a falling base leave to be made
+  VectorXd effort_of_missing_;  // gram_^-1 missing_
+  Mat<double, 12, 12> pull_;    // acceleration of the feet through the base, per sole wrench
+  // foot acceleration that remains after posture and free fall of the base
+  Vec<double, 12> missing_;
   Mat<double, 6, 12> momentum_;  // rate of momentum per sole wrench
   Mat<double, 6, 6> world_[feet];
   MatrixXd torque_;  // tau = torque_ f + torque_0_
   VectorXd torque_0_, rest_;
   bool stands_[feet] = {false, false};
-  int size_ = 0;                 // of f: 6 per foot that stands
-  int column_[feet] = {-1, -1};  // of its wrench in f
+  int size_ = 0;                 // size of f: 6 per stance foot
+  int column_[feet] = {-1, -1};  // first entry of its wrench in f
   Vec<double, 12> wrench_;       // f
   WholeBodyCommand command_;
 };
@@ -148,7 +149,8 @@ void MomentumController::eliminate_base(const DynamicsModel& model) {
   bias_.noalias() -= M.bottomLeftCorner(n_, 6) * base_bias_;
 }
 
-// Lambda, what the feet lack, and from them the torques as a function of the wrenches.
+// Computes Lambda and the missing accelerations of the feet, then the torques as a function of the
+// wrenches.
 void MomentumController::set_feet(const DynamicsModel& model, const WholeBodyState& state,
                                   const WholeBodyTasks& tasks) {
   const SoleMotion* soles[feet] = {&model.sole(Side::left), &model.sole(Side::right)};
@@ -190,7 +192,7 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
         jacobian_.middleRows<6>(6 * i).transpose() * reaction;
     momentum_.block<6, 6>(0, column_[i]) = wrench_to_momentum(*soles[i], model.com());
   }
-  // tau_0 and Lambda^+ of what is missing.
+  // tau_0 and Lambda^+ times the missing acceleration.
   torque_0_ = bias_;
   torque_0_.noalias() += mass_ * posture_;
   effort_of_missing_ = missing_;
@@ -232,13 +234,14 @@ bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBo
   command_.solve_seconds = 1e-6 * (thread_microseconds() - begin);
   command_.status = r.status;
   command_.iterations = r.iterations;
-  // A wrench that misses its optimum by less than a hundredth of a N serves as well.
+  // A wrench within a hundredth of a N of the optimum is accepted too.
   if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return false;
   wrench_.head(size_) = point_.stages[0].u.head(size_);
   return true;
 }
 
-// Cuts the torques; then what they do to joints and feet if the ground answers with these wrenches.
+// Cuts the torques, then computes the resulting accelerations of joints and feet if the ground
+// responds with these wrenches.
 void MomentumController::finish(const WholeBodyState& state) {
   const auto f = wrench_.head(size_);
   command_.torques = torque_0_;
@@ -272,8 +275,8 @@ void MomentumController::finish(const WholeBodyState& state) {
   command_.limit_excess = limit_excess(state);
 }
 
-// At this acceleration the limit would be passed in time T; nothing is kept from it, unlike in the
-// inverse-dynamics program.
+// At this acceleration the joint passes its limit in time T. Unlike the inverse-dynamics program,
+// no margin is kept.
 double MomentumController::limit_excess(const WholeBodyState& state) const {
   const double T = options_.limit_horizon;
   double most = 0.0;

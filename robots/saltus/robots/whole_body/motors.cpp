@@ -18,8 +18,8 @@ Motors::Motors(const MotorOptions& options, int joints, double step)
   expect(options.bandwidth >= 0.0, "the bandwidth", options.bandwidth);
   expect(options.torque_rate >= 0.0, "the largest rate of torque", options.torque_rate);
   expect(step > 0.0, "the step", step);
-  // Exact solution of the lag for a constant command during a step: its value at the end of the
-  // step, and its mean, which the engine gets.
+  // Exact solution of the lag for a constant command during a step: the value at the end of the
+  // step, and the mean, which is passed to the engine.
   if (options.bandwidth > 0.0) {
     const double lags = 2.0 * std::numbers::pi * options.bandwidth * step;
     followed_ = -std::expm1(-lags);

@@ -9,7 +9,7 @@
 namespace saltus {
 namespace {
 
-constexpr double ground_size = 2000.0, ground_depth = 0.2;  // m: an hour of walking
+constexpr double ground_size = 2000.0, ground_depth = 0.2;  // m: enough for an hour of walking
 
 }  // namespace
 

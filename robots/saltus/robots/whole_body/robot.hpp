@@ -17,8 +17,8 @@ struct SensorReadings {
   Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
   /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
   Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
-  /// State and contacts from ideal sensors, which only simulations have. The other readings are
-  /// then not used.
+  /// State and contacts from ideal sensors, which only simulations have. If set, the other readings
+  /// are not used.
   std::optional<WholeBodyEstimate> ideal;
 };
 
@@ -27,14 +27,14 @@ struct JointCommands {
   VectorXd torques;  ///< Nm
 };
 
-/// A robot that a BalanceController can drive: read(), write() and wait() in turns.
+/// A robot that a BalanceController can drive by alternating calls of read(), write() and wait().
 class Robot {
  public:
   virtual ~Robot() = default;
 
   /// Latest sensor readings. The reference stays valid until the next wait().
   virtual const SensorReadings& read() const = 0;
-  /// Commands that act from now on until the next call.
+  /// Sets the commands that act until the next call.
   virtual void write(const JointCommands& commands) = 0;
   /// Waits for the next readings. Returns an empty string, or one sentence on a failure.
   virtual std::string wait() = 0;

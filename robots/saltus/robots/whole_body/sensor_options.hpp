@@ -1,6 +1,6 @@
-// The sensors of a robot, and how an estimate is made of what they tell.
+// Options of the sensors of a robot and of the estimator.
 //
-// The defaults are those published for iCub-class hardware; the source stands with each.
+// The defaults are published values for iCub-class hardware; each comment names the source.
 #pragma once
 
 #include <algorithm>
@@ -17,21 +17,22 @@ inline double sample_period(double rate, double step) {
   return static_cast<double>(steps_between(rate, step)) * step;
 }
 
-/// Options of the encoders.
+/// Options of joint encoders.
 struct EncoderOptions {
   double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
   /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
   /// motorControl of iCubGenova02's legs in robotology/robots-configuration).
   double resolution = 4.4e-6;
-  /// rad, each sample: five counts; not published, an allowance for ripple and play of the reducer.
+  /// rad, each sample: five counts. Not published; an allowance for ripple and play of the reducer.
   double noise = 2e-5;
-  /// rad: the zero is found by the encoder on the joint, 4096 counts per turn (same source), and so
-  /// known to 2 pi / 4096 / sqrt(12).
+  /// rad: the encoder on the joint (4096 counts per turn, same source) finds the zero position,
+  /// with a standard deviation of 2 pi / 4096 / sqrt(12).
   double bias = 4.4e-4;
   double delay = 0.001;  ///< s: one period
 };
 
-/// A gyroscope (rad/s) or accelerometer (m/s^2), three axes; readings are means over the period.
+/// Options of a gyroscope (rad/s) or accelerometer (m/s^2) with three axes. Readings are means over
+/// the period.
 struct InertialOptions {
   double rate;   ///< Hz
   double noise;  ///< density, per sqrt(Hz); a sample has noise times sqrt(rate)
@@ -39,7 +40,7 @@ struct InertialOptions {
   double delay;  ///< s
 };
 
-/// Options of the force-torque sensors.
+/// Options of force-torque sensors.
 struct ForceTorqueOptions {
   double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
   /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
@@ -60,11 +61,12 @@ struct SensorOptions {
   int seed = 1;                     ///< the same numbers for the same seed
 };
 
-/// Of the base from measured senses.
+/// Options of the estimator.
 struct EstimationOptions {
-  double velocity_lag = 0.0015;  ///< s, of the joints' velocities, without the delay of encoders
-  double standing_force = 40.0;  ///< N, vertical: a foot that bears more stands, down to half of it
-  double initial_tilt = 0.01;    ///< rad, standard deviation of the first estimate, roll and pitch
+  double velocity_lag = 0.0015;  ///< s, lag of the joint velocities, without the delay of encoders
+  double standing_force = 40.0;  ///< N, vertical: a foot stands above this load, and lifts off at
+                                 ///< half of it
+  double initial_tilt = 0.01;    ///< rad, standard deviation of the initial roll and pitch
 };
 
 }  // namespace saltus

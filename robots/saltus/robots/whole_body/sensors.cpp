@@ -12,7 +12,8 @@
 namespace saltus {
 namespace {
 
-// Standard normal, by Box and Muller; one value per two uniform ones keeps the count of draws.
+// Standard normal variate by Box and Muller. It always uses two uniform draws, so that their count
+// is constant.
 double normal(Random& random) {
   const double u = 1.0 - random.uniform(0.0, 1.0);  // in (0, 1]
   const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
@@ -64,7 +65,7 @@ SensorDevice force_torque(const ForceTorqueOptions& o, double step, std::uint64_
   return {{o.rate, o.delay, 0.0, noise, bias, true}, step, seed};
 }
 
-// A device's own random numbers: those of the others stay the same whatever its rate.
+// Each device has its own random numbers, which do not depend on the rates of the others.
 std::uint64_t seed_of(const SensorOptions& options, std::uint64_t device) {
   constexpr std::uint64_t devices = 5;
   return devices * static_cast<std::uint64_t>(options.seed) + device;

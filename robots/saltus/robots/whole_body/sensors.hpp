@@ -11,25 +11,26 @@
 
 namespace saltus {
 
-/// One device: takes a value in every step of the engine, hands over what it has measured.
+/// One simulated device. It takes a value in every step of the engine and outputs delayed, noisy
+/// samples.
 class SensorDevice {
  public:
-  /// Of one device.
+  /// Options of a device.
   struct Options {
-    double rate, delay, resolution = 0.0;  // Hz, s, of the values (0: none)
+    double rate, delay, resolution = 0.0;  // Hz, s, unit of the values (0: exact)
     VectorXd noise, bias;                  // standard deviations
-    bool averages = false;                 // over the period
+    bool averages = false;                 // true: samples are means over the period
   };
   /// Rate and delay are rounded to whole steps of the engine (s).
   SensorDevice(Options options, double step, std::uint64_t seed);
 
-  /// Draws the bias; up to the first sample `value` is what is measured.
+  /// Draws the bias. Until the first sample, the reading is based on `value`.
   void reset(const VectorXd& value);
-  /// What there is to measure now.
+  /// Passes the current true value.
   void observe(const VectorXd& value);
-  /// The latest.
+  /// Latest reading.
   const VectorXd& reading() const { return reading_; }
-  /// Whether it arrived in this step.
+  /// True if the reading arrived in this step.
   bool is_new() const { return is_new_; }
 
  private:
@@ -37,30 +38,30 @@ class SensorDevice {
 
   struct Sample {
     VectorXd value;
-    long due = 0;  // step
+    long due = 0;  // step at which the sample arrives
   };
   Options options_;
-  long period_, delay_, steps_ = 0;  // of the engine
+  long period_, delay_, steps_ = 0;  // in steps of the engine
   std::uint64_t seed_;
   Random random_;
   VectorXd bias_, sum_, reading_;
-  std::vector<Sample> waiting_;  // a ring of samples under way
+  std::vector<Sample> waiting_;  // ring buffer of delayed samples
   std::size_t first_ = 0, count_ = 0;
   bool is_new_ = false;
 };
 
-/// All of them. After construction nothing allocates.
+/// All sensors of a robot. Does not allocate after construction.
 class Sensors {
  public:
-  /// `step` of the engine, s. Throws DefinitionError for a rate that is not positive, and for a
-  /// noise, bias, resolution or delay that is negative or not finite.
+  /// `step` is the time step of the engine, s. Throws DefinitionError for a rate that is not
+  /// positive, and for a noise, bias, resolution or delay that is negative or not finite.
   Sensors(const FloatingRobot& robot, const SensorOptions& options, double step);
 
-  /// At rest in this state.
+  /// Starts at rest in this state.
   void reset(const WholeBodyState& state);
-  /// After a step of the engine; wrenches in world axes, as in FootContact.
+  /// Processes the state after a step of the engine. Wrenches are in world axes, as in FootContact.
   void observe(const WholeBodyState& state, const FootContact& left, const FootContact& right);
-  /// The latest of all devices.
+  /// Latest readings of all devices.
   const SensorReadings& readings() const { return readings_; }
 
  private:
@@ -70,7 +71,7 @@ class Sensors {
   SoleKinematics soles_[2];
   SensorDevice encoder_, gyroscope_, accelerometer_, feet_[2];
   Eigen::Isometry3d base_;   // before the step
-  Vec<double, 3> velocity_;  // of its origin, the same
+  Vec<double, 3> velocity_;  // velocity of its origin before the step
   VectorXd inertial_, wrench_;
   SensorReadings readings_;
 };

@@ -1,4 +1,4 @@
-// Where a sole is in the frame of the base, from joint positions alone: what encoders tell.
+// Leg kinematics: pose of a sole in the frame of the base, from joint positions alone.
 #pragma once
 
 #include <vector>
@@ -7,16 +7,16 @@
 
 namespace saltus {
 
-/// The chain of joints from the base to one sole. After construction nothing allocates.
+/// The chain of joints from the base to one sole. Does not allocate after construction.
 class SoleKinematics {
  public:
-  /// Of the chain from the base to a sole.
+  /// Builds the chain of the given side.
   SoleKinematics(const FloatingRobot& robot, Side side);
 
-  /// For these joint positions, rad.
+  /// Computes pose and Jacobian at these joint positions, rad.
   void update(const VectorXd& q);
 
-  const Eigen::Isometry3d& pose() const { return pose_; }  ///< of the contact frame
+  const Eigen::Isometry3d& pose() const { return pose_; }  ///< contact frame in the base
   /// d (position m | rotation rad) / dq, axes of the base; 6 x n.
   const MatrixXd& jacobian() const { return jacobian_; }
 
@@ -24,10 +24,10 @@ class SoleKinematics {
   struct Joint {
     Eigen::Isometry3d origin;
     Vec<double, 3> axis;
-    int index;                           // in q
+    int index;                           // index in q
     Vec<double, 3> place, axis_in_base;  // of the last update
   };
-  std::vector<Joint> chain_;  // from the base on
+  std::vector<Joint> chain_;  // joints in the order from the base to the sole
   Eigen::Isometry3d end_;     // contact frame in the last body
   Eigen::Isometry3d pose_;
   MatrixXd jacobian_;

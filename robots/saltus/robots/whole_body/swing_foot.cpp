@@ -7,7 +7,7 @@
 namespace saltus {
 namespace {
 
-constexpr double shortest = 0.01;  // s to go: below it the trajectory is not bent any more
+constexpr double shortest = 0.01;  // s to go, below which the trajectory is no longer changed
 
 // One step of the quintic from (p, v, a) to rest at `goal` in T.
 void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
@@ -24,15 +24,15 @@ void minimum_jerk(double goal, double T, double dt, double& p, double& v, double
   a += dt * jerk;
 }
 
-// Whether the quintic from a height (m, above the ground) to rest on the ground in T stays above
-// it. In s = t / T it is (1 - s)^3 (h (1 - s)^2 + 5 b s (1 - s) + 10 c s^2).
+// True if the quintic from a height (m, above the ground) to rest on the ground in T stays above
+// the ground. In s = t / T it is (1 - s)^3 (h (1 - s)^2 + 5 b s (1 - s) + 10 c s^2).
 bool stays_above(double h, double v, double a, double T) {
   const double b = h + 0.2 * T * v, c = h + 0.4 * T * v + 0.05 * T * T * a;
   return c >= 0.0 && (b >= 0.0 || 25.0 * b * b <= 40.0 * h * c);
 }
 
-// The longest time to the ground, at most T: told late to land much later, a foot that comes down
-// would dip below the ground. It rests there until it is time.
+// Longest time to the ground, at most T. If the landing is postponed while the foot descends, it
+// would dip below the ground. It then lands earlier and rests.
 double time_down(double h, double v, double a, double T) {
   if (h <= 0.0 || stays_above(h, v, a, T)) return T;
   double down = 0.0;
@@ -59,7 +59,7 @@ void SwingFoot::start(double t, double landing_time) {
 }
 
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
-  // Else a foot that shall land sooner comes down late and fast.
+  // Otherwise a foot with an earlier landing time would descend late and fast.
   const double apex_time = 0.5 * (lift_off_ + landing_time);
   if (landing_time != landing_time_ && now_ < apex_time_) apex_time_ = apex_time;
   landing_time_ = landing_time;

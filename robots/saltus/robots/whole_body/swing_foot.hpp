@@ -1,42 +1,41 @@
-// The trajectory of the foot that steps: where it should be, and the acceleration that brings it
-// there.
+// Trajectory of the swing foot and the acceleration that tracks it.
 #pragma once
 
 #include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
 
-/// Of the swing foot's motion.
+/// Options of the motion of the swing foot.
 struct SwingOptions {
-  double clearance = 0.03;                   ///< m, of the sole above the ground at mid-swing
+  double clearance = 0.03;  ///< m, height of the sole above the ground at mid-swing
   double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
-  double late_speed = 0.3;  ///< m/s, downward, when the ground is not where it was expected
+  double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected
 };
 
-/// Minimum jerk towards a place and a landing time that may change while the foot is under way; the
-/// sole stays level and lands with zero velocity, before its time if it would dip otherwise. World
-/// axes, m, s.
+/// Minimum-jerk trajectory to a place and a landing time, both of which may change during the
+/// swing. The sole stays level and lands with zero velocity. It lands early if it would otherwise
+/// dip below the ground. World axes, m, s.
 class SwingFoot {
  public:
-  /// Not under way.
+  /// Creates a foot that is not swinging.
   explicit SwingFoot(const SwingOptions& options = {}) : options_(options) {}
 
   /// Holds this pose until start().
   void hold(const Eigen::Isometry3d& pose);
-  /// From the ground at t to the landing at landing_time, s.
+  /// Starts the swing at t, with the landing at landing_time, s.
   void start(double t, double landing_time);
-  /// The place of the contact frame, its height that of the ground.
+  /// Sets the target of the contact frame; its height is that of the ground.
   void aim(double landing_time, const Vec<double, 3>& place);
-  /// Whether it is in the air.
+  /// True if the foot is swinging.
   bool is_under_way() const { return under_way_; }
 
-  /// Moves the reference on to t, with the time to go from t on: about one call ahead of the
-  /// minimum jerk (2 mm in mid-swing at 2 ms). Feet follow late, and without the lead they land
-  /// harder.
+  /// Advances the reference to t, with the time to go from t on. The reference is about one call
+  /// ahead of the minimum-jerk trajectory (2 mm in mid-swing at 2 ms). Feet track with a lag, and
+  /// without the lead they land harder.
   void advance(double t);
-  /// d twist / dt (angular | linear) that follows the reference from the motion measured.
+  /// d twist / dt (angular | linear) that tracks the reference from the measured motion.
   Vec<double, 6> acceleration(const SoleMotion& sole) const;
-  /// Of the sole's origin, m.
+  /// Reference position of the sole's origin, m.
   const Vec<double, 3>& reference() const { return position_; }
 
  private:

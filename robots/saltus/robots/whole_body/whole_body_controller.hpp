@@ -1,4 +1,4 @@
-// Joint torques from what is asked of momentum, feet and posture, whichever method finds them.
+// Interface of whole-body controllers: joint torques from tasks for momentum, feet and posture.
 #pragma once
 
 #include "saltus/qp/qp_result.hpp"
@@ -6,39 +6,40 @@
 
 namespace saltus {
 
-/// What is asked for; wrenches (fx, fy, fz, tx, ty, tz) in the axes of their sole.
+/// Tasks of a whole-body controller. Wrenches are (fx, fy, fz, tx, ty, tz) in the axes of their
+/// sole.
 struct WholeBodyTasks {
-  bool left_stands = true, right_stands = true;    ///< that may bear forces
+  bool left_stands = true, right_stands = true;    ///< feet that may carry load
   Vec<double, 3> force = Vec<double, 3>::Zero();   ///< rate of linear momentum, N
   Vec<double, 3> torque = Vec<double, 3>::Zero();  ///< rate of angular momentum about the CoM, Nm
-  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned, left and right
-  /// Of the foot that does not stand: d twist / dt, (angular | linear), world axes.
+  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned wrenches, left and right
+  /// Acceleration of the swing foot: d twist / dt, (angular | linear), world axes.
   Vec<double, 6> swing_acceleration = Vec<double, 6>::Zero();
-  VectorXd posture;  ///< rad
+  VectorXd posture;  ///< desired joint positions, rad
 };
 
-/// Torques, and how they were found.
+/// Torques, and diagnostics of their computation.
 struct WholeBodyCommand {
   VectorXd torques;                                    ///< Nm, within their limits
   VectorXd joint_acceleration;                         ///< rad/s^2
-  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected, axes of the soles
-  QpStatus status = QpStatus::invalid_problem;         ///< of the quadratic program
-  int iterations = 0;                                  ///< of the quadratic program
-  double solve_seconds = 0.0;                          ///< processor time of the program's solution
-  double stance_slip =
-      0.0;  ///< largest entry of a stance foot's acceleration that had to be given up
-  double limit_excess = 0.0;  ///< rad/s^2 by which a joint limit is not respected
-  int torques_cut = 0;        ///< joints whose torque was found too large and cut to its limit
+  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected wrenches, axes of the soles
+  QpStatus status = QpStatus::invalid_problem;         ///< status of the quadratic program
+  int iterations = 0;                                  ///< iterations of the quadratic program
+  double solve_seconds = 0.0;                          ///< processor time of the quadratic program
+  double stance_slip = 0.0;   ///< largest entry of a stance foot's acceleration that remains
+  double limit_excess = 0.0;  ///< violation of a joint limit, rad/s^2
+  int torques_cut = 0;        ///< number of joints whose torque was cut to its limit
 };
 
-/// Torques that carry out tasks.
+/// Computes joint torques that carry out tasks.
 class WholeBodyController {
  public:
   virtual ~WholeBodyController() = default;
-  /// The posture in which the robot will stand: what is close there need not keep further off.
+  /// Sets the posture in which the robot will stand. Limbs that are close to each other in it need
+  /// no larger distance later.
   virtual void stand(const WholeBodyState&) {}
-  /// The model must be at `state`. Does not allocate. When the program is not solved the torques of
-  /// the last call stay.
+  /// Computes the torques. The model must be updated to `state`. Does not allocate. If the program
+  /// is not solved, the torques of the last call are kept.
   virtual const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
                                           const WholeBodyTasks& tasks) noexcept = 0;
 };

@@ -1,4 +1,4 @@
-// Options of the whole-body controller, and the controller that they choose.
+// Options of the whole-body controllers, and a factory for the chosen one.
 #pragma once
 
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
@@ -6,21 +6,22 @@
 
 namespace saltus {
 
-/// Which controller of the whole body.
+/// Method of the whole-body controller.
 enum class WholeBodyChoice { inverse_dynamics, momentum };
 
-/// Which controller of the whole body, how often, with which weights.
+/// Method, period and options of the whole-body controller.
 struct WholeBodyControl {
-  double period = 0.002;                                       ///< s
-  WholeBodyChoice choice = WholeBodyChoice::inverse_dynamics;  ///< which one
-  WholeBodyWeights inverse_dynamics;                           ///< its weights
-  WholeBodyGains gains;                                        ///< of the same
-  MomentumOptions momentum;                                    ///< of the other one
-  bool joint_speed_limits = false;  ///< joints keep below their largest speeds; not by momentum
-  bool self_collision = false;      ///< limbs keep off each other, likewise, and collide
+  double period = 0.002;                                       ///< control period, s
+  WholeBodyChoice choice = WholeBodyChoice::inverse_dynamics;  ///< method
+  WholeBodyWeights inverse_dynamics;                           ///< weights of inverse dynamics
+  WholeBodyGains gains;                                        ///< gains of inverse dynamics
+  MomentumOptions momentum;                                    ///< options of momentum control
+  bool joint_speed_limits = false;  ///< limit joint speeds; not available with momentum control
+  bool self_collision = false;      ///< keep limbs apart and let them collide; not available with
+                                    ///< momentum control
 };
 
-/// The one that is chosen, for this robot and these soles.
+/// Creates the chosen controller for this robot and these soles.
 std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRobot& robot,
                                                                 const ContactConeOptions& left,
                                                                 const ContactConeOptions& right,

@@ -16,7 +16,7 @@ struct WholeBodyState {
   VectorXd q;                                              ///< rad
   VectorXd dq;                                             ///< rad/s
 
-  /// Whether every number is finite.
+  /// True if every number is finite.
   bool is_finite() const {
     return base.matrix().allFinite() && base_twist.allFinite() && q.allFinite() && dq.allFinite();
   }
@@ -31,8 +31,8 @@ struct FootContact {
 
 /// State and contacts, either measured by ideal sensors or estimated.
 struct WholeBodyEstimate {
-  WholeBodyState state;     ///< of base and joints
-  FootContact left, right;  ///< of both feet
+  WholeBodyState state;     ///< state of base and joints
+  FootContact left, right;  ///< contacts of both feet
 
   /// Contact of one foot.
   const FootContact& contact(Side side) const { return side == Side::left ? left : right; }
