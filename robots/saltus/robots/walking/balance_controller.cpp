@@ -15,8 +15,8 @@ namespace {
 
 SoleFrame frame_of(const SoleMotion& sole) { return {sole.pose.translation(), sole.pose.linear()}; }
 
-// Planners take soles to be level, whole-body controllers as they are: from components along level
-// axes to components along those of the sole.
+// Planners assume level soles, whole-body controllers use the actual ones. Rotation from level axes
+// to the axes of the sole.
 Mat<double, 3, 3> from_level(const SoleFrame& sole) {
   return sole.rotation.transpose() * levelled(sole).rotation;
 }
@@ -28,7 +28,7 @@ void rotate(const Mat<double, 3, 3>& rotation, Side foot, Vec<double, 12>& wrenc
   }
 }
 
-// How many times `part` fits into `whole`.
+// The integer ratio of `whole` to `part`.
 long multiple(const char* name, double whole, double part) {
   const double ratio = whole / part;
   if (!(ratio > 0.5) || !(std::abs(ratio - std::round(ratio)) <= 1e-6 * ratio))

@@ -1,7 +1,8 @@
-// The controller of a walking robot: from sensor readings to joint commands.
+// Controller of a walking robot: from sensor readings to joint commands.
 //
-// Its parts run at rates of their own: Estimator and ContactEstimator with all readings,
-// WholeBodyController at the control period, StepPlanner and Planner (BalancePlanner) at theirs.
+// Its parts run at different rates: Estimator and ContactEstimator with all readings,
+// WholeBodyController at the control period, StepPlanner and Planner (BalancePlanner) at the
+// planner period.
 #pragma once
 
 #include <memory>
@@ -18,7 +19,7 @@ namespace saltus::walking {
 /// Parts of a BalanceController.
 struct BalanceParts {
   std::unique_ptr<Estimator> estimator;             ///< from readings to the state
-  std::unique_ptr<DynamicsModel> model;             ///< dynamics as the controllers know them
+  std::unique_ptr<DynamicsModel> model;             ///< dynamics of the controllers' model
   std::unique_ptr<WholeBodyController> whole_body;  ///< from wrenches to torques
   std::unique_ptr<StepPlanner> steps;               ///< decides on steps
   std::unique_ptr<Planner> wrenches;                ///< plans wrenches
@@ -26,17 +27,18 @@ struct BalanceParts {
 
 /// Rates and start of a BalanceController.
 struct BalanceOptions {
-  double period = 0.001;          ///< between two readings, s
-  double control_period = 0.002;  ///< of the whole-body controller, s: a multiple of `period`
-  double planner_period = 0.01;   ///< of the planners, s: a multiple of `control_period`
+  double period = 0.001;          ///< time between two readings, s
+  double control_period = 0.002;  ///< period of the whole-body controller, s: a multiple of
+                                  ///< `period`
+  double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
   double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
   Scene scene;                    ///< feet and target at the start
-  Schedule contacts;              ///< contacts as far as they are known at the start
+  Schedule contacts;              ///< contacts known at the start
 };
 
 /// Counts and times of a run, for logs.
 struct BalanceStatistics {
-  long calls = 0, failures = 0;  ///< of the whole-body controller, and those without a solution
+  long calls = 0, failures = 0;  ///< of the whole-body controller; failures have no solution
   long cuts = 0;                 ///< calls in which torques were cut to their limits
   LatencyHistogram solves;       ///< processor time of the solutions
   /// Processor time of planners and whole-body control, and of the last plan of steps, s.
@@ -51,14 +53,15 @@ class BalanceController {
 
   /// Starts at rest in `state` with the first readings, which are those of the first update().
   void start(const WholeBodyState& state, const SensorReadings& readings);
-  /// Commands for these readings. They act until the next update(). The reference stays valid.
+  /// Computes the commands for these readings. They act until the next update(). The reference
+  /// stays valid.
   const JointCommands& update(const SensorReadings& readings);
 
-  /// Optional, between two updates and on any thread: does ahead of the tick at `t` (s) what does
-  /// not need its readings.
+  /// Optional, between two updates and on any thread: does the work for the tick at `t` (s) that
+  /// does not need its readings.
   void prepare(double t) { planner_.planner().controller().prepare(t); }
 
-  /// What the last update() has done, for logs.
+  /// Events of the last update(), for logs.
   struct Update {
     double time = 0.0;                ///< time of its readings, s
     bool has_controlled = false;      ///< True if the whole-body controller has run.
@@ -67,9 +70,9 @@ class BalanceController {
     BalancePlanner::StepChange step;  ///< changes of the step
   };
   const Update& last() const { return update_; }  ///< record of update()
-  /// What is known of the robot.
+  /// Current estimate of the robot.
   const WholeBodyEstimate& estimate() const { return parts_.estimator->estimate(); }
-  /// What the planners know of the robot, at the last call of the whole-body controller.
+  /// Estimate used by the planners, at the last call of the whole-body controller.
   CentroidalEstimate centroidal_estimate() const;
   const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
   const JointCommands& commands() const { return commands_; }   ///< result of the last update()
@@ -77,8 +80,8 @@ class BalanceController {
   const BalancePlanner& planner() const { return planner_; }           ///< steps and wrenches
   BalancePlanner& planner() { return planner_; }                       ///< steps and wrenches
   const BalanceStatistics& statistics() const { return statistics_; }  ///< since start()
-  const Vec<double, 12>& applied() const { return applied_; }  ///< wrenches that are expected
-  Side swing_side() const { return swing_side_; }              ///< foot that swings, or swung last
+  const Vec<double, 12>& applied() const { return applied_; }          ///< expected wrenches
+  Side swing_side() const { return swing_side_; }  ///< foot that swings, or swung last
 
  private:
   void plan(double t);

@@ -40,7 +40,7 @@ StepSituation BalancePlanner::situation(double t, const CentroidalEstimate& meas
   return now;
 }
 
-// A step that is under way follows the plan as long as that names its foot first.
+// The present step follows the plan as long as the plan names its foot first.
 BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
                                                       const CentroidalEstimate& measured) {
   StepChange change;
@@ -79,7 +79,7 @@ void BalancePlanner::land(double t, const Vec<double, 3>& place) {
 }
 
 void BalancePlanner::plan_wrenches(double t, const CentroidalEstimate& measured) {
-  planner_->controller().prepare(t);  // ahead of the measurement: grid, plan moved on, blocks
+  planner_->controller().prepare(t);  // work that needs no measurement: grid, shifted plan, blocks
   const Measurement known{t,
                           measured.gamma,
                           measured.applied,
@@ -95,8 +95,8 @@ void BalancePlanner::note_contacts() {
   for (Foot& f : feet_) f.bore = f.stands;
 }
 
-// The step that is under way, then those that are planned. A foot that is late lands after this
-// tick at the earliest, and none lifts off within it.
+// Schedules the present step, then the planned ones. A late foot lands after this tick at the
+// earliest, and no foot lifts off within it.
 void BalancePlanner::schedule(double t) {
   std::array<PlannedStep, StepPlan::most_steps> steps;
   std::size_t count = 0;

@@ -8,7 +8,7 @@
 namespace saltus::walking {
 namespace {
 
-// One foot carries the robot, and of two each as much as it must.
+// Checks that one foot can carry the robot, and that two feet can carry their least forces.
 void check_normal_forces(const ContactSettings& contact, const RobotDescription& robot) {
   const double weight = robot.mass * standard_gravity;
   if (contact.normal_force_max < weight)

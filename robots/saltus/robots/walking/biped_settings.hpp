@@ -1,4 +1,4 @@
-// All options of a biped in a closed loop, put together from the option structs of the modules.
+// All settings of a biped in a closed loop, composed of the options of the modules.
 #pragma once
 
 #include "saltus/robots/walking/capture_point_controller.hpp"
@@ -16,26 +16,26 @@ namespace saltus::walking {
 /// The problem's own planner ("mpc"), or the capture-point controller without prediction.
 enum class ControllerChoice { mpc, capture_point };
 
-/// All settings of a biped's closed loop.
+/// All settings of a biped in a closed loop.
 struct BipedSettings {
-  std::string preset;   ///< of the settings, by name; of a problem that declares presets
-  PlantSettings plant;  ///< who answers the controller
-  RobotChoice robot;    ///< which robot, in which posture
-  ControllerChoice controller = ControllerChoice::mpc;  ///< who holds the robot
-  PlannerSettings planner;                              ///< of the model predictive controller
-  CapturePointGains baseline;                           ///< of the capture point controller
-  SceneSettings scene;                                  ///< where the robot shall come to rest
-  Step step;                                            ///< when and where a foot is put
-  Push push;                                            ///< the first one
-  MorePushes more_pushes;                               ///< those after it
-  ContactSettings contact;                              ///< both feet
-  WholeBodyControl control;                             ///< of the whole body
-  bool pictures = true;                                 ///< draw them at the end
-  double explain_limit = 10.0;                          ///< for what could not be met, s; 0: none
+  std::string preset;   ///< name of a preset of settings, if the problem declares presets
+  PlantSettings plant;  ///< simulated system
+  RobotChoice robot;    ///< robot and its posture
+  ControllerChoice controller = ControllerChoice::mpc;  ///< type of controller
+  PlannerSettings planner;      ///< options of the model predictive controller
+  CapturePointGains baseline;   ///< gains of the capture-point controller
+  SceneSettings scene;          ///< stance and target of the CoM
+  Step step;                    ///< time and place of steps
+  Push push;                    ///< first push
+  MorePushes more_pushes;       ///< further pushes
+  ContactSettings contact;      ///< contacts of both feet
+  WholeBodyControl control;     ///< whole-body controller
+  bool pictures = true;         ///< draw pictures at the end
+  double explain_limit = 10.0;  ///< time limit for explanations of unmet constraints, s; 0: none
 };
 
-/// Which feet stand when, as far as it is known when the run begins: those of the scene. With room
-/// for the steps that may come.
+/// Contact schedule known at the start: contacts of the scene, with capacity for the possible
+/// steps.
 Schedule first_contacts(const BipedSettings& settings, const Scene& scene);
 
 }  // namespace saltus::walking

@@ -5,14 +5,15 @@
 namespace saltus::walking {
 namespace {
 
-// Forces and torques in the axes of a sole.
+// Force and torque in the axes of a sole.
 Vec<double, 6> in_sole(const Eigen::Isometry3d& sole, const Vec<double, 6>& world) {
   Vec<double, 6> w;
   w << sole.linear().transpose() * world.head<3>(), sole.linear().transpose() * world.tail<3>();
   return w;
 }
 
-// Mean over the samples of (t - wrench_filter, t]. Summed afresh: no error accumulates.
+// Mean over the samples of (t - wrench_filter, t]. Summed anew, so that no rounding error
+// accumulates.
 std::vector<Vec<double, 12>> filtered(const RunLog& log,
                                       const std::vector<Vec<double, 12>>& wrenches) {
   std::vector<Vec<double, 12>> means;
@@ -27,7 +28,7 @@ std::vector<Vec<double, 12>> filtered(const RunLog& log,
   return means;
 }
 
-// Of the corners of a sole, horizontally, m.
+// Largest horizontal motion of a corner of the sole, m.
 double largest_motion(const FootRectangle& foot, const Eigen::Isometry3d& from,
                       const Eigen::Isometry3d& to) {
   const auto corners = [&foot](const Eigen::Isometry3d& sole) {
@@ -56,7 +57,7 @@ std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   std::vector<Vec<double, 2>> slips;
   slips.reserve(log.body.size());
-  const BodySample *left = nullptr, *right = nullptr;  // when that foot began to stand
+  const BodySample *left = nullptr, *right = nullptr;  // first sample in which that foot stands
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const BodySample& b = log.body[i];
     const Sample& s = log.samples[i];

@@ -11,7 +11,8 @@
 namespace saltus::walking {
 namespace {
 
-// The controller meets its limits to a relative 1e-6; what is nearer than this is at the limit.
+// The controller meets its limits to a relative 1e-6. Values above this ratio count as at the
+// limit.
 constexpr double at_limit = 0.999;
 
 double angle_between(const Vec<double, 3>& a, const Vec<double, 3>& b) {
@@ -46,7 +47,7 @@ void judge_limits(const RunLog& log, BodyVerdict& v) {
 void judge_speeds(const RunLog& log, BodyVerdict& v) {
   for (int i = 0; i < log.floating.joints(); ++i) {
     const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
-    double since = infinity;  // it is above
+    double since = infinity;  // start of the current excess
     for (std::size_t k = 0; k < log.body.size(); ++k) {
       const double t = log.samples[k].time;
       const double ratio = std::abs(log.body[k].state.dq[i]) / driven.velocity;
@@ -140,7 +141,7 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"joint_speed_joint", v.speed_joint},
           {"joint_speed_time_s", v.speed_time},
           {"joint_speed_over_s", v.over_speed},
-          {"clearance_min_m", v.clearance},  // null: no shapes
+          {"clearance_min_m", v.clearance},  // null without collision shapes
           {"clearance_pair", v.clearance_pair},
           {"clearance_time_s", v.clearance_time}};
 }

@@ -10,7 +10,8 @@
 namespace saltus::walking {
 namespace {
 
-// Momentum rate matters most; the wrench weights only distribute it. N^2 against (Nm)^2.
+// The rate of momentum has the largest weight; the weights of the wrenches only distribute it. N^2
+// and (Nm)^2.
 constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
 
@@ -19,8 +20,8 @@ struct Tick {
   Vec<S, 3> com = Vec<S, 3>::Zero();            // m
   Vec<S, 3> left_foot = Vec<S, 3>::Zero();      // m
   Vec<S, 3> right_foot = Vec<S, 3>::Zero();     // m
-  Vec<S, 3> acceleration = Vec<S, 3>::Zero();   // of the CoM, wanted, m/s^2
-  Vec<S, 3> momentum_rate = Vec<S, 3>::Zero();  // angular, wanted, Nm
+  Vec<S, 3> acceleration = Vec<S, 3>::Zero();   // desired acceleration of the CoM, m/s^2
+  Vec<S, 3> momentum_rate = Vec<S, 3>::Zero();  // desired rate of angular momentum, Nm
   using Entries = ParameterEntries<&Tick::com, &Tick::left_foot, &Tick::right_foot,
                                    &Tick::acceleration, &Tick::momentum_rate>;
 };
@@ -45,7 +46,7 @@ struct MomentumRate {
   }
 };
 
-// One interval: what is wanted of the wrenches now.
+// One interval, which determines the present wrenches.
 OptimalControlProblem wrench_problem(const PlannerSettings& settings,
                                      const ContactSettings& contact_settings,
                                      const RobotDescription& robot, const Scene& scene,
@@ -81,7 +82,7 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
   ocp.schedule(contacts).start_at(VectorXd::Zero(9)).then(phase);
-  ocp.costs(CostRule::nodes);  // the momentum rate now, not its mean over the interval
+  ocp.costs(CostRule::nodes);  // the present rate of momentum, not its mean over the interval
   return ocp;
 }
 

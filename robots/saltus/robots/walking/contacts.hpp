@@ -1,5 +1,5 @@
-// Which contacts hold, and when the next ones begin and end: a schedule of modes and events, made
-// anew in every tick from the feet that stand and the steps to come.
+// Contact schedule of a biped: modes and events, updated in every tick from the present support and
+// the planned steps.
 #pragma once
 
 #include <span>
@@ -10,31 +10,29 @@
 
 namespace saltus::walking {
 
-// The modes, and the events between them.
-inline constexpr const char* left_support = "left support";    ///< the left foot alone stands
-inline constexpr const char* right_support = "right support";  ///< the right one
-inline constexpr const char* double_support =
-    "double support";                                ///< name of the mode in which both feet stand
-inline constexpr const char* impact = "impact";      ///< the first landing to come
-inline constexpr const char* lift_off = "lift-off";  ///< the first lift-off
+// Names of the modes and of the events between them.
+inline constexpr const char* left_support = "left support";      ///< only the left foot stands
+inline constexpr const char* right_support = "right support";    ///< only the right foot stands
+inline constexpr const char* double_support = "double support";  ///< both feet stand
+inline constexpr const char* impact = "impact";                  ///< the next landing
+inline constexpr const char* lift_off = "lift-off";              ///< the next lift-off
 
-/// The mode in which this foot stands alone.
+/// Name of the mode in which only this foot stands.
 inline const char* support_of(Side stance) {
   return stance == Side::left ? left_support : right_support;
 }
 
-/// Events within the horizon of a controller, for robots that step again and again: a landing and
-/// the lift-off after it.
+/// Events within the horizon of a controller for repeated steps: a landing and the next lift-off.
 inline constexpr int events_ahead = 3;
 
-/// On the stance foot, until the other one lands at `landing`, s; infinite: no landing is due.
-/// Knows all modes and has room for so many events.
+/// Schedule with one stance foot, until the other one lands at `landing` (s); infinite: no landing
+/// is due. Contains all modes and has capacity for `events` events.
 Schedule one_foot_then_two(double landing = infinity, Side stance = Side::left, int events = 1);
-/// A schedule without a step, with room for so many events.
+/// Schedule without a step, with capacity for `events` events.
 Schedule two_feet_throughout(int events = 0);
 
-/// The contacts from now on: what stands, and as many of the steps to come as there is room for. A
-/// foot in the air lands by the first of them. Does not allocate.
+/// Updates the contacts from now on: present support, and as many planned steps as fit. A foot in
+/// the air lands by the first of them. Does not allocate.
 void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
                        std::span<const PlannedStep> steps);
 

@@ -1,4 +1,4 @@
-// Adds the CPU time of its life to a sum.
+// Measurement of processor time in a scope.
 #pragma once
 
 #include "saltus/core/clock.hpp"
@@ -8,7 +8,7 @@ namespace saltus::walking {
 /// Adds the processor time of its scope to a number.
 class CpuTime {
  public:
-  /// The number counts s; it outlives this.
+  /// Adds to `seconds`, in s, which must outlive this object.
   explicit CpuTime(double& seconds) : seconds_(seconds) {}
   ~CpuTime() { seconds_ += 1e-6 * (thread_microseconds() - begin_); }
   CpuTime(const CpuTime&) = delete;

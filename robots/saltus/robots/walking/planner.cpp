@@ -13,8 +13,8 @@
 namespace saltus::walking {
 namespace {
 
-// Sizes of a tick's stages where changes of the wrenches cost: 9 states, the previous wrench of
-// every foot that bears, and its wrench. Others are swept at run-time sizes.
+// Stage sizes of a tick with costs on changes of the wrenches: 9 states, the previous wrench of
+// every stance foot, and its wrench. Other sizes use the run-time kernel.
 constexpr qp::RiccatiKernel tick_kernels[] = {
     qp::riccati_kernel<0, 6, 15, true>(),  qp::riccati_kernel<15, 6, 15, true>(),
     qp::riccati_kernel<15, 6, 9>(),        qp::riccati_kernel<15, 12, 21, true>(),

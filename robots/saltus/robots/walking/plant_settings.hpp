@@ -1,4 +1,5 @@
-// What is simulated: the centroidal model, or the whole body in an engine, with its disturbances.
+// Options of the simulated system: the centroidal model, or the whole body in an engine, with
+// disturbances.
 #pragma once
 
 #include "saltus/robots/dart/dart_plant.hpp"
@@ -8,24 +9,24 @@
 
 namespace saltus::walking {
 
-/// Centroidal model or whole body, and in which engine.
+/// Simulated system and engine.
 enum class PlantChoice { centroidal, dart, mujoco };
-/// What the controllers get: the state itself with `noise`, or an estimate from the robot's
-/// sensors.
+/// Input of the controllers: the state with `noise`, or an estimate from simulated sensors.
 enum class SensorChoice { ideal, measured };
 
-/// All but `choice` concerns the whole body only.
+/// Options of the simulation. All but `choice` apply only to the whole body.
 struct PlantSettings {
-  PlantChoice choice = PlantChoice::centroidal;  ///< which one
-  /// Engine and ground. The controllers do not know of the step of the ground: beyond `ground_edge`
-  /// (m) from the stance sole, on the swing foot's side. The lifted swing foot reaches to 0.17 m.
+  PlantChoice choice = PlantChoice::centroidal;  ///< simulated system and engine
+  /// Engine and ground. The controllers do not know the step in the ground. It begins `ground_edge`
+  /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot reaches to 0.17
+  /// m.
   DartOptions engine{{.ground_edge = 0.18}};
   int delay_ticks = 0;                         ///< delay of the torques, control periods
-  MotorOptions motors;                         ///< lag and rate of the torques
+  MotorOptions motors;                         ///< lag and rate limit of the torques
   SensorChoice sensors = SensorChoice::ideal;  ///< ideal or measured
-  MeasurementNoise noise;                      ///< of ideal sensors
-  SensorOptions sensor;                        ///< of measured ones
-  EstimationOptions estimation;                ///< of the state from measured ones
+  MeasurementNoise noise;                      ///< noise of ideal sensors
+  SensorOptions sensor;                        ///< options of simulated sensors
+  EstimationOptions estimation;                ///< estimation from simulated sensors
 
   /// True if a whole body is simulated.
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }

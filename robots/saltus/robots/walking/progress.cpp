@@ -9,7 +9,7 @@
 namespace saltus::walking {
 namespace {
 
-constexpr double terminal_period = 0.05;  // s of wall clock: the eye reads no faster
+constexpr double terminal_period = 0.05;  // s of wall clock; a faster update is not readable
 constexpr double line_period = 1.0;       // s simulated
 
 }  // namespace
@@ -41,7 +41,7 @@ void Progress::finish() {
   if (terminal_) fmt::print(out_, "\n");
 }
 
-// A terminal's line is begun anew and cleared to its end.
+// On a terminal, rewrites the line and clears its rest.
 void Progress::print(double now) {
   const std::string line = progress_line(state_, now);
   if (terminal_)

@@ -1,4 +1,4 @@
-// What a closed loop tells of itself while it runs, and one line of text for it.
+// Progress of a closed loop while it runs, as one line of text.
 #pragma once
 
 #include <cstdio>
@@ -9,38 +9,38 @@
 
 namespace saltus::walking {
 
-/// What the robot is doing, for a line of progress.
+/// Activity of the robot, for the progress line.
 enum class Footing { standing, pushed, stepping, landed };
 
-/// In words.
+/// Text for the progress line.
 const char* describe(Footing footing);
 
-/// The loop at one tick of the planner.
+/// State of the loop at one tick of the planner.
 struct LoopState {
   double time = 0.0;        ///< s
   double com_height = 0.0;  ///< m
-  /// Of the capture point from the edge of what the robot stands on, m: positive inside. Until the
-  /// landing that is the stance sole, after it the hull of both.
+  /// Distance of the capture point from the edge of the support, m, positive inside. The support is
+  /// the stance sole until the landing, then the hull of both.
   double margin = 0.0;
-  Footing footing = Footing::standing;  ///< what the robot is doing
+  Footing footing = Footing::standing;  ///< activity of the robot
 };
 
-/// Called at every tick of the planner; false ends the run, whose results up to then are kept.
+/// Called at every tick of the planner. Returning false stops the run; results up to then are kept.
 using Observer = std::function<bool(const LoopState&)>;
 
 /// "t =  3.10 s | 1.4 x real time | CoM 0.534 m | capture point  21 mm inside | landed".
 std::string progress_line(const LoopState& state, double wall_clock);
 
-/// Shows the line of a run: on a terminal one that is written over, elsewhere one per simulated
-/// second. What is shown before `finish` may lie up to 50 ms back.
+/// Shows the progress line of a run: on a terminal it is overwritten, elsewhere one line is printed
+/// per simulated second. Before `finish` the line may be up to 50 ms old.
 class Progress {
  public:
-  /// On a terminal one line is rewritten.
+  /// With `terminal`, the line is overwritten.
   Progress(std::FILE* out, bool terminal) : out_(out), terminal_(terminal) {}
 
-  /// Writes when there is something new to say.
+  /// Prints if the next update is due.
   void show(const LoopState& state);
-  /// The last state that was given, and the end of the line.
+  /// Prints the last state and ends the line.
   void finish();
 
  private:
@@ -50,8 +50,8 @@ class Progress {
   bool terminal_;
   WallClock::time_point begin_ = WallClock::now();
   LoopState state_;
-  double next_ = 0.0;  // when to print again: wall clock on a terminal, else simulated, s
-  bool shown_ = true;  // the last state that was given
+  double next_ = 0.0;  // next print: wall clock on a terminal, else simulated time, s
+  bool shown_ = true;  // true if the last state was printed
 };
 
 }  // namespace saltus::walking

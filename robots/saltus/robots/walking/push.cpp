@@ -39,7 +39,7 @@ Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
   const Vec<double, 3> direction = push.direction.normalized();
   const bool within = from > push.start - same_instant && to < end + same_instant;
   if (push.shape == PushShape::rectangle && within)
-    return direction * (push.impulse / push.duration);  // without rounding
+    return direction * (push.impulse / push.duration);  // avoids rounding errors
   const double fraction = impulse_fraction(push, to) - impulse_fraction(push, from);
   return direction * (push.impulse * fraction / (to - from));
 }
@@ -85,8 +85,8 @@ Push read_push(const std::string& text, const Push& pattern) {
   return push;
 }
 
-// As far apart as asked for, their begins uniform otherwise: what is left of the time is divided by
-// sorted random numbers.
+// Random starts with the requested minimum distance, otherwise uniform: the remaining time is
+// divided by sorted random numbers.
 std::vector<Push> random_pushes(const Push& pattern, const MorePushes& more) {
   const int count = static_cast<int>(std::lround(more.rate * more.until));
   const double room = more.until - pattern.start - pattern.duration - (count - 1) * more.apart;
@@ -96,7 +96,7 @@ std::vector<Push> random_pushes(const Push& pattern, const MorePushes& more) {
         "apart, which is not possible; change push.random.rate, until or apart",
         more.rate, count, pattern.start, more.until, more.apart));
   std::mt19937 random(static_cast<unsigned>(more.seed));
-  // The library's distributions differ from platform to platform.
+  // The distributions of the standard library differ between platforms.
   const auto uniform = [&random](double from, double to) {
     return from + (to - from) * (static_cast<double>(random()) / 4294967296.0);
   };
@@ -123,7 +123,7 @@ std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
   for (std::string text; std::getline(list, text, ';');)
     if (text.find_first_not_of(" \t\n") != std::string::npos)
       pushes.push_back(read_push(text, first));
-  // A first push of nothing is how one says that there is none; nothing is counted from it.
+  // A first push with zero impulse means that there is none.
   const Push none = pushes.front();
   std::erase_if(pushes, [](const Push& push) { return push.impulse == 0.0; });
   if (pushes.empty()) pushes.push_back(none);

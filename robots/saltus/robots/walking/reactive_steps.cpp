@@ -8,16 +8,17 @@
 namespace saltus::walking {
 namespace {
 
-// The swing times that are compared lie so far apart, s.
+// Interval between the swing times that are compared, s.
 constexpr double time_step = 0.05;
-// A time is long enough for a place within this fraction of the reach: the rest is for what the
-// push may still do.
+// A swing time has reserve if the place is within this fraction of the reach. The rest is kept for
+// the remaining push.
 constexpr double comfortable = 0.5;
-// The capture point must have left the ground by so much, m: less than what a sensor's noise does.
+// Distance by which the capture point must have left the support polygon, m. It exceeds the effect
+// of sensor noise.
 constexpr double trigger_margin = 0.003;
-// What is measured at a landing settles in this time, s: no step is begun before.
+// Measurements settle within this time after a landing, s. No step starts earlier.
 constexpr double after_landing = 0.03;
-// Of two feet that catch equally well the one with the shorter way: m missed per m of way.
+// Tie break between two feet: violation in m per m of swing distance.
 constexpr double way_weight = 0.02;
 
 using Corners = Mat<double, 8, 2>;
@@ -37,7 +38,8 @@ Vec<double, 2> nearest_on_segment(const Vec<double, 2>& a, const Vec<double, 2>&
   return a + s * along;
 }
 
-// Of the convex hull, without making it: an edge has all other corners on its left.
+// Nearest point of the convex hull, without computing the hull: an edge has all other corners on
+// its left.
 Vec<double, 2> nearest_in_hull(const Corners& points, const Vec<double, 2>& x) {
   Vec<double, 2> nearest = x;
   double least = infinity;
@@ -105,7 +107,7 @@ ReactiveSteps::Landing ReactiveSteps::landing(const StepSituation& now, const Ve
   const Side stance = other(swing);
   const SoleFrame& sole = now.foot(stance).sole;
   const double away = stance == Side::left ? -1.0 : 1.0;
-  // On both feet, if they stand, until the lift-off; then on the stance sole.
+  // Support by both feet, if they stand, until lift-off; then by the stance sole.
   Vec<double, 2> later = xi;
   if (now.foot(swing).stands) {
     const Vec<double, 2> on_both =
@@ -133,8 +135,8 @@ ReactiveSteps::Landing ReactiveSteps::landing(const StepSituation& now, const Ve
   return result;
 }
 
-// The longest time that catches the capture point at ease, else the one that misses it least, else
-// the shortest.
+// The longest time that catches the capture point with reserve, else the one with the smallest
+// miss, else the shortest.
 ReactiveSteps::Landing ReactiveSteps::best_landing(const StepSituation& now,
                                                    const Vec<double, 2>& xi, Side swing,
                                                    double lift_off, double earliest,
@@ -175,7 +177,7 @@ void ReactiveSteps::consider(const StepSituation& now, const Vec<double, 2>& xi)
     if (!now.foot(other(swing)).stands) continue;
     const Landing found = best_landing(now, xi, swing, lift_off, lift_off + options_.shortest,
                                        lift_off + std::max(options_.shortest, options_.duration));
-    // What standing would leave by then, the centre of pressure at the edge.
+    // Distance that would remain by then without a step, with the centre of pressure at the edge.
     const double standing = outside * std::exp(now.omega * (found.time - now.time));
     const double way = (found.place - now.foot(swing).sole.position).head<2>().norm();
     const bool helps = options_.decide == StepDecision::always || found.missed < helpful * standing;

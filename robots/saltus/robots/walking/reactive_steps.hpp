@@ -1,4 +1,5 @@
-// Steps without a prediction beyond the next landing: any number of them, with either foot.
+// Reactive step planner: any number of steps with either foot, without a prediction beyond the next
+// landing.
 #pragma once
 
 #include "saltus/robots/walking/scene.hpp"
@@ -7,18 +8,20 @@
 
 namespace saltus::walking {
 
-/// When the capture point (once the angular momentum is back at zero) has left what the robot
-/// stands on, it steps, if that brings the ground nearer to it (`helpful` in step_logic.hpp). Each
-/// foot that may lift off and each swing time from `step.duration` down to `step.shortest` is
-/// looked at: the foot is placed where the capture point will be at the landing with the centre of
-/// pressure at the edge of the other sole, within reach. The longest time that catches it at ease
-/// is taken, with the foot that catches it best. While the foot swings, place and time follow the
-/// capture point until `step.decision_lead` before the landing; the time only gets shorter.
+/// The robot steps if the capture point (after the angular momentum has returned to zero) has left
+/// the support polygon, and if a step brings the ground nearer to it (`helpful` in step_logic.hpp).
 ///
-/// Told nothing about pushes. Nothing allocates.
+/// All feet that may lift off and all swing times from `step.duration` down to `step.shortest` are
+/// compared. The foot is placed at the capture point predicted for the landing, with the centre of
+/// pressure at the edge of the other sole, within reach. The planner takes the longest time that
+/// catches the capture point with reserve, and the foot that catches it best. During the swing,
+/// place and time follow the capture point until `step.decision_lead` before the landing; the time
+/// can only decrease.
+///
+/// The planner has no knowledge of pushes. It does not allocate after construction.
 class ReactiveSteps final : public StepPlanner {
  public:
-  /// For the first scene; nothing is allocated afterwards.
+  /// Starts in `scene`.
   ReactiveSteps(const Step& options, const Scene& scene);
 
   const StepPlan& plan(const StepSituation& now) override;
@@ -27,10 +30,10 @@ class ReactiveSteps final : public StepPlanner {
   struct Landing {
     double time = infinity;                         // s
     Vec<double, 3> place = Vec<double, 3>::Zero();  // m
-    double missed = infinity;                       // capture point outside the hull, m
-    bool comfortable = false;                       // far from the ends of the reach
+    double missed = infinity;  // distance of the capture point outside the hull, m
+    bool comfortable = false;  // far from the ends of the reach
   };
-  /// With the swing foot in the air from `lift_off` on.
+  /// Best landing of the foot `swing`, in the air from `lift_off` on.
   Landing landing(const StepSituation& now, const Vec<double, 2>& xi, Side swing, double lift_off,
                   double landing) const;
   Landing best_landing(const StepSituation& now, const Vec<double, 2>& xi, Side swing,

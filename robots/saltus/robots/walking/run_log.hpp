@@ -1,4 +1,4 @@
-// What a closed loop leaves behind: states, commands, ticks of the planner, and what the body did.
+// Log of a closed loop: states, commands, planner ticks and the motion of the body.
 #pragma once
 
 #include <optional>
@@ -18,110 +18,111 @@ struct Sample {
   double time = 0.0;             ///< s
   Vec<double, 9> gamma;          ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 2> capture_point;  ///< m
-  /// Applied from this instant on, left and right, level sole axes; on the whole body those that
-  /// its controller expects (what is measured stands in BodySample).
+  /// Wrenches applied from this instant on, left and right, in level sole axes. For the whole body
+  /// these are the wrenches that its controller expects; BodySample holds the measured ones.
   Vec<double, 12> wrenches;
   Vec<double, 3> push;                           ///< mean until the next sample, N
-  bool left_stands = true, right_stands = true;  ///< whether that foot stands
-  /// Whether both stand.
+  bool left_stands = true, right_stands = true;  ///< true if that foot stands
+  /// True if both feet stand.
   bool two_feet() const { return left_stands && right_stands; }
 };
 
-/// One foot that stepped.
+/// Record of one step.
 struct StepRecord {
-  Side foot = Side::right;      ///< that stepped
-  double lift_off = 0.0;        ///< s; of a foot that was in the air already: when it was decided
-  double due = infinity;        ///< landing as planned last, s
-  double touchdown = infinity;  ///< infinite: not yet, when the run ended, s
-  Vec<double, 3> place = Vec<double, 3>::Zero();      ///< planned last, m
-  Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< really, m
+  Side foot = Side::right;      ///< foot that stepped
+  double lift_off = 0.0;        ///< s; if the foot was already in the air: time of the decision
+  double due = infinity;        ///< last planned landing, s
+  double touchdown = infinity;  ///< s; infinite: not landed at the end of the run
+  Vec<double, 3> place = Vec<double, 3>::Zero();      ///< last planned place, m
+  Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< actual place, m
 };
 
-/// What stands from an instant on, until the next record.
+/// Support from an instant on, until the next record.
 struct GroundRecord {
   double from = 0.0;                 ///< s
-  bool left = false, right = false;  ///< whether that foot stands
-  SupportPolygon polygon;            ///< of the soles that stand, where they really are
+  bool left = false, right = false;  ///< true if that foot stands
+  SupportPolygon polygon;            ///< support polygon of the actual soles
 };
 
-/// What the planner of steps said in one tick.
+/// Output of the step planner in one tick.
 struct PlanRecord {
   double time = 0.0;     ///< s
-  StepPlan plan;         ///< what was chosen, and what else was considered
-  double seconds = 0.0;  ///< processor time that it took
+  StepPlan plan;         ///< chosen plan, and the alternatives
+  double seconds = 0.0;  ///< processor time of the tick, s
 };
 
-/// One call of the planner.
+/// One call of the wrench planner.
 struct TickRecord {
   double time = 0.0;                                  ///< s
-  Provenance provenance = Provenance::fallback;       ///< where the input comes from
-  SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
-  std::string message;     ///< why there is no plan; empty if there is one
-  double seconds = 0.0;    ///< of the tick, s
-  int iterations = 0;      ///< of the solver
-  double cost = 0.0;       ///< of the plan
+  Provenance provenance = Provenance::fallback;       ///< origin of the input
+  SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
+  std::string message;     ///< reason why there is no plan; empty if there is one
+  double seconds = 0.0;    ///< duration of the tick, s
+  int iterations = 0;      ///< iterations of the solver
+  double cost = 0.0;       ///< cost of the plan
   double kkt = 0.0;        ///< largest residual of the optimality conditions
-  double violation = 0.0;  ///< of what carries a penalty: the largest in the plan
+  double violation = 0.0;  ///< largest violation in the plan of terms with penalty
 };
 
-/// What the controllers took for true at that instant.
+/// Estimate of the controllers at one instant.
 struct BodyEstimate {
-  WholeBodyState state;        ///< of the whole body as estimated
-  Vec<double, 9> gamma;        ///< CoM m, velocity m/s, angular momentum Nms, as estimated
+  WholeBodyState state;        ///< estimated state of the whole body
+  Vec<double, 9> gamma;        ///< estimated CoM m, velocity m/s, angular momentum Nms
   Vec<double, 3> stance_sole;  ///< origin of its contact frame, m
-  Side stance = Side::left;    ///< the foot that is meant: steps change it
+  Side stance = Side::left;    ///< foot of `stance_sole`; steps change it
 };
 
-/// What the whole body does at the instant of the sample with the same index.
+/// State of the whole body at the instant of the sample with the same index.
 struct BodySample {
-  WholeBodyState state;     ///< as it is
+  WholeBodyState state;     ///< simulated state
   VectorXd torques;         ///< Nm
-  Vec<double, 12> planned;  ///< wrenches of the plan, left and right, axes of the soles as they are
-  /// Measured (force | torque), world axes: the mean over the engine's steps since the sample
-  /// before, so that their sum is the ground's impulse.
+  Vec<double, 12> planned;  ///< planned wrenches, left and right, axes of the actual soles
+  /// Measured (force | torque), world axes: mean over the engine steps since the previous sample,
+  /// so that their sum is the impulse of the ground.
   Vec<double, 6> left, right;
   Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
-  std::optional<BodyEstimate> estimate;     ///< with measured senses
+  std::optional<BodyEstimate> estimate;     ///< estimate, if sensors are simulated
 };
 
-/// Everything that a run leaves.
+/// Complete log of a run.
 struct RunLog {
-  RobotDescription robot;             ///< that was simulated
+  RobotDescription robot;             ///< the simulated robot
   Scene final_scene;                  ///< feet and ground at the end
   std::vector<Sample> samples;        ///< one per control period
-  std::vector<BodySample> body;       ///< of the whole body only, like the next two
-  FloatingRobot floating;             ///< the robot as simulated
-  FloatingRobot::Frame pushed;        ///< where it is pushed
+  std::vector<BodySample> body;       ///< whole body only, like the next two
+  FloatingRobot floating;             ///< the robot in the simulation
+  FloatingRobot::Frame pushed;        ///< frame of the link that is pushed
   double ground_friction = infinity;  ///< Coulomb's coefficient
   std::vector<TickRecord> ticks;      ///< one per solve
   std::vector<StepRecord> steps;      ///< one per step
-  std::vector<GroundRecord> ground;   ///< from the start on, one more at each lift-off and landing
-  std::vector<PlanRecord> plans;      ///< of ticks in which steps are planned or compared
-  /// Of ticks in which a planner could not keep to all that is asked: of each planner the first and
-  /// the worst.
+  std::vector<GroundRecord> ground;   ///< one at the start, one more at each lift-off and landing
+  std::vector<PlanRecord> plans;      ///< ticks in which steps are planned or compared
+  /// Ticks in which a planner could not satisfy all constraints: the first and the worst of each
+  /// planner.
   std::vector<UnmetDecision> unmet;
-  LoopStatistics loop;          ///< of latency and provenance
-  std::string solver;           ///< what solved the ticks
-  double touchdown = infinity;  ///< of the first step, s; infinite: no foot ever landed
-  /// Of the last foot that came down, s; infinity: none.
+  LoopStatistics loop;          ///< statistics of latency and provenance
+  std::string solver;           ///< solver of the ticks
+  double touchdown = infinity;  ///< first landing, s; infinite: no foot landed
+  /// Time of the last landing, s; infinite: none.
   double last_touchdown() const {
     double last = touchdown;
     for (const StepRecord& step : steps)
       if (step.touchdown < infinity) last = step.touchdown;
     return last;
   }
-  bool stopped_early = false;                    ///< by a fall or by the user
-  std::string stop_reason;                       ///< when stopped early
-  bool interrupted = false;                      ///< stopped early by whoever watched
+  bool stopped_early = false;                    ///< stopped by a fall or by the user
+  std::string stop_reason;                       ///< reason of an early stop
+  bool interrupted = false;                      ///< stopped early by the observer
   std::string plant = "centroidal";              ///< what was simulated
-  long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
-  /// More unsolved programs than a fall leaves behind: the whole-body controller has failed.
+  long control_calls = 0, control_failures = 0;  ///< calls and failures of the whole-body
+                                                 ///< controller
+  /// True if the whole-body controller has failed: more unsolved programs than a fall causes.
   bool control_failed() const {
     return static_cast<double>(control_failures) > 0.01 * static_cast<double>(control_calls);
   }
-  long control_cuts = 0;  ///< of its calls, those in which torques were cut to their limits
-  LatencyHistogram control_solves;  ///< CPU time of its programs' solution, one entry a call
-  /// CPU time of the parts of the whole body's loop, s.
+  long control_cuts = 0;            ///< number of calls in which torques were cut to their limits
+  LatencyHistogram control_solves;  ///< processor time of its programs, one entry per call
+  /// Processor time of the parts of the loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
 };

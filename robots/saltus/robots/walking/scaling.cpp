@@ -5,7 +5,7 @@
 namespace saltus::walking {
 namespace {
 
-// Nobody needs weights to more digits.
+// Two decimals are enough for weights.
 double rounded(double ratio) { return std::round(100.0 * ratio) / 100.0; }
 
 }  // namespace
@@ -18,7 +18,7 @@ RobotScale scale_of(const RobotDescription& robot) {
 
 void scale(BipedSettings& settings, const RobotScale& scale) {
   const double M = scale.mass, L = scale.length;
-  Step& step = settings.step;  // its times stay: a tall robot gains nothing by waiting longer
+  Step& step = settings.step;  // times are kept: a tall robot gains nothing by waiting longer
   step.fixed_place *= L;
   step.lateral_min *= L;
   step.lateral_max *= L;
@@ -31,7 +31,7 @@ void scale(BipedSettings& settings, const RobotScale& scale) {
   body.linear_momentum /= M * M;
   body.angular_momentum /= M * M * L * L;
   body.wrench /= M * M;
-  body.posture *= L * L;  // angular accelerations go with 1 / L
+  body.posture *= L * L;  // angular accelerations scale with 1 / L
   settings.plant.estimation.standing_force *= M;
   MomentumOptions& momentum = settings.control.momentum;
   momentum.linear_momentum /= M * M;

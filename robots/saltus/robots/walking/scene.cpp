@@ -29,7 +29,7 @@ Vec<double, 12> Scene::standing_wrenches(double mass, const Vec<double, 3>& com)
   const double weight = mass * standard_gravity;
   const Vec<double, 2> stride = (swing.position - stance.position).head<2>();
   const double along = stride.dot((com - stance.position).head<2>()) / stride.squaredNorm();
-  const double share = two_feet ? std::clamp(along, 0.0, 1.0) : 0.0;  // of the swing foot
+  const double share = two_feet ? std::clamp(along, 0.0, 1.0) : 0.0;  // share of the swing foot
   Vec<double, 12> wrenches = Vec<double, 12>::Zero();
   wrenches[side == Side::left ? 2 : 8] = (1.0 - share) * weight;
   wrenches[side == Side::left ? 8 : 2] = share * weight;

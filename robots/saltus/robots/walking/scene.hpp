@@ -1,4 +1,4 @@
-// What stands where, and what is aimed at.
+// Scene of a biped: positions of the feet and the target of the CoM.
 #pragma once
 
 #include "saltus/robots/model/foot.hpp"
@@ -8,54 +8,54 @@
 
 namespace saltus::walking {
 
-/// What the centre of mass shall come to rest above.
+/// Point above which the centre of mass comes to rest.
 enum class Target { sole_midpoint, centroid };
 
-/// Where the robot shall come to rest.
+/// Stance at the start and target of the CoM.
 struct SceneSettings {
-  Stance stance = Stance::left;           ///< on what it stands at the start
-  Target target = Target::sole_midpoint;  ///< above what
+  Stance stance = Stance::left;           ///< feet that carry the robot at the start
+  Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
 };
 
 /// Positions in the world, m.
 struct Scene {
-  Side side = Side::left;                 ///< of the stance foot; of two that stand, one of them
+  Side side = Side::left;                 ///< side of `stance`; with two standing feet, one of them
   SoleFrame stance, swing;                ///< swing: where it stands, or will land
-  FootRectangle stance_foot, swing_foot;  ///< their rectangles
-  bool two_feet = false;                  ///< the swing foot stands, or its landing is due
-  double com_height = 0.53;               ///< commanded, m
-  Target target = Target::sole_midpoint;  ///< above what the CoM shall come to rest
-  PlannedMotion motion;  ///< how the CoM gets there, if the planner of steps says so
+  FootRectangle stance_foot, swing_foot;  ///< sole rectangles
+  bool two_feet = false;                  ///< true if the swing foot stands or its landing is due
+  double com_height = 0.53;               ///< desired height, m
+  Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
+  PlannedMotion motion;  ///< planned motion of the CoM, if the step planner gives one
 
-  /// By its side.
+  /// Sole frame of the given side.
   const SoleFrame& sole(Side foot) const { return foot == side ? stance : swing; }
-  /// By its side.
+  /// Sole rectangle of the given side.
   const FootRectangle& rectangle(Side foot) const {
     return foot == side ? stance_foot : swing_foot;
   }
-  /// The feet change their roles, if they must.
+  /// Makes `foot` the stance foot.
   void stand_on(Side foot);
 
-  /// Of both feet, and of the stance foot alone.
+  /// Support polygon: hull of both feet, or the stance foot alone.
   SupportPolygon hull() const;
-  /// Of the stance sole, in world axes.
+  /// Polygon of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;
-  /// What the feet bear of a body that stands still with its CoM (m) there: left and right, level
-  /// sole axes, N and Nm; of two feet by the law of the lever, without torques.
+  /// Wrenches on the feet of a body at rest with its CoM (m) there: left and right, level sole
+  /// axes, N and Nm. Two feet share the weight by the law of the lever, without torques.
   Vec<double, 12> standing_wrenches(double mass, const Vec<double, 3>& com) const;
-  /// Where the CoM shall come to rest, world x and y, m.
+  /// Point at which the CoM comes to rest, world x and y, m.
   Vec<double, 2> target_point() const;
 };
 
-/// In this posture, its stance foot (of both: the left one) at the origin of the world, the other
-/// one on the same level ground.
+/// Scene of this posture. Its stance foot (of both: the left one) is at the origin of the world,
+/// the other one on the same level ground.
 Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
-/// The first that stands on both feet. Throws InputError if there is none.
+/// The first posture on both feet. Throws InputError if there is none.
 const StandingPosture& posture_on_both_feet(const RobotDescription& robot);
 
-/// The posture on what the robot starts on. Throws InputError if it has none.
+/// The posture for the stance at the start. Throws InputError if there is none.
 const StandingPosture& posture_on(Stance stance, const RobotDescription& robot);
-/// In that posture.
+/// Scene of the posture of the settings.
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
 
 }  // namespace saltus::walking

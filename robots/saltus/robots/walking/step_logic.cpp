@@ -29,7 +29,7 @@ Vec<double, 2> StepLogic::in_stance_sole(const Vec<double, 2>& point) const {
   return local.head<2>();
 }
 
-// From (forward, away) of the stance sole.
+// World position of a place (forward, away) relative to the stance sole.
 Vec<double, 3> StepLogic::in_world(const Vec<double, 2>& place) const {
   return stance_.position + stance_.rotation * Vec<double, 3>(place[0], away_ * place[1], 0.0);
 }
@@ -62,8 +62,8 @@ void StepLogic::update(double t, const Vec<double, 2>& capture_point, double ome
   if (!is_stepping()) {
     if (is_over_stance_sole(xi) || (options_.trigger == StepTrigger::push && t < push_start_))
       return;
-    // The paper's timing counts from the push. A capture point that leaves the sole only after the
-    // landing would have been due is a new event, and so is a step that helps only now.
+    // The paper measures time from the push. A new event starts if the capture point leaves the
+    // sole after the time at which that landing was due, or if a step starts to help only now.
     const bool from_push =
         options_.trigger == StepTrigger::push && !declined_ && t < push_start_ + options_.duration;
     trigger = from_push ? push_start_ : t;
@@ -83,7 +83,7 @@ void StepLogic::update(double t, const Vec<double, 2>& capture_point, double ome
   decided_ = t >= decision - same_instant;
 }
 
-// In the axes of the stance sole, the centre of pressure at its edge.
+// Predicted capture point in the axes of the stance sole, with the centre of pressure at its edge.
 Vec<double, 2> StepLogic::predicted(const Vec<double, 2>& xi, double omega,
                                     double time_left) const {
   return propagate_capture_point<double, 2>(xi, nearest_of_stance_sole(xi), omega, time_left);
@@ -96,7 +96,7 @@ void StepLogic::place_at(const Vec<double, 2>& at_landing) {
                 std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)});
 }
 
-// Allocates, as hulls do: until the step begins.
+// Allocates, because hulls do; called only before the step begins.
 bool StepLogic::helps(const Vec<double, 2>& xi, const Vec<double, 2>& at_landing) const {
   const SupportPolygon hull = SupportPolygon::under(
       {{stance_, stance_foot_}, {SoleFrame{place_, swing_rotation_}, swing_foot_}});

@@ -1,4 +1,4 @@
-// Who decides which foot steps, when and where.
+// Interface of step planners, which decide which foot steps, when and where.
 #pragma once
 
 #include "saltus/robots/walking/step_plan.hpp"
@@ -6,18 +6,18 @@
 
 namespace saltus::walking {
 
-/// Asked once per tick of the controller. This one never steps.
+/// Called once per tick of the controller. This base class never steps.
 class StepPlanner {
  public:
   virtual ~StepPlanner() = default;
 
-  /// The steps to come as it is seen now. The result lasts until the next call.
+  /// Steps planned in the current situation. The reference is valid until the next call.
   virtual const StepPlan& plan(const StepSituation& /*now*/) { return plan_; }
-  /// What the last plan is a solution of, with its data; null: none was solved for it.
+  /// Program of the last plan, with its data; null if none was solved.
   virtual const MultipleShooting* shooting() const { return nullptr; }
 
  protected:
-  StepPlan plan_;  ///< what was planned last; sized once
+  StepPlan plan_;  ///< last plan; sized once
 };
 
 }  // namespace saltus::walking

@@ -1,5 +1,5 @@
-// A decision that could not keep to all that is asked of it, as it was asked: for explain()
-// (saltus/solve/explain.hpp), when the run is over.
+// Program of a decision that could not satisfy all constraints, kept for explain()
+// (saltus/solve/explain.hpp) after the run.
 #pragma once
 
 #include <string>
@@ -9,26 +9,27 @@
 
 namespace saltus::walking {
 
-/// What a planner was to solve in one tick.
+/// Problem of a planner in one tick.
 struct UnmetDecision {
   std::string decision;           ///< "wrenches" or "steps"
   double time = 0.0;              ///< s
-  double missed = 0.0;            ///< m; infinite: there was no plan at all
-  OptimalControlProblem problem;  ///< with the data of the tick, from `time` on
-  ShootingOptions shooting;       ///< its grid and its integrator
+  double missed = 0.0;            ///< total violation, m; infinite: no plan
+  OptimalControlProblem problem;  ///< with the data of the tick, starting at `time`
+  ShootingOptions shooting;       ///< grid and integrator
 };
 
-/// Keeps the first and the worst of each kind. Allocates: when the tick's input is out.
+/// Keeps the first and the worst decision of each kind. Allocates; called after the input of the
+/// tick is sent.
 class UnmetDecisions {
  public:
-  /// What `shooting` has solved last.
+  /// Records the last program of `shooting`.
   void keep(const std::string& decision, double time, double missed,
             const MultipleShooting& shooting);
-  /// In the order of time.
+  /// All decisions, sorted by time.
   std::vector<UnmetDecision> take();
 
  private:
-  std::vector<UnmetDecision> kept_;  // of each kind the first, then the worst if that is another
+  std::vector<UnmetDecision> kept_;  // the first of each kind, then the worst if it differs
 };
 
 }  // namespace saltus::walking

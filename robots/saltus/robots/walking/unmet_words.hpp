@@ -1,4 +1,4 @@
-// How what a planner could not keep to is told: what a problem on a biped knows of its own terms.
+// Interface for explanations of unmet constraints in terms of a problem on a biped.
 #pragma once
 
 #include <string>
@@ -8,25 +8,25 @@
 
 namespace saltus::walking {
 
-/// This one knows nothing: names of terms and numbers have to do.
+/// Default: names of terms and numbers.
 class UnmetWords {
  public:
   virtual ~UnmetWords() = default;
 
-  /// What is explained: with what counts beside the program's own constraints, such as limits of
-  /// the verdict, as bounds. Unless said otherwise the problem of the tick.
+  /// The problem to explain, including bounds for criteria beyond its own constraints, such as
+  /// limits of the verdict. Default: the problem of the tick.
   virtual OptimalControlProblem problem(const UnmetDecision& unmet) const { return unmet.problem; }
-  /// What was added there, "the verdict's limits"; empty: nothing.
+  /// Name of the added criteria, such as "the verdict's limits". Empty: none.
   virtual std::string limits(const UnmetDecision& /*unmet*/) const { return {}; }
-  /// Whether a number may be proposed to change: not what was measured.
+  /// True if a number may be proposed for change. False for measured values.
   virtual bool may_change(const UnmetDecision& /*unmet*/, const ProblemChange& /*change*/) const {
     return true;
   }
-  /// What is missing, with directions; empty: the general sentence has to do.
+  /// Description of what is missing, with directions. Empty: use the general sentence.
   virtual std::string of(const UnmetDecision& /*unmet*/, const Shortage& /*shortage*/) const {
     return {};
   }
-  /// What would help; empty: the general clause has to do.
+  /// Description of a change that would help. Empty: use the general clause.
   virtual std::string of(const UnmetDecision& /*unmet*/, const ProblemChange& /*change*/) const {
     return {};
   }

@@ -1,4 +1,4 @@
-// What a run came to: figures that any problem may judge by, and the verdict that it makes of them.
+// Verdict on a run, and the quantities from which problems derive it.
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace saltus::walking {
 
-/// Whether a run was a success, and figures of it.
+/// Success of a run, with its quantities.
 struct Verdict {
   bool recovered = false;                                 ///< all criteria are met
-  std::string reason;                                     ///< when not: the first one
+  std::string reason;                                     ///< if not recovered: the first reason
   double final_com_error = 0.0, icp_settling = infinity;  ///< m, s
-  double settled_from = 0.0;  ///< capture point and forces settle from then on: counted from it, s
+  double settled_from = 0.0;  ///< time from which settling is measured, s
   double com_height_min = infinity, com_height_max = -infinity;  ///< m
   double angular_momentum_max = 0.0;                             ///< Nms
-  bool fell_before_push = false;    ///< whatever came of it says nothing about the push
-  std::optional<BodyVerdict> body;  ///< of the whole body only
+  bool fell_before_push = false;    ///< true if the run says nothing about the push
+  std::optional<BodyVerdict> body;  ///< whole body only
 
   /// Notes the first reason.
   void fail(std::string because) {
@@ -28,21 +28,23 @@ struct Verdict {
   }
 };
 
-// Bounds are often given for iCub, which has this mass and CoM height on one foot. For another
-// robot lengths of the CoM scale with its height h, and angular momentum with m h sqrt(g h).
-/// Of the robot that the criteria were made for; others are scaled: kg, m.
+// Bounds are often given for iCub, with this mass and CoM height on one foot. For other robots,
+// lengths of the CoM scale with its height h, and angular momentum with m h sqrt(g h).
+/// Mass (kg) and CoM height (m) of the robot for which the criteria were chosen. Criteria of other
+/// robots are scaled.
 inline constexpr double reference_mass = 33.0616727, reference_height = 0.5578762015;  // kg, m
-/// How near to its goal the capture point must stay to have settled, m.
+/// Distance within which the capture point counts as settled, m.
 inline constexpr double icp_settled_within = 0.01;  // m
 
-/// Everything but `recovered`; the only reason is that the run was stopped early. The capture point
-/// has settled when it stays where it is at the end, counted from `settled_from`, s.
+/// All quantities except `recovered`. The only reason it can give is an early stop. The capture
+/// point has settled when it stays near its final position; the time is measured from
+/// `settled_from`, s.
 Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push> pushes);
 
-/// Whether the robot lies on the ground, whatever follows; it stands on a foot at `foot` with its
-/// CoM at `com_height`, m.
+/// True if the robot has fallen. It stands on a foot at `foot` with its CoM at the nominal height
+/// `com_height`, m.
 bool has_fallen(const Vec<double, 9>& gamma, const Vec<double, 3>& foot, double com_height);
-/// The same as a sentence; a fall before all pushes is said as such.
+/// Sentence for a fall; mentions a fall before all pushes.
 std::string fall_sentence(std::span<const Push> pushes, double t);
 
 }  // namespace saltus::walking
