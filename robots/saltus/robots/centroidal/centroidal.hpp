@@ -30,10 +30,10 @@ struct CentroidalState {
   Vec<S, 3> velocity;          // m/s
   Vec<S, 3> angular_momentum;  // about the CoM, kg m^2/s
 
-  /// From its parts.
+  /// Constructs the state from its parts.
   CentroidalState(const Vec<S, 3>& x, const Vec<S, 3>& v, const Vec<S, 3>& h)
       : com(x), velocity(v), angular_momentum(h) {}
-  /// From gamma = (com, velocity, angular momentum).
+  /// Constructs the state from gamma = (com, velocity, angular momentum).
   explicit CentroidalState(const Vec<S, 9>& gamma)
       : com(gamma.template segment<3>(0)),
         velocity(gamma.template segment<3>(3)),
@@ -46,7 +46,7 @@ struct CentroidalState {
   }
 };
 
-/// A contact wrench brought to the world's axes.
+/// A contact wrench in world axes.
 template <class S>
 struct Contact {
   Vec<S, 3> position;  // x_i: of the sole frame's origin, m
@@ -54,7 +54,7 @@ struct Contact {
   Vec<S, 3> torque;    // tau_i about x_i, Nm
 };
 
-/// The wrench (fx, fy, fz, tx, ty, tz) in the axes of the sole (see contact_cone.hpp), as a
+/// Converts the wrench (fx, fy, fz, tx, ty, tz) in the axes of the sole (see contact_cone.hpp) to a
 /// contact. P is double for a foothold known at set-up, S for one that is a parameter or an
 /// unknown.
 template <class S, class P>
@@ -64,9 +64,9 @@ Contact<S> contact(const SoleFrameOf<P>& sole, const Vec<S, 6>& wrench) {
   return {sole.position.template cast<S>(), sole.to_world(force), sole.to_world(torque)};
 }
 
-/// Where the angular momentum is linearised: the last measurement, in the world's axes. Give it as
-/// parameters (S the formula's scalar) when it changes between solves: as constants, the zeros of
-/// the first measurement would enter the sparsity.
+/// Expansion point for the angular momentum: the last measurement, in world axes. Pass it as
+/// parameters (with the formula's scalar S) if it changes between solves. As constants, the zeros
+/// of the first measurement would enter the sparsity pattern.
 template <class S>
 struct ExpansionPoint {
   Vec<S, 3> com;    // x0, m
@@ -81,7 +81,7 @@ Vec<S, 3> angular_momentum_rate(const Vec<S, 3>& com, const std::array<Contact<S
   return rate;
 }
 
-/// H', to first order about the expansion point; P is double or S.
+/// H' to first order about the expansion point; P is double or S.
 template <class S, class P, std::size_t n>
 Vec<S, 3> angular_momentum_rate(const Vec<S, 3>& com, const std::array<Contact<S>, n>& contacts,
                                 const ExpansionPoint<P>& about) {
@@ -107,7 +107,7 @@ Vec<S, 3> com_acceleration(double mass, const std::array<Contact<S>, n>& contact
   return acceleration;
 }
 
-/// gamma', exact: what the centroidal plant integrates.
+/// gamma', exact; integrated by the centroidal plant.
 template <class S, std::size_t n, class P = double>
 Vec<S, 9> centroidal_dynamics(double mass, const Vec<S, 9>& gamma,
                               const std::array<Contact<S>, n>& contacts,
@@ -118,8 +118,8 @@ Vec<S, 9> centroidal_dynamics(double mass, const Vec<S, 9>& gamma,
       .vector();
 }
 
-/// gamma' with the angular momentum linearised: affine in (gamma, wrenches), what the paper's
-/// controller predicts with.
+/// gamma' with the angular momentum linearised: affine in (gamma, wrenches), the prediction model
+/// of the paper's controller.
 template <class S, class P, std::size_t n>
 Vec<S, 9> linearised_centroidal_dynamics(double mass, const Vec<S, 9>& gamma,
                                          const std::array<Contact<S>, n>& contacts,

@@ -8,8 +8,8 @@
 namespace saltus {
 namespace {
 
-// Inputs: contact forces and torques of left and right foot in world axes. Parameters: positions of
-// the soles and the push.
+// Exact dynamics. Inputs: contact forces and torques of left and right foot in world axes.
+// Parameters: positions of the soles and the push.
 struct ExactDynamics {
   double mass;
 

@@ -52,9 +52,9 @@ class DartDynamics final : public DynamicsModel {
   }
 
  private:
-  // Composite rigid bodies (Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.2), all about the
-  // base's origin in world axes, (angular | linear). DART's own takes ten times as long: it sends a
-  // unit acceleration of every joint through the whole tree.
+  // Composite rigid body algorithm (Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.2), about
+  // the origin of the base in world axes, (angular | linear). The implementation of DART takes ten
+  // times as long: it propagates a unit acceleration of every joint through the whole tree.
   void update_mass_matrix() {
     const Eigen::Isometry3d& base = view_.body(0)->getWorldTransform();
     for (int i = 0; i < bodies_; ++i) {
@@ -77,7 +77,7 @@ class DartDynamics final : public DynamicsModel {
     turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = base.linear();
     mass_matrix_.topLeftCorner<6, 6>() = turn.transpose() * composite_[0] * turn;
     for (int i = 1; i < bodies_; ++i) {
-      const Vec<double, 6> momentum = composite_[i] * axis_[i];  // per unit of the joint's speed
+      const Vec<double, 6> momentum = composite_[i] * axis_[i];  // per unit of joint speed
       const int row = 5 + i;
       for (int j = i; j > 0; j = links_[j].parent)
         mass_matrix_(row, 5 + j) = mass_matrix_(5 + j, row) = axis_[j].dot(momentum);
@@ -102,7 +102,7 @@ class DartDynamics final : public DynamicsModel {
   double mass_;
   std::vector<FloatingRobot::Body> links_;
   int bodies_;
-  std::vector<Mat<double, 6, 6>> composite_;  // inertia of each body with all that it carries
+  std::vector<Mat<double, 6, 6>> composite_;  // inertia of each body with all its descendants
   std::vector<Vec<double, 6>> axis_;          // twist of each joint at unit speed
 };
 

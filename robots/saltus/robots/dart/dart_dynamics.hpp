@@ -7,7 +7,7 @@
 
 namespace saltus {
 
-/// The equations of motion by DART.
+/// Creates equations of motion by DART.
 __attribute__((visibility("default"))) std::unique_ptr<DynamicsModel> make_dart_dynamics(
     const FloatingRobot& robot);
 

@@ -144,7 +144,7 @@ class DartPlant final : public Plant {
   }
 
  private:
-  // Forces act at the state before the step; the soles have hardly moved since.
+  // Forces belong to the state before the step; the soles have hardly moved since.
   void read_contacts() {
     contacts_[0] = contacts_[1] = {};
     for (const dc::Contact& c : world_->getLastCollisionResult().getContacts()) {
@@ -153,7 +153,7 @@ class DartPlant final : public Plant {
       for (int foot = 0; foot < 2; ++foot) {
         const dd::BodyNode* body = view_.body(feet_[foot].body);
         if (first != body && second != body) continue;
-        if (!is_ground(first) && !is_ground(second)) continue;  // a limb
+        if (!is_ground(first) && !is_ground(second)) continue;  // contact of two limbs
         const Vec<double, 3> force = first == body ? c.force : Vec<double, 3>(-c.force);
         const Vec<double, 3> origin = (body->getWorldTransform() * feet_[foot].pose).translation();
         contacts_[foot].touches = true;

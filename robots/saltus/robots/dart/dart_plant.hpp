@@ -1,4 +1,4 @@
-// The robot simulated by DART.
+// Simulation of the robot by DART.
 #pragma once
 
 #include <memory>
@@ -7,27 +7,28 @@
 
 namespace saltus {
 
-/// DART's detectors of collisions.
+/// Collision detectors of DART.
 enum class DartCollision { dart, fcl, bullet, ode };
-/// DART's solvers of contact forces.
+/// Contact solvers of DART.
 enum class DartLcp { dantzig, pgs };
-/// DART bounds the two tangential forces of a contact one by one: its friction cone is a square
-/// one. `box`: each at most friction times the normal force, together up to sqrt(2) times that.
-/// `inscribed`: each at most 1 / sqrt(2) of it, so that of a foot that stands no direction has more
-/// than Coulomb's law allows, and those along the axes less. That does not hold for single samples
-/// of a foot that bounces or is being unloaded: bounds are from normal forces of a first pass,
-/// which its final ones may be far below.
+/// Friction cone. DART bounds the two tangential forces of a contact separately, which gives a
+/// square cone. `box`: each is at most friction times the normal force, together up to sqrt(2)
+/// times that. `inscribed`: each is at most 1 / sqrt(2) of it, so no direction exceeds Coulomb
+/// friction, and the axes have less.
+///
+/// `inscribed` does not hold for single samples of a foot that bounces or is being unloaded: the
+/// bounds use normal forces of a first pass, and the final ones may be much smaller.
 enum class DartFriction { box, inscribed };
 
-/// The plant's options and those of DART alone.
+/// Options of the plant and of DART.
 struct DartOptions : PlantOptions {
-  DartCollision collision = DartCollision::bullet;  ///< which detector
-  DartLcp lcp = DartLcp::dantzig;                   ///< which solver
+  DartCollision collision = DartCollision::bullet;  ///< collision detector
+  DartLcp lcp = DartLcp::dantzig;                   ///< contact solver
   DartFriction cone = DartFriction::box;            ///< shape of the friction cone
 };
 
-/// With `self_collision` bodies need their capsules (add_capsules), and detectors other than Bullet
-/// and ODE, which know none, are refused with InputError.
+/// Creates the plant. With `self_collision` the bodies need capsules (add_capsules). Throws
+/// InputError for detectors without capsules, all but Bullet and ODE.
 __attribute__((visibility("default"))) std::unique_ptr<Plant> make_dart_plant(
     const FloatingRobot& robot, const DartOptions& options);
 

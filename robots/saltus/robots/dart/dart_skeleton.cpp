@@ -51,9 +51,9 @@ void add_capsules(const FloatingRobot& robot, dd::Skeleton& skeleton) {
   for (const FloatingRobot::Body& b : robot.bodies)
     for (const LinkCapsule& c : b.capsules) {
       const Vec<double, 3> along = c.capsule.to - c.capsule.from;
-      Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // DART's lies along z
+      Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // the axis of a DART capsule is z
       pose.translation() = c.capsule.middle();
-      // DART has no capsule without a segment.
+      // DART has no capsule of zero length.
       dd::ShapePtr shape = std::make_shared<dd::SphereShape>(c.capsule.radius);
       if (!along.isZero(0.0)) {
         pose.linear() =

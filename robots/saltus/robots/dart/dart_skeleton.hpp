@@ -1,4 +1,4 @@
-// A FloatingRobot as a skeleton of DART. Only this folder sees DART.
+// Conversion of a FloatingRobot to a DART skeleton. Only this folder includes DART.
 #pragma once
 
 #include <dart/collision/CollisionFilter.hpp>
@@ -15,25 +15,26 @@ class FreeJoint;
 
 namespace saltus::dart_engine {
 
-/// Bodies with their collision boxes, a free joint for the base, revolute joints with limits.
-/// Built directly: a loader of URDF files gives every massless frame 1 kg.
+/// Creates bodies with collision boxes, a free joint for the base, and revolute joints with limits.
+/// Built directly, because the URDF loader gives every massless frame 1 kg.
 ::dart::dynamics::SkeletonPtr make_skeleton(const FloatingRobot& robot);
 
-/// Bodies of a skeleton of `robot` get their capsules; which of them collide says CapsuleFilter.
+/// Adds the capsules to the bodies of a skeleton of `robot`. CapsuleFilter selects the pairs that
+/// collide.
 void add_capsules(const FloatingRobot& robot, ::dart::dynamics::Skeleton& skeleton);
 
-/// Capsules collide with each other where `FloatingRobot::apart` says so, and those of all bodies
-/// but the feet with the ground. Boxes collide with the ground only.
+/// Collision filter. Capsules collide with each other as listed in `FloatingRobot::apart`, and with
+/// the ground unless they belong to a foot. Boxes collide with the ground only.
 class CapsuleFilter final : public ::dart::collision::CollisionFilter {
  public:
-  /// Of the skeletons whose bodies have their capsules.
+  /// The bodies of the skeleton must already have their capsules.
   CapsuleFilter(const FloatingRobot& robot, const ::dart::dynamics::Skeleton& skeleton);
   bool ignoresCollision(const ::dart::collision::CollisionObject* first,
                         const ::dart::collision::CollisionObject* second) const override;
 
  private:
   struct Kind {
-    int body = -1;  // of the robot; -1: the ground
+    int body = -1;  // body of the robot; -1: the ground
     bool is_capsule = false;
   };
   Kind kind_of(const ::dart::collision::CollisionObject* object) const;
@@ -44,13 +45,13 @@ class CapsuleFilter final : public ::dart::collision::CollisionFilter {
   std::unordered_map<const ::dart::dynamics::Frame*, Kind> kinds_;
 };
 
-/// What belongs together: bodies and degrees of freedom in the order of the FloatingRobot.
+/// Maps bodies and degrees of freedom to the order of the FloatingRobot.
 class SkeletonView {
  public:
   SkeletonView(::dart::dynamics::SkeletonPtr skeleton, const FloatingRobot& robot);
 
   ::dart::dynamics::BodyNode* body(int i) const { return bodies_[i]; }
-  /// Index among DART's degrees of freedom of entry i of nu.
+  /// Index in DART of the degree of freedom for entry i of nu.
   int dof(int i) const { return dofs_[i]; }
   int joints() const { return static_cast<int>(dofs_.size()) - 6; }
   const ::dart::dynamics::SkeletonPtr& skeleton() const { return skeleton_; }

@@ -1,4 +1,4 @@
-// The iCub humanoid: its figures, from the official URDF or from the parameter file built in.
+// Description of the iCub humanoid, from the official URDF or from the built-in parameter file.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace saltus {
 
-/// The figures of iCubGazeboV2_5. With a URDF (the package icub-models has the official one) they
-/// are computed from it; otherwise they are those of robots/icub/icub.yaml, which the program
-/// carries. `RobotDescription::source` says which. Throws InputError as `UrdfModel::read` does.
+/// Description of iCubGazeboV2_5. With a URDF (the package icub-models has the official one) the
+/// data are computed from it. Otherwise they are those of robots/icub/icub.yaml, which is built in.
+/// `RobotDescription::source` names the origin. Throws InputError like `UrdfModel::read`.
 RobotDescription icub(const std::optional<std::filesystem::path>& urdf = std::nullopt);
 
 }  // namespace saltus

@@ -20,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* package = "icub-models 3.2.0";
-constexpr const char* folder = "icub-models-3.2.0";  // in the cache; the script has the version too
+// in the cache; keep the version equal to that in the script
+constexpr const char* folder = "icub-models-3.2.0";
 constexpr const char* urdf = "share/iCub/robots/iCubGazeboV2_5/model.urdf";
 
 const char* named_urdf() {
@@ -28,13 +29,13 @@ const char* named_urdf() {
   return named != nullptr && *named != '\0' ? named : nullptr;
 }
 
-// Its output goes to the error stream: the results stay clean.
+// Redirects its output to the error stream, to keep the results clean.
 bool run(const fs::path& script, const fs::path& argument) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
 #ifdef __linux__
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is ended takes it along
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends with the parent process
 #endif
     dup2(STDERR_FILENO, STDOUT_FILENO);
     execl(script.c_str(), script.c_str(), argument.c_str(), static_cast<char*>(nullptr));

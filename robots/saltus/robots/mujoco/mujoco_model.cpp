@@ -14,26 +14,26 @@
 namespace saltus::mujoco_engine {
 namespace {
 
-// Contacts are springs and dampers on the level of accelerations: time constant, s, and damping
-// ratio of a penetration's decay; and how much stiffer than that friction is, so that a loaded
-// foot does not creep.
+// Contacts are springs and dampers at the acceleration level: time constant (s) and damping ratio
+// of the penetration. Friction is stiffer by a factor, so that a loaded foot does not creep.
 constexpr double contact_time = 0.005, contact_damping = 1.0, friction_stiffness = 10.0;
 
-// A joint that is free on one side only has this for its other limit, rad.
+// Second limit of a joint that is limited on one side only, rad.
 constexpr double no_limit = 1e4;
 
 // ---- errors ------------------------------------------------------------------------------------
 
-// An error of MuJoCo must not return. It is C: no exception may pass through it, but a jump may.
+// An error handler of MuJoCo must not return. MuJoCo is C code: exceptions must not pass through
+// it, but a long jump may.
 thread_local std::jmp_buf* way_out = nullptr;
 
 void on_error(const char*) {
-  if (way_out == nullptr) std::terminate();  // nothing outside guarded() can fail
+  if (way_out == nullptr) std::terminate();  // only calls inside guarded() can fail
   std::longjmp(*way_out, 1);
 }
 void on_warning(const char*) {}  // counted in mjData
 
-// `call` must own nothing: the jump runs no destructors.
+// `call` must own no resources: the jump runs no destructors.
 template <class Call>
 bool guarded(const Call& call) {
   std::jmp_buf here;
@@ -71,9 +71,9 @@ bool is_foot(const FloatingRobot& robot, int body) {
   return body == robot.left_sole.body || body == robot.right_sole.body;
 }
 
-// Bits of what collides: 1 the ground, 2 limbs among each other.
+// Collision bits: 1 for the ground, 2 for limbs among each other.
 std::string capsule_xml(const Capsule& capsule, bool is_of_foot) {
-  constexpr double shortest = 1e-4;  // m; MuJoCo wants a length
+  constexpr double shortest = 1e-4;  // m; MuJoCo requires a positive length
   Vec<double, 6> ends;
   ends << capsule.from, capsule.to;
   if (capsule.length() < shortest) ends[5] += shortest;
@@ -82,7 +82,7 @@ std::string capsule_xml(const Capsule& capsule, bool is_of_foot) {
       is_of_foot ? 2 : 3, capsule.radius, numbers("fromto", ends));
 }
 
-// Pairs of bodies that may touch; MuJoCo itself leaves out a body and its parent.
+// Excludes pairs of bodies that may touch. MuJoCo itself excludes a body and its parent.
 std::string exclusions_xml(const FloatingRobot& robot) {
   std::string text = "<contact>\n";
   const int bodies = static_cast<int>(robot.bodies.size());
@@ -123,7 +123,7 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
   return text + "</body>\n";
 }
 
-// A plane where the ground is level: no edges, and the cheapest collisions.
+// Level ground is a plane: it has no edges and the cheapest collisions.
 std::string ground_xml(const PlantOptions& options) {
   if (options.ground_step == 0.0)
     return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
@@ -151,7 +151,8 @@ Mat<double, 3, 3> rotation(const mjtNum* quaternion) {
 }  // namespace
 
 std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options) {
-  // Friction of a pair is the larger of the two, here the same. Inertias are taken as they are.
+  // The friction of a pair is the larger of the two, which are equal here. Inertias are taken as
+  // given.
   return fmt::format(
              "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" "
              "balanceinertia=\"false\"/>\n"

@@ -1,4 +1,4 @@
-// A FloatingRobot as a model of MuJoCo. Only this folder sees MuJoCo.
+// Conversion of a FloatingRobot to a MuJoCo model. Only this folder includes MuJoCo.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -11,13 +11,13 @@
 
 namespace saltus::mujoco_engine {
 
-/// The robot above the ground, in MuJoCo's own format MJCF. Names are numbers: body i of
-/// the robot is "i", so is the joint that leads to it.
+/// The robot above the ground in MJCF, the format of MuJoCo. Names are numbers: body i of the robot
+/// and the joint to its parent are both named "i".
 std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options);
 
-/// MuJoCo's model and its working memory, with the order of the FloatingRobot. MuJoCo's warnings
-/// and errors are not printed and end no process: warnings are counted in data(), errors become
-/// InputError here and `false` later.
+/// Model and data of MuJoCo in the order of the FloatingRobot. Warnings and errors of MuJoCo are
+/// neither printed nor fatal: warnings are counted in data(), errors throw InputError in the
+/// constructor and return `false` later.
 class Model {
  public:
   Model(const FloatingRobot& robot, const PlantOptions& options);
@@ -28,20 +28,21 @@ class Model {
   int body(int i) const { return bodies_[i]; }  ///< MuJoCo's number of body i
   int joint_dof(int i) const { return joint_dof_[i]; }
 
-  /// Empties the working memory and sets positions and velocities.
+  /// Resets the data and sets positions and velocities.
   void write(const WholeBodyState& state);
   void read(WholeBodyState& state) const;
-  /// Of MuJoCo body `body`, from the last kinematics.
+  /// Pose of MuJoCo body `body`, from the last kinematics.
   Eigen::Isometry3d pose(int body) const;
 
-  /// Everything up to the forces: kinematics, contacts, bias. False on an error of MuJoCo.
+  /// Computes everything up to the forces: kinematics, contacts, bias. False on an error of MuJoCo.
   bool begin_step();
-  /// Forces, accelerations, and on to the next state. False on an error of MuJoCo.
+  /// Computes forces, accelerations and the next state. False on an error of MuJoCo.
   bool end_step();
-  /// Did MuJoCo complain since the last write: numbers out of range, contacts dropped?
+  /// True if MuJoCo has issued warnings since the last write(): numbers out of range, or dropped
+  /// contacts.
   bool has_warnings() const;
 
-  /// As in DynamicsModel, at the last kinematics.
+  /// Mass matrix as in DynamicsModel, at the last kinematics.
   MatrixXd mass_matrix() const;
 
  private:

@@ -41,8 +41,8 @@ class MujocoPlant final : public Plant {
     applied.tail<3>() += (engine_.pose(b) * point - com).cross(force);
   }
 
-  // Between two steps kinematics and contacts are those of the present state, so that a push acts
-  // where the body is.
+  // Between two steps, kinematics and contacts are those of the current state, so a push acts at
+  // the current position of the body.
   void step() override {
     if (has_failed_) return;
     mjData& d = engine_.data();
@@ -64,27 +64,27 @@ class MujocoPlant final : public Plant {
   }
 
  private:
-  // MuJoCo puts the robot back to its start when numbers leave their range: that is no motion.
+  // MuJoCo resets the robot when numbers leave their range. This counts as a failure.
   void finish(bool done) {
     engine_.read(state_);
     has_failed_ = !done || engine_.has_warnings() || !state_.is_finite();
     if (has_failed_) state_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
 
-  // Forces, points and poses alike belong to the state before the step.
+  // Forces, points and poses all belong to the state before the step.
   void read_contacts() {
     contacts_[0] = contacts_[1] = {};
     const mjModel& m = engine_.model();
     const mjData& d = engine_.data();
     for (int c = 0; c < d.ncon; ++c) {
       const mjContact& contact = d.contact[c];
-      if (contact.efc_address < 0) continue;  // takes no part in the dynamics
+      if (contact.efc_address < 0) continue;  // not part of the dynamics
       const int first = m.geom_bodyid[contact.geom1], second = m.geom_bodyid[contact.geom2];
       constexpr int ground = 0;                           // MuJoCo's world
-      if (first != ground && second != ground) continue;  // of two limbs
+      if (first != ground && second != ground) continue;  // contact of two limbs
       Vec<double, 6> local;  // (force | torque) on the second geom, in the contact's frame
       mj_contactForce(&m, &d, c, local.data());
-      using Frame = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;  // a row for each axis
+      using Frame = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;  // one row per axis
       const Eigen::Map<const Frame> axes(contact.frame);
       const Eigen::Map<const Vec<double, 3>> point(contact.pos);
       for (int foot = 0; foot < 2; ++foot) {

@@ -1,4 +1,4 @@
-// The robot simulated by MuJoCo: a second engine, whose contacts work by other rules than DART's.
+// Simulation of the robot by MuJoCo, an engine with a different contact model from DART.
 #pragma once
 
 #include <memory>
@@ -7,16 +7,16 @@
 
 namespace saltus {
 
-/// Was this program built with MuJoCo?
+/// True if this program was built with MuJoCo.
 bool has_mujoco();
 
-/// Contact: elliptic friction cones, soft with a time constant of 5 ms. Boxes collide with the
-/// ground only; with `self_collision` bodies need their capsules (add_capsules). A step that MuJoCo
-/// cannot compute leaves a state that is not finite, until reset(). Throws InputError when MuJoCo
-/// refuses the robot, and when the program lacks MuJoCo.
+/// Creates the plant. Contacts have elliptic friction cones and are soft with a time constant of 5
+/// ms. Boxes collide with the ground only. With `self_collision` the bodies need capsules
+/// (add_capsules). A step that MuJoCo cannot compute leaves a state that is not finite, until
+/// reset(). Throws InputError if MuJoCo rejects the robot, or if the program lacks MuJoCo.
 std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const PlantOptions& options);
 
-/// What MuJoCo says of the same robot, to compare engines: the mass matrix as in DynamicsModel.
+/// Mass matrix of the robot by MuJoCo, as in DynamicsModel, to compare engines.
 MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& state);
 
 }  // namespace saltus

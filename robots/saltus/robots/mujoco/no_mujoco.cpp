@@ -1,4 +1,4 @@
-// In place of the plant where MuJoCo is not installed.
+// Replaces the plant if MuJoCo is not installed.
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 
 namespace saltus {
