@@ -34,11 +34,11 @@ void declare_weights(Settings& s, Weights& w) {
            "penalty on a capture point outside the hull; 0 forbids it", at_least(0.0));
 }
 
-// How closely a run models the real robot. Both presets name the same keys.
+// Presets for the fidelity of the simulation. Both set the same keys.
 void declare_presets(Settings& s, Config& config) {
   const std::vector<std::string> of_formula{"step.shortest=0.3", "whole_body.tipped_reserve=0"};
-  // The optimum needs short steps only rarely. Its plans load the corners of the stance sole, which
-  // would tip.
+  // The planner by optimal control rarely needs short steps. Its plans load the corners of the
+  // stance sole, which would tip.
   const std::vector<std::string> of_ocp{"step.shortest=0.25", "whole_body.tipped_reserve=10"};
   const auto list = [](std::vector<std::string> values, const std::vector<std::string>& more) {
     values.insert(values.end(), more.begin(), more.end());
@@ -54,9 +54,9 @@ void declare_presets(Settings& s, Config& config) {
       "step.duration=0.5",  // about 0.56 s from the push
       "step.decide=if_it_helps", "step.decision_lead=0.1", "sensors=measured",
       "self_collision=true", "joint_speed_limits=true", "whole_body.stance_damping=30",
-      // A foot that has just landed bears little and tips more easily.
+      // A foot that has just landed carries little load and tips more easily.
       "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"};
-  // A survival map over step times needs a planner that takes them.
+  // A survival map over step times needs a planner that accepts them.
   robot.push_back(config.step_times_are_given ? "step.planner=icp_formula" : "step.planner=ocp");
   robot = list(robot, config.step_times_are_given ? of_formula : of_ocp);
 
@@ -66,14 +66,15 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("plant", {"dart", "mujoco"}, list({"preset=robot"}, robot));
   s.preset("preset", {"paper"}, paper);
   s.preset("preset", {"robot"}, robot);
-  // One step of the foot in the air is of no use to a robot on two feet. Its CoM comes to rest
-  // where heels and toes are equally far.
+  // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
+  // midway between heels and toes.
   s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));
   s.preset("step.planner", {"push_formula", "icp_formula", "reactive"}, of_formula);
   s.preset("step.planner", {"ocp"}, of_ocp);
 }
 
-// The keys step.known and step.trigger of 0.2, and step.planner=formula, which depended on them.
+// Replaces the keys step.known and step.trigger of version 0.2, and step.planner=formula, which
+// depended on them.
 class OldStepKeys {
  public:
   OldStepKeys(std::vector<Assignment>& given, const std::vector<Assignment>& others)

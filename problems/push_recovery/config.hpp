@@ -1,5 +1,5 @@
-// Everything a run of push recovery can be told, with its defaults: what any biped in a closed loop
-// can be told, and the weights of the cost.
+// Settings of push recovery with their defaults: those of any biped in a closed loop, and the
+// weights of the cost.
 #pragma once
 
 #include "problems/push_recovery/problem.hpp"
@@ -14,11 +14,11 @@ struct Config : BipedSettings {
   Config() { preset = "paper"; }
   Weights weights;
   StepPlanning planning;
-  /// Of a map over step times: preset `robot` leaves the planner that takes them.
+  /// True in a map over step times: preset `robot` then keeps a planner that accepts them.
   bool step_times_are_given = false;
 };
 
-/// Binds every key to its field, with units, ranges and rules.
+/// Declares every key with its field, unit, range and rules.
 void declare_settings(Settings& settings, Config& config);
 
 }  // namespace saltus::push_recovery

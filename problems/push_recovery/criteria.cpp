@@ -12,20 +12,20 @@
 namespace saltus::push_recovery {
 namespace {
 
-// What ended a recovery: when (s), what, and how far it went.
+// Reason of a failure: time (s), description, and value.
 struct Cause {
   double time = infinity;
   std::string happened, extent;
 };
 
-// The first sample of which a figure lies beyond its limit.
+// The first sample in which a quantity exceeds its limit.
 template <class Beyond>
 double first_time(const RunLog& log, Beyond beyond) {
   const auto found = std::find_if(log.samples.begin(), log.samples.end(), beyond);
   return found == log.samples.end() ? infinity : found->time;
 }
 
-// Over the whole run.
+// Violations of the limits for the whole run.
 std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
                                      const LimitsOnTheWay& limits) {
   std::vector<Cause> causes;
@@ -51,7 +51,7 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
   return causes;
 }
 
-// The first criterion that a sample at rest misses, or an empty string.
+// The first criterion of rest that a sample violates, or an empty string.
 std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
                    double momentum) {
   if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
@@ -88,7 +88,7 @@ Verdict judge(const Config& config, const RunLog& log) {
   for (const Push& push : pushes) settled_from = std::max(settled_from, push.end());
   Verdict v = figures_of(log, settled_from, pushes);
   const LimitsOnTheWay limits = limits_on_the_way(config, log.robot);
-  const double momentum = limits.momentum / angular_momentum_limit;  // that of iCub is 1
+  const double momentum = limits.momentum / angular_momentum_limit;  // 1 for iCub
   std::vector<Cause> causes = causes_on_the_way(log, v, limits);
   const Scene& scene = log.final_scene;
   const SupportPolygon ground =

@@ -1,4 +1,4 @@
-// When does a run count as recovered? The criteria of the README.
+// Criteria of the README for a run to count as recovered.
 #pragma once
 
 #include "problems/push_recovery/config.hpp"
@@ -6,7 +6,7 @@
 
 namespace saltus::push_recovery {
 
-// For iCub; for another robot they scale, see reference_mass.
+// Values for iCub; they scale for other robots, see reference_mass.
 inline constexpr double height_lowest = 0.45, height_highest = 0.60;  // m
 inline constexpr double angular_momentum_limit = 1.0;                 // Nms
 inline constexpr double rest_after = 4.0, rest_length = 1.0;          // s
@@ -14,22 +14,22 @@ inline constexpr double rest_speed = 0.05;                            // m/s
 inline constexpr double rest_com_error = 0.02;                        // m
 inline constexpr double rest_angular_momentum = 0.1;                  // Nms
 
-/// What must hold over the whole run, for a robot of its size.
+/// Limits for the whole run, scaled to the size of the robot.
 struct LimitsOnTheWay {
-  Bounds height = between(height_lowest, height_highest);  ///< of the CoM, m
-  double momentum = angular_momentum_limit;                ///< about the CoM, Nms
+  Bounds height = between(height_lowest, height_highest);  ///< height of the CoM, m
+  double momentum = angular_momentum_limit;                ///< angular momentum about the CoM, Nms
 };
 LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& robot);
 
-/// When enough has been seen to judge (s): the last push is over at `push_end`, the last foot has
-/// landed, and the robot has had the time to settle. `landing` is infinite while none is due,
+/// Time (s) after which the run can be judged: the last push is over at `push_end`, the last foot
+/// has landed, and the robot has had time to settle. `landing` is infinite while none is due,
 /// `touchdown` until a foot has landed.
 double end_time(double push_end, double landing, double touchdown);
 
-/// Over the whole run CoM height and angular momentum, and from `rest_after` the last landing or
-/// the end of the last push, whichever is later, on rest at the target; on the whole body no
-/// planted foot slips by `planted_slip`. The reason is the cause that came first; a fall's tells
-/// both.
+/// Judges a run. CoM height and angular momentum must stay within limits. The robot must rest at
+/// the target from `rest_after` past the last landing or the end of the last push, whichever is
+/// later. On the whole body no planted foot may slip by `planted_slip`. The reason is the first
+/// cause; for a fall it names both.
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

@@ -1,4 +1,4 @@
-// The program that the demo and the map need: `saltus` without the library of reference problems.
+// Program for the demo and the survival map: `saltus` without the library of reference problems.
 #include <vector>
 
 #include "problems/biped/report/scripts.hpp"

@@ -7,7 +7,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-// What of the tick's data hangs on the scene alone: it changes while a foot swings, no oftener.
+// Sets the data of the tick that depend only on the scene, which changes only during a swing.
 void set_scene(const Scene& scene, Tick<double>& data) {
   data.left_foot = scene.sole(Side::left).position;
   data.right_foot = scene.sole(Side::right).position;
@@ -23,7 +23,7 @@ void set_measurement(const Measurement& measured, const Scene& scene, Tick<doubl
   data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
 }
 
-// Through three points of the horizon; constant at the target if nothing is planned.
+// Fits the motion through three points of the horizon; constant at the target without a plan.
 void set_motion(const Scene& scene, double begin, double length, Tick<double>& data) {
   const walking::PlannedMotion& motion = scene.motion;
   data.motion_begin = begin;
@@ -73,7 +73,7 @@ class Mpc final : public Planner {
     controller_.set_data("tick", data_);
     controller_.set_schedule(contacts);
     if (charges_change_) {
-      // A foot that was in the air had no wrench from which the first one could differ.
+      // A foot that was in the air has no previous wrench.
       constexpr double none = std::numeric_limits<double>::quiet_NaN();
       Vec<double, 12> before = measured.applied;
       if (!measured.left_bore) before.head<6>().setConstant(none);

@@ -1,4 +1,4 @@
-// The receding horizon controller of the paper: the problem's data from measurement and scene.
+// The receding horizon controller of the paper.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace saltus::push_recovery {
 
-/// For a robot of this mass that stands as the scene says.
+/// Creates the controller for a robot of this mass in the stance of the scene.
 std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,
                                   const Scene& scene);
 

@@ -17,8 +17,8 @@ using walking::double_support, walking::left_support, walking::right_support;
 
 namespace {
 
-/// gamma' = (velocity, forces / m + gravity, torques about the CoM), the last row linearised about
-/// the last measurement: H' = sum_i tau_i + (x_i - x0) x f_i + (sum_i f_i0) x (x - x0).
+/// gamma' = (velocity, forces / m + gravity, torques about the CoM). The last row is linearised
+/// about the last measurement: H' = sum_i tau_i + (x_i - x0) x f_i + (sum_i f_i0) x (x - x0).
 struct Dynamics {
   Model model;
 
@@ -60,7 +60,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     const auto tick = view_as<Tick>(p);
     return (capture(gamma, tick) - tick.capture_point_desired).eval();
   };
-  // As long as no step is planned the sole that stands alone must catch the capture point.
+  // Without a planned step, the stance sole alone must catch the capture point.
   const auto standing_error = [capture_error](const auto& t, const auto& gamma, const auto& f,
                                               const auto& p) {
     return (view_as<Tick>(p).standing * capture_error(t, gamma, f, p)).eval();
@@ -70,7 +70,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
   };
   const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
-  // Who walks follows the plan of steps; else its motion is the target, at rest.
+  // While walking, the motion follows the step plan; otherwise it comes to rest at the target.
   const auto off_motion = [](const auto& t, const auto& gamma, const auto&, const auto& p) {
     using S = std::decay_t<decltype(gamma[0])>;
     const auto tick = view_as<Tick>(p);
@@ -100,7 +100,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   phase.common_resultant({0, 6}, 6);  // force and torque about the CoM
   phase.data("tick", data);
 
-  // Contacts ("Constraints definition"). A foot in the air exerts nothing.
+  // Contacts ("Constraints definition"). A foot in the air exerts no wrench.
   keep_in_cone(phase, "left foot", model.left_contact, 0, during(left_support, double_support));
   keep_in_cone(phase, "right foot", model.right_contact, 6, during(right_support, double_support));
   for (int i = 0; i < 6; ++i) {
@@ -108,14 +108,14 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     phase.bound_input(6 + i, exactly(0.0), during(left_support));
   }
 
-  // From the impact on the capture point lies in the convex hull of both feet.
+  // After the impact the capture point lies in the convex hull of both feet.
   if (weights.capture_point_penalty > 0.0)
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact,
                soft("capture point", weights.capture_point_penalty));
   else
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact);
 
-  // The five terms of Gamma ("Cost function definition"), and that of standing.
+  // The five terms of Gamma ("Cost function definition"), and the term for standing.
   Vec<double, 12> wrench_weights;
   wrench_weights << weights.wrench, weights.wrench;
   if (model.follows_motion)

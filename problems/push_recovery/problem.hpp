@@ -1,4 +1,4 @@
-// The push recovery problem's sizes, weights and options; its mathematics is in problem.cpp.
+// Sizes, weights and options of the push recovery problem; problem.cpp contains its mathematics.
 #pragma once
 
 #include "problems/push_recovery/tick_data.hpp"
@@ -23,14 +23,15 @@ struct Weights {
 
 struct Model {
   double mass = 33.06;  // kg
-  // The places of the soles are data, their axes are not.
+  // The positions of the soles are data, their axes are constant.
   Mat<double, 3, 3> left_rotation = Mat<double, 3, 3>::Identity(),
                     right_rotation = Mat<double, 3, 3>::Identity();
   ContactConeOptions left_contact = {}, right_contact = {};
   double step = 0.01;                    // dt, s
   int intervals = 15;                    // N
   CostRule cost_rule = CostRule::nodes;  // the paper sums costs over the samples
-  bool follows_motion = false;           ///< of the data, in place of coming to rest at the target
+  bool follows_motion = false;  ///< follow the motion of the data instead of coming to rest at the
+                                ///< target
 };
 
 /// The problem of one tick. The contacts are those of saltus/robots/walking/contacts.hpp, in

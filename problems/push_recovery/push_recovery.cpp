@@ -40,7 +40,7 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
   return std::make_unique<StepLogic>(step, push_start, scene);
 }
 
-// The rule steps as often as needed: what more than three steps win is little.
+// The reactive planner steps as often as needed, but more than three steps gain little.
 std::optional<StepBounds> PushRecovery::step_bounds(const RobotDescription& nominal) const {
   const StepPlanning& planning = config_.planning;
   std::optional<survey::FootReach> reach;
@@ -59,7 +59,7 @@ std::optional<StepBounds> PushRecovery::step_bounds(const RobotDescription& nomi
 
 void PushRecovery::scale(const RobotScale& scale) {
   walking::scale(config_, scale);
-  // Every term of the cost keeps its size: gamma = (m, m/s, Nms), wrenches in N and Nm.
+  // Every term of the cost keeps its magnitude: gamma = (m, m/s, Nms), wrenches in N and Nm.
   const double M = scale.mass, L = scale.length;
   Weights& w = config_.weights;
   for (Vector9* gamma : {&w.gamma, &w.gamma_impact}) {
@@ -73,7 +73,7 @@ void PushRecovery::scale(const RobotScale& scale) {
   w.capture_point /= L * L;
   w.capture_point_standing /= L * L;
   w.capture_point_penalty /= L * std::sqrt(L);
-  StepPlanning& p = config_.planning;  // its times stay
+  StepPlanning& p = config_.planning;  // times are not scaled
   p.foot_speed *= L;
   p.sole_margin *= L;
   p.momentum *= M * L * std::sqrt(L);

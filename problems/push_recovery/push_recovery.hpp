@@ -30,7 +30,7 @@ class PushRecovery final : public ConfigurableBiped {
   Config config_;
 };
 
-/// `saltus run push_recovery`, `saltus map` and `saltus robot`.
+/// Entry for `saltus run push_recovery`, `saltus map` and `saltus robot`.
 ProblemEntry entry();
 Verb map_verb();
 Verb robot_verb();

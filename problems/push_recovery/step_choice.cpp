@@ -8,17 +8,16 @@
 namespace saltus::push_recovery {
 namespace {
 
-// A foot is brought back by whoever has been at rest for so long (s), slower than this (m/s), if it
-// is farther than this from its usual place (m).
+// A foot returns to its usual place if the robot has been at rest for this time (s), slower than
+// this (m/s), and the foot is farther away than this (m).
 constexpr double rest_before = 1.0, rest_speed = 0.05, off_place = 0.02;
-// Penalties that are paid for less than this are the solver's rounding and its last step, m.
+// Penalised violations below this value are due to the solver's rounding and its last step, m.
 constexpr double hardly = 2e-3;
-// Of who walks, from landing to landing, s.
+// Longest time between landings while walking, s.
 constexpr double slowest_pace = 1.0;
-// A lift-off is no later than this, s, in the eyes of the cost; and who begins from rest may take
-// so long to bring the weight over.
+// Latest lift-off in the cost, s, and time to shift the weight when starting from rest, s.
 constexpr double latest = 0.3, first_shift = 0.3;
-// What a step may leave of the miss of a robot that stands.
+// Largest share of the standing robot's violation that a step may leave.
 constexpr double helpful = 0.1;
 
 bool is_known(const StepSituation& now) {
@@ -52,7 +51,8 @@ StepChoice::Frame StepChoice::frame_on(const StepSituation& now, Side stance) co
   Frame frame;
   frame.origin = centre(now, stance);
   const Vec<double, 2> forward = now.foot(stance).sole.rotation.col(0).head<2>();
-  if (forward.norm() > 0.5) frame.forward = forward.normalized();  // of a foot that is not upright
+  // except for a foot that is not upright
+  if (forward.norm() > 0.5) frame.forward = forward.normalized();
   const double side = stance == Side::left ? -1.0 : 1.0;
   frame.towards = side * Vec<double, 2>(-frame.forward[1], frame.forward[0]);
   return frame;
@@ -129,14 +129,14 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   if (settings_.bring_back && two_feet) is_bringing_back_ = is_off_its_place(now);
   const bool must_land = !two_feet && swinging_since_ < infinity;
 
-  // The one that is carried out, then the others from few steps to many.
+  // The current candidate first, then the others with increasing number of steps.
   int best = -1;
   for (Candidate& c : candidates_) c.solution = nullptr;
   const auto consider = [&](int i) {
     Candidate& c = candidates_[i];
     if (c.solution != nullptr || (c.steps > 0 && c.from_two_feet != two_feet)) return;
     if (c.steps == 0 && (must_land || (walks() && best >= 0))) return;
-    // Feet take turns: else the one in front could step onto its own place for ever.
+    // Feet alternate. Otherwise the front foot could step onto its own place again and again.
     if (!velocity_.isZero(0.0) && two_feet && c.steps > 0 &&
         static_cast<int>(c.first) == landed_last_)
       return;
@@ -145,22 +145,22 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
       c.solved_at = -infinity;
     }
     const double so_far = best >= 0 ? candidates_[best].cost : infinity;
-    // What was found is no dearer than the steps alone of this one.
+    // Skip a candidate whose steps alone cost at least as much as the best one so far.
     if (i != incumbent_ && settings_.price * c.steps >= so_far) return;
     if (best >= 0 && iterations_ >= settings_.budget) return;
     look_at(c, now);
     if (c.cost < so_far) best = i;
   };
   if (incumbent_ >= 0) consider(incumbent_);
-  // Who walks stands only if nothing else was found.
+  // While walking, standing is only used if nothing else was found.
   const int first = walks() ? 1 : 0;
   for (int i = first; i < static_cast<int>(candidates_.size()); ++i) consider(i);
   if (best < 0 || first == 0) consider(0);
   if (incumbent_ >= 0 && best >= 0 && candidates_[incumbent_].solution != nullptr &&
       candidates_[incumbent_].cost < candidates_[best].cost + settings_.hysteresis)
     best = incumbent_;
-  // A step that leaves more of what standing misses costs the robot that stands its balance: with
-  // arms and trunk it can do more than its pendulum.
+  // A step that leaves more of the standing robot's violation would cost it its balance. With arms
+  // and trunk it can do more than its pendulum model.
   const Candidate& standing = candidates_.front();
   if (best > 0 && !walks() && standing.solution != nullptr && standing.solution->is_solved &&
       candidates_[best].solution->missed > helpful * standing.solution->missed)
@@ -173,7 +173,7 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     carry_out(candidates_[best], now);
     incumbent_ = best;
     asked_ = &candidates_[best];
-  } else if (plan_.alternatives > 0) {  // the plan stays as it was
+  } else if (plan_.alternatives > 0) {  // keep the plan
     plan_.is_feasible = false;
     plan_.missed = infinity;
     asked_ = &*std::ranges::find_if(candidates_,
@@ -187,7 +187,7 @@ const MultipleShooting* StepChoice::shooting() const {
   return asked_ == nullptr ? nullptr : &asked_->program.shooting();
 }
 
-// On two feet that have been at rest. Once begun it goes on until the foot has landed.
+// True on two feet after a time at rest. A step in progress continues until the landing.
 bool StepChoice::is_off_its_place(const StepSituation& now) const {
   if (is_bringing_back_ && unloading_since_ < infinity) return true;
   if (now.time < at_rest_since_ + rest_before) return false;
@@ -195,7 +195,7 @@ bool StepChoice::is_off_its_place(const StepSituation& now) const {
   return (apart - stride_).norm() > off_place;
 }
 
-// Standing on both feet it is the left one.
+// The left foot if the robot stands on both feet.
 Side StepChoice::stance_of(const Candidate& c, const StepSituation& now) const {
   if (c.steps > 0) return other(c.first);
   return now.left.stands ? Side::left : Side::right;
@@ -226,7 +226,8 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const Vec<double, 2> rest = capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
   const Vec<double, 2> lent =
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
-  // Who is late is the more in a hurry: else the lift-off is put off from tick to tick.
+  // With a late start the unloading is shortened. Otherwise the lift-off would be postponed from
+  // tick to tick.
   const double begun = std::min(unloading_since_, now.time);
   const double allowed = begun > landed_at_ + 2.0 * now.period ? first_shift : 0.0;
   const double clock = c.from_two_feet
@@ -234,14 +235,14 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
                            : data.swung;
   Vec<double, step_states> state;
   state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), clock;
-  // Off its bounds: an interior-point method finds nothing between a state and a bound that meet.
+  // Keep a distance from the bounds: the interior-point method fails if the state is on a bound.
   const double lent_most = 0.95 * model_.lent;
   for (int i = 4; i < 6; ++i) state[i] = std::clamp(state[i], -lent_most, lent_most);
 
   Bounds phase = between(0.01, model_.swing.upper);
   if (c.from_two_feet) {
     const double unloaded = std::isfinite(unloading_since_) ? now.time - unloading_since_ : 0.0;
-    // What is due within half a tick begins now: no bound may keep it from that.
+    // Events due within half a tick begin now; no bound may prevent this.
     phase = between(std::max(0.2 * now.period, model_.unloading.lower - unloaded),
                     model_.unloading.upper);
   }
@@ -250,7 +251,7 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
     iterations_ += c.solution->iterations;
     return c.solution->is_solved;
   };
-  // From the plan before, if there is one and it is not too far off.
+  // Start from the previous plan if there is one and it is recent enough.
   const bool is_warm = now.time - c.solved_at < 1.5 * now.period;
   if (!is_warm || !solve(now.time - c.solved_at, settings_.iterations)) {
     c.program.restart();
@@ -290,7 +291,7 @@ void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
   pressure_ = frame.out(c.solution->pressure).head<2>();
   lent_rate_ = frame.forward * c.solution->lent_rate[0] + frame.towards * c.solution->lent_rate[1];
   plan_.motion.samples = 0;
-  if (walks()) {  // the CoM must be on its way before the foot lifts off
+  if (walks()) {  // the CoM must move before the foot lifts off
     c.program.sample(plan_.motion);
     plan_.motion.begin = now.time;
     for (int i = 0; i < plan_.motion.samples; ++i)

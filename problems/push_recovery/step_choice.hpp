@@ -1,5 +1,5 @@
-// Which foot, how many steps, when and where: every tick the problem of steps is solved for each
-// choice that can still be the best, and the cheapest is carried out.
+// Step planner by optimal control: chooses feet, number, times and places of steps. Every tick it
+// solves the step problem for each candidate that can still be the best, and takes the cheapest.
 #pragma once
 
 #include <vector>
@@ -18,38 +18,38 @@ using walking::StepSituation;
 
 struct StepChoiceSettings {
   int most_steps = 2;
-  double price = 2.0;        ///< of every step, in units of the cost: standing is preferred
-  double hysteresis = 0.5;   ///< another choice is taken when it is cheaper by this
-  double lead = 0.08;        ///< s before the landing its time and place are fixed
-  int iterations = 3;        ///< quadratic programs per choice and tick from the plan before,
-  int first_iterations = 8;  ///< and of a choice that has none
-  /// Quadratic programs per tick after which no further choice is looked at: in place of a clock,
-  /// so that a run is the same on every machine.
+  double price = 2.0;        ///< cost of every step, in units of the total cost
+  double hysteresis = 0.5;   ///< cost advantage that another candidate needs to be chosen
+  double lead = 0.08;        ///< time before the landing at which its time and place are fixed, s
+  int iterations = 3;        ///< quadratic programs per candidate and tick from the previous plan,
+  int first_iterations = 8;  ///< and for a candidate without a previous plan
+  /// Quadratic programs per tick after which no further candidate is solved. It replaces a clock,
+  /// so that runs are equal on all machines.
   int budget = 24;
   Vec<double, 2> velocity = Vec<double, 2>::Zero();  ///< desired, forward and to the left, m/s
-  double walk_until = infinity;                      ///< then it stands, s
-  bool bring_back = false;  ///< once at rest, a foot that is off its usual place steps there
+  double walk_until = infinity;                      ///< time after which the robot stands, s
+  bool bring_back = false;  ///< once at rest, a foot away from its usual place steps there
 };
 
-/// The feet of the robot: centres of the soles in their contact frames, m.
+/// Centres of the soles in their contact frames, m.
 struct SoleCentres {
   Vec<double, 2> left, right;
   const Vec<double, 2>& of(Side side) const { return side == Side::left ? left : right; }
 };
 
-/// After construction nothing allocates or throws. What is no number leaves the plan as it was.
+/// Does not allocate or throw after construction. If inputs are NaN, the plan stays the same.
 class StepChoice final : public walking::StepPlanner {
  public:
-  /// `stride`: the usual place of a foot from the other one's, forward and away from it, m.
+  /// `stride`: usual place of a foot relative to the other one, forward and away from it, m.
   StepChoice(const StepModel& model, const StepChoiceSettings& settings, const SoleCentres& centres,
              const Vec<double, 2>& stride);
 
   const StepPlan& plan(const StepSituation& now) override;
   const MultipleShooting* shooting() const override;
 
-  /// Forgets all plans: another run begins.
+  /// Discards all plans, before another run.
   void restart();
-  /// Whether the last plan meets all constraints; otherwise it is the least bad.
+  /// True if the last plan meets all constraints; otherwise it has the smallest violation.
   bool is_feasible() const { return plan_.is_feasible; }
   /// The first input of the last plan: centre of pressure in the world (m), rate of eta (m/s).
   const Vec<double, 2>& pressure() const { return pressure_; }
@@ -65,8 +65,8 @@ class StepChoice final : public walking::StepPlanner {
     bool from_two_feet;
     Side first = Side::right;
     double solved_at = -infinity;
-    const StepSolution* solution = nullptr;  // of this tick
-    double cost = infinity;                  // with the price of the steps
+    const StepSolution* solution = nullptr;  // solution of this tick
+    double cost = infinity;                  // including the cost of the steps
   };
   // The frame of the problem in the world.
   struct Frame {
@@ -78,7 +78,7 @@ class StepChoice final : public walking::StepPlanner {
     Vec<double, 3> out(const Vec<double, 2>& point) const;
   };
 
-  /// Steps for their own sake, not because of a push.
+  /// True if steps follow a task and not a push.
   bool walks() const { return is_bringing_back_ || !velocity_.isZero(0.0); }
   bool is_off_its_place(const StepSituation& now) const;
   Frame frame_on(const StepSituation& now, Side stance) const;
@@ -95,16 +95,16 @@ class StepChoice final : public walking::StepPlanner {
   SoleCentres centres_;
   Vec<double, 2> stride_;
   std::vector<Candidate> candidates_;
-  Vec<double, 2> velocity_ = Vec<double, 2>::Zero();  // desired now, m/s
+  Vec<double, 2> velocity_ = Vec<double, 2>::Zero();  // desired velocity at present, m/s
   int incumbent_ = -1;
-  const Candidate* asked_ = nullptr;   // of the last plan; null: nothing was solved for it
-  int landed_last_ = -1;               // side of the foot that did, -1: none has
+  const Candidate* asked_ = nullptr;   // candidate of the last plan; null: nothing was solved
+  int landed_last_ = -1;               // side of the foot that landed last, -1: none
   double landed_at_ = -infinity;       // s
-  double pace_;                        // from landing to landing of who walks, s
+  double pace_;                        // time between landings while walking, s
   double unloading_since_ = infinity;  // s
-  double swinging_since_ = infinity;   // s, of a foot of which the situation does not say it
+  double swinging_since_ = infinity;   // s, for a foot whose swing the situation does not report
   Vec<double, 3> lifted_from_ = Vec<double, 3>::Zero(), aim_ = Vec<double, 3>::Zero();  // of it, m
-  double at_rest_since_ = infinity;  // s, on two feet
+  double at_rest_since_ = infinity;  // s, start of rest on two feet
   bool is_bringing_back_ = false;
   Vec<double, 2> pressure_ = Vec<double, 2>::Zero(), lent_rate_ = Vec<double, 2>::Zero();
   double seconds_ = 0.0;

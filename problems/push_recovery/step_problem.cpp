@@ -21,8 +21,8 @@
 namespace saltus::push_recovery {
 namespace {
 
-// p of a phase: what is known, the places of the feet, and where the capture point comes to rest.
-// Rest: (side, forward, sideways), each in [-1, 1]; side -1 is the foot before, 1 the last one.
+// p of a phase: measured data, the places of the feet, and where the capture point comes to rest.
+// Rest: (side, forward, sideways), each in [-1, 1]; side -1 is the previous foot, 1 the last one.
 constexpr int feet_at = size_of<StepNow>, rest_at = feet_at + 2 * most_planned_steps,
               parameters = rest_at + 3;
 
@@ -50,7 +50,7 @@ Vec<S, 2> in_hull(const Vec<S, 2>& a, const Vec<S, 2>& b, const S& side, const S
 // effect.
 struct Pendulum {
   StepModel model;
-  int before, after;  // the feet that stand
+  int before, after;  // feet on the ground
 
   template <class S>
   Vec<S, 7> operator()(const S&, const Vec<S, 7>& x, const Vec<S, 5>& u,
@@ -74,7 +74,7 @@ struct Pendulum {
 
 using StepPhase = Phase<7, 5, parameters>;
 
-// What all phases have: bounds, effort, parameters.
+// Bounds, effort and parameters common to all phases.
 StepPhase phase_of(const std::string& name, const StepModel& model, int before, int after,
                    Bounds duration, double usual, int steps) {
   StepPhase phase{name, Pendulum{model, before, after}, duration};
@@ -112,7 +112,7 @@ StepPhase phase_of(const std::string& name, const StepModel& model, int before, 
   return phase;
 }
 
-// At the end: the capture point at rest lies in the hull of feet `before` and `after`.
+// Terminal constraint: the capture point at rest lies in the hull of feet `before` and `after`.
 void end_captured(StepPhase& phase, const StepModel& model, int before, int after) {
   const Vec<double, 2> sole = model.sole;
   const StepWeights& w = model.weights;
@@ -134,7 +134,7 @@ void end_captured(StepPhase& phase, const StepModel& model, int before, int afte
       Vec<double, 3>(w.side, w.rest, w.rest));
 }
 
-// By how much a way is longer than `most`, in eight directions of the ground.
+// Excess of a distance over `most`, in eight horizontal directions.
 template <class S>
 Vec<S, 8> too_far(const Vec<S, 2>& way, const S& most) {
   const S dx = way[0], dy = way[1], r(std::sqrt(0.5));
@@ -144,7 +144,7 @@ Vec<S, 8> too_far(const Vec<S, 2>& way, const S& most) {
   return beyond;
 }
 
-// Foot k has swung while foot k - 1 stood, and lands where legs and time allow.
+// Foot k swings while foot k - 1 stands, and lands within the limits of legs and time.
 void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
   const StepWeights& w = model.weights;
   const double side = k % 2 == 1 ? 1.0 : -1.0;  // away from the stance foot
@@ -214,7 +214,7 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
       Vec<double, 2>::Constant(w.stride));
 }
 
-// Both feet have stood, and one lifts off.
+// Both feet stand, then one lifts off.
 void end_with_lift_off(StepPhase& phase, const StepModel& model) {
   if (model.weights.support == 0.0) return;
   const double usual = model.usual_support;

@@ -1,4 +1,4 @@
-// Sizes, limits and weights of the problem of steps; its mathematics is in step_problem.cpp.
+// Sizes, limits and weights of the step problem; step_problem.cpp contains its mathematics.
 #pragma once
 
 #include "saltus/model/named_parameters.hpp"
@@ -30,39 +30,41 @@ inline constexpr int reach_rows = 8;  ///< sides of the polygon of reach
 struct StepWeights {
   double capture = 1e3;   ///< on missing the terminal set, 1/m (exact penalty)
   double reach = 1e3;     ///< on what the legs or the swing foot's speed do not allow, 1/m
-  double rest = 1.0;      ///< on resting at the border of the soles, not in their middle
-  double side = 0.2;      ///< on resting under one foot, not half-way between both
+  double rest = 1.0;      ///< on resting at the border of the soles instead of their middle
+  double side = 0.2;      ///< on resting under one foot instead of midway between both
   double duration = 1.0;  ///< on a swing 0.1 s off the usual time
   double stride = 1.0;    ///< on a place 0.1 m off the usual one
-  double support = 0.0;   ///< on a double support 0.1 s off its usual time; 0: there is none
+  double support = 0.0;   ///< on a deviation of 0.1 s from the usual double support; 0: off
   double pressure = 1.0;  ///< per s, on the centre of pressure at the border of the sole
-  double momentum = 3.0;  ///< per s, on the largest angular momentum
-  double torque = 0.3;    ///< per s, on the largest rate of it
+  double momentum = 3.0;  ///< per s, at the largest angular momentum
+  double torque = 0.3;    ///< per s, at its largest rate
 };
 
 struct StepModel {
   Vec<double, 2> sole{0.07, 0.03};           ///< half sizes that the centre of pressure may use, m,
-  Vec<double, 2> standing_sole{0.07, 0.03};  ///< and without a step to come: it needs no reserve
-  double lent = 0.02;      ///< bound on eta: H / (m z omega) of the largest |H|, m
+  Vec<double, 2> standing_sole{0.07, 0.03};  ///< and without a further step, when no reserve is
+                                             ///< needed
+  double lent = 0.02;      ///< bound on eta: H / (m z omega) at the largest |H|, m
   double lent_rate = 0.2;  ///< m/s
-  /// Centre of a foot that lands from that of the stance foot, (forward, away from it), m.
+  /// Centre of a landing foot relative to that of the stance foot, (forward, away from it), m.
   HalfPlanes reach;
-  /// Centres of both feet from the CoM when one lands, (forward, to their own side), m.
+  /// Centres of both feet relative to the CoM at a landing, (forward, to their own side), m.
   HalfPlanes leg;
-  double swing_speed = 1.2;                   ///< largest of the foot, m/s
+  double swing_speed = 1.2;                   ///< largest speed of the swing foot, m/s
   Bounds swing = between(0.3, 0.9);           ///< from lift-off to landing, s
   double usual_swing = 0.6;                   ///< s
   Bounds double_support = between(0.1, 0.6);  ///< between two steps, s
   Bounds unloading = between(0.05, 0.5);      ///< before the first step from two feet, s
-  double usual_support = 0.1;                 ///< of who walks, from landing to lift-off, s
-  double standing = 0.6;                      ///< horizon without steps, s
+  double usual_support = 0.1;  ///< usual time from landing to lift-off while walking, s
+  double standing = 0.6;       ///< horizon without steps, s
   StepWeights weights;
 };
 
 inline constexpr int step_states = 7;
 
-/// `steps` 0 to most_planned_steps; `from_two_feet`: the first foot is still on the ground. Data
-/// "now"; the state at the start is (com, xi at rest, eta, time swung, of two feet: stood).
+/// Step problem with 0 to most_planned_steps `steps`. `from_two_feet`: the first foot is still on
+/// the ground. Data "now". The initial state is (com, xi at rest, eta, time since lift-off; on two
+/// feet: time since landing).
 OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_two_feet);
 
 }  // namespace saltus::push_recovery

@@ -11,8 +11,8 @@
 namespace saltus::push_recovery {
 namespace {
 
-// A plan that changes less than this from one quadratic program to the next has converged: 0.1 mm,
-// 0.1 ms and the like in the scaled variables, far below what a foot or a landing can keep to.
+// A plan has converged if it changes by less than this between two quadratic programs: 0.1 mm, 0.1
+// ms and similar in the scaled variables, far below the accuracy of a foot or a landing.
 constexpr double converged = 1e-3;
 constexpr double feasible = 1e-2;  // 1 mm
 
@@ -102,7 +102,7 @@ const StepSolution& StepProgram::solve(const StepNow<double>& now,
       if ((plan_.w - before_.w).lpNorm<Eigen::Infinity>() < converged) break;
     }
     read_solution();
-  } catch (...) {  // of data that exclude one another: there is no plan in this tick
+  } catch (...) {  // contradictory data: no plan in this tick
     has_plan_ = false;
   }
   return solution_;
@@ -150,7 +150,7 @@ Vec<double, 2> StepProgram::foot(int k) const {
   return k == 0 ? Vec<double, 2>::Zero() : solution_.place[k - 1];
 }
 
-// Centre of pressure as planned; after the plan that of the end of it.
+// Planned centre of pressure; after the plan, its last value.
 Vec<double, 2> StepProgram::pressure_at(double time) const {
   const Layout& layout = shooting_->layout();
   const Grid& grid = shooting_->grid();
@@ -167,7 +167,7 @@ Vec<double, 2> StepProgram::pressure_at(double time) const {
   const int interval =
       std::clamp(static_cast<int>(intervals * (time - begin) / length), 0, intervals - 1);
   const double* u = plan_.w.data() + layout.input(j, interval);
-  // Phases: unloading on feet 0 and -1, if at all, then in turn on one foot and on two.
+  // Phases: unloading on feet 0 and -1 (optional), then alternating single and double support.
   const int later = j - (from_two_feet_ ? 1 : 0);
   const bool is_first = steps_ == 0 || later < 0, is_single = !is_first && later % 2 == 0;
   const int before = is_first ? 0 : later / 2, after = is_first    ? -1

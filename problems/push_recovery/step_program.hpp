@@ -1,5 +1,5 @@
-// The problem of steps for one number of them, solved again and again: real-time iterations on our
-// structured solver, each tick from the plan before.
+// Step program for one number of steps, solved repeatedly: real-time iterations with the structured
+// solver, each tick from the previous plan.
 #pragma once
 
 #include <array>
@@ -15,9 +15,9 @@ namespace saltus::push_recovery {
 
 /// A plan in the frame of StepNow; times in s from the tick.
 struct StepSolution {
-  bool is_solved = false;      ///< a plan within `feasible` of its constraints came out
-  double cost = infinity;      ///< penalties included
-  double missed = infinity;    ///< what penalties were paid for, m in all
+  bool is_solved = false;      ///< true if a plan within `feasible` of its constraints was found
+  double cost = infinity;      ///< cost including penalties
+  double missed = infinity;    ///< total violation of penalised constraints, m
   double residual = infinity;  ///< largest violation of a hard row or bound, in scaled variables
   int iterations = 0;          ///< quadratic programs
   int steps = 0;
@@ -28,7 +28,7 @@ struct StepSolution {
   Vec<double, 2> pressure = Vec<double, 2>::Zero(), lent_rate = Vec<double, 2>::Zero();
 };
 
-/// Where the nodes of step_problem() stand.
+/// Grid of step_problem().
 ShootingOptions step_grid(const OptimalControlProblem& problem);
 
 class StepProgram {
@@ -36,9 +36,9 @@ class StepProgram {
   StepProgram(const StepModel& model, int steps, bool from_two_feet);
 
   int steps() const { return steps_; }
-  /// What was solved last, with its data.
+  /// Last solved program, with its data.
   const MultipleShooting& shooting() const { return *shooting_; }
-  /// The next solve starts from the problem's own guess.
+  /// Makes the next solve start from the problem's own guess.
   void restart() { has_plan_ = false; }
   /// From `state` (StepModel), `elapsed` s after the solve before. `first` bounds what is left of
   /// the first phase, s. At most so many quadratic programs: it ends when the plan moves no more.
@@ -48,7 +48,7 @@ class StepProgram {
   /// The first seconds of the last solution from the state that it was solved from, its inputs as
   /// planned, in the frame of StepNow. Does not allocate.
   void sample(walking::PlannedMotion& motion) const;
-  /// The plan behind the last solution, with its costs by name. Allocates.
+  /// The plan of the last solution, with its costs by name. Allocates.
   Solution report();
 
  private:
@@ -64,7 +64,7 @@ class StepProgram {
   std::unique_ptr<RealTimeSolver> solver_;
   KktCheck check_;
   NlpPoint initial_, plan_, before_;
-  Vec<double, 2> other_ = Vec<double, 2>::Zero();  // the foot that stands beside the stance foot
+  Vec<double, 2> other_ = Vec<double, 2>::Zero();  // the second standing foot
   Vec<double, step_states> state_ = Vec<double, step_states>::Zero();
   double omega_ = 0.0;
   bool has_plan_ = false, has_multipliers_ = false;

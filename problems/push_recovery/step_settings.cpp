@@ -26,8 +26,8 @@ HalfPlanes half_planes(const std::vector<Point2>& corners, const Vec<double, 2>&
   return SupportPolygon::hull(points).half_planes(reach_rows);
 }
 
-// Without the sides towards the other leg: there the feet are in each other's way, not the leg in
-// that of the CoM. They repeat another side.
+// Removes the sides towards the other leg, where the feet limit the motion and not the reach from
+// the CoM. They are replaced by copies of another side.
 HalfPlanes outer(HalfPlanes sides) {
   int farthest = 0;
   for (int i = 0; i < sides.rows(); ++i)
@@ -123,7 +123,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   });
   s.rule({"walk.velocity", "step.usual", "walk.double_support", "step.foot_speed"},
          [&p]() -> std::string {
-           // A foot swings over two steps, at 15/8 of the mean speed where it is fastest.
+           // A foot swings over two steps; its peak speed is 15/8 of the mean speed.
            const double speed = 15.0 / 8.0 * 2.0 * p.velocity.head<2>().norm() *
                                 (p.usual + p.usual_support) / p.usual;
            if (speed <= p.foot_speed) return "";
@@ -166,7 +166,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
 
 namespace {
 
-// Legs whose joints turn without end have no reach that could be looked for.
+// The reach of legs with unlimited joints cannot be searched.
 void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
   for (const std::string& sole : {robot.left_sole, robot.right_sole})
     for (int link = model.link_index(sole); link >= 0; link = model.links()[link].parent) {
@@ -188,8 +188,8 @@ void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
 
 void check_reach(const StepModel& model, const Vec<double, 2>& stride,
                  const Vec<double, 2>& velocity) {
-  // Feet take turns: a velocity to the side leads one away from the other foot, and the other one
-  // towards it.
+  // Feet alternate: a lateral velocity moves one foot away from the other, and the next one towards
+  // it.
   const double pace = model.usual_swing + model.usual_support;
   for (const double side : {-1.0, 1.0}) {
     const Vec<double, 2> place = stride + pace * Vec<double, 2>(velocity[0], side * velocity[1]);
@@ -221,7 +221,8 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   const FootRectangle& left = scene.side == Side::left ? scene.stance_foot : scene.swing_foot;
   const FootRectangle& right = scene.side == Side::left ? scene.swing_foot : scene.stance_foot;
   const SoleCentres centres{centre_of(left), centre_of(right)};
-  // From the origins of the soles to their centres, away from the other foot and to the own side.
+  // From the origins of the soles to their centres, away from the other foot and to the foot's own
+  // side.
   const Vec<double, 2> apart(0.0, centres.left[1] - centres.right[1]), own = centres.left;
 
   StepModel model;
@@ -250,8 +251,8 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.usual_swing = std::clamp(planning.usual, planning.shortest, planning.longest);
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
   model.usual_support = planning.usual_support;
-  // Who steps because of a push lifts off in the same tick: what the feet bear until then holds the
-  // CoM by angular momentum, which passes its bound within 20 ms.
+  // A step due to a push lifts off in the same tick. Until then the wrenches would hold the CoM by
+  // angular momentum, which exceeds its bound within 20 ms.
   if (planning.leads_the_way())
     model.weights.support = 1.0;
   else

@@ -1,4 +1,4 @@
-// What changes from tick to tick in the push recovery problem, as the parameters of its formulas.
+// Data that change from tick to tick, as the parameters of the formulas.
 #pragma once
 
 #include "saltus/model/named_parameters.hpp"
@@ -13,7 +13,7 @@ struct Tick {
   Vec<S, 3> com = Vec<S, 3>::Zero();    ///< x_CoM^0 of the last measurement, m
   Vec<S, 3> force = Vec<S, 3>::Zero();  ///< sum of the contact forces applied last, world, N
   S omega = 4.3;                        ///< sqrt(g / z) with the CoM height measured, 1/s
-  /// Where the contact frames stand, or will land, m.
+  /// Present or future positions of the contact frames, m.
   Vec<S, 3> left_foot = Vec<S, 3>::Zero(), right_foot = Vec<S, 3>::Zero();
   Vec<S, 9> gamma_desired = Vec<S, 9>::Zero();
   Vec<S, 2> capture_point_desired = Vec<S, 2>::Zero();  ///< m
@@ -21,7 +21,7 @@ struct Tick {
   Mat<S, hull_rows, 2> hull_normals = Mat<S, hull_rows, 2>::Zero();
   Vec<S, hull_rows> hull_offsets = Vec<S, hull_rows>::Zero();
   S standing = 0.0;   ///< 1 while no step is planned, else 0
-  S following = 0.0;  ///< 1 while steps are taken for their own sake, else 0
+  S following = 0.0;  ///< 1 while steps follow a task, else 0
   // The motion then, as polynomials of the time since `motion_begin` (s, absolute), constant first,
   // m; else the constant at the target.
   S motion_begin = 0.0;
@@ -33,7 +33,7 @@ struct Tick {
                        &Tick::hull_offsets, &Tick::standing, &Tick::following, &Tick::motion_begin,
                        &Tick::com_motion, &Tick::capture_motion>;
 
-  void set_hull(const HalfPlanes& hull) {  // hull_rows of them
+  void set_hull(const HalfPlanes& hull) {  // hull_rows rows
     hull_normals = hull.A;
     hull_offsets = hull.b;
   }

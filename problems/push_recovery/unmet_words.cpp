@@ -18,7 +18,7 @@ using Kind = ProblemChange::Kind;
 
 bool is_of_wrenches(const UnmetDecision& unmet) { return unmet.decision == "wrenches"; }
 
-// "-y", or "(-0.71, 0.71)" of what is along no axis.
+// "-y", or "(-0.71, 0.71)" if not along an axis.
 std::string world_direction(const Vec<double, 2>& normal) {
   const Vec<double, 2> n = normal.normalized();
   constexpr double along = 0.98;  // within 11 degrees
@@ -28,7 +28,7 @@ std::string world_direction(const Vec<double, 2>& normal) {
   return fmt::format("({:.2f}, {:.2f})", n[0], n[1]);
 }
 
-// Of the frame of the problem of steps: forward, and to the side of the foot that swings first.
+// In the frame of the step problem: forward, and to the side of the foot that swings first.
 std::string step_direction(double forward, double aside) {
   const char* const ahead = forward > 0.0 ? "forward" : "backward";
   const char* const beside = aside > 0.0 ? "to the swing side" : "to the stance side";
@@ -44,7 +44,7 @@ std::optional<Vec<double, 2>> hull_normal(const OptimalControlProblem& problem, 
   return std::nullopt;
 }
 
-// A state of the program of wrenches, with what its numbers are shown in.
+// A state of the wrench program, with the unit in which it is shown.
 struct Quantity {
   const char* name;
   double factor;
@@ -94,7 +94,7 @@ std::string speed_words(const Shortage& s) {
       1e3 * s.amount, step_direction(way[0], way[1]), s.time);
 }
 
-// Where the push had left the robot, or how far the verdict's limits would have to move.
+// State after the push, or the required shift of the verdict's limits.
 std::string change_of_state(const ProblemChange& c) {
   const Quantity& q = quantity(c.component);
   const std::string by = fmt::format("{:.3g} {}", q.factor * std::abs(c.by), q.unit);
@@ -125,7 +125,7 @@ std::string change_of_step(const OptimalControlProblem& problem, const ProblemCh
 
 }  // namespace
 
-// Where the robot is beyond a limit already no plan could keep to it.
+// Without the limits that the robot already exceeds, which no plan could satisfy.
 std::vector<ComponentBounds> PushRecoveryWords::limits_that_hold(const UnmetDecision& unmet) const {
   std::vector<ComponentBounds> all{{2, limits_.height}};
   for (int i = 6; i < 9; ++i) all.push_back({i, between(-limits_.momentum, limits_.momentum)});
@@ -157,11 +157,11 @@ std::string PushRecoveryWords::limits(const UnmetDecision& unmet) const {
 bool PushRecoveryWords::may_change(const UnmetDecision& unmet, const ProblemChange& change) const {
   switch (change.kind) {
     case Kind::parameter:
-      return false;  // measured, or what follows from the feet
+      return false;  // measured, or derived from the feet
     case Kind::duration:
-      return !is_of_wrenches(unmet);  // that of the horizon
+      return !is_of_wrenches(unmet);  // the horizon
     case Kind::state:
-      return !is_of_wrenches(unmet);  // the verdict's
+      return !is_of_wrenches(unmet);  // limits of the verdict
     default:
       return true;
   }

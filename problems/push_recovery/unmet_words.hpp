@@ -1,5 +1,4 @@
-// What is missing of a tick of push recovery, and what would help, in its own words: which point,
-// how far, which way.
+// Explanations of unmet constraints of push recovery: the point, the distance and the direction.
 #pragma once
 
 #include <string>

@@ -25,11 +25,11 @@ namespace {
 constexpr double follows_within = 0.01;  // m
 
 struct Config : BipedSettings {
-  double amplitude = 0.03;  // of the CoM about the middle of the feet, along y, m
+  double amplitude = 0.03;  // amplitude of the CoM about the middle of the feet, along y, m
   double period = 4.0;      // s
   int cycles = 3;
   Vector9 state_weights{1e5, 1e5, 1e5, 1e3, 1e3, 1e3, 400, 400, 400};
-  Vec<double, 6> wrench_weights{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};  // each foot
+  Vec<double, 6> wrench_weights{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};  // for each foot
 
   Config() {
     planner.step = 0.02;
@@ -38,7 +38,7 @@ struct Config : BipedSettings {
   }
 };
 
-// Where the CoM should be, and how fast, at time t (s): the state (m, m/s, Nms).
+// Reference of the state at time t (s): (m, m/s, Nms).
 Vector9 reference(const Config& config, const Scene& scene, double t) {
   const double rate = 2.0 * std::numbers::pi / config.period;
   const Vec<double, 2> middle = 0.5 * (scene.stance.position + scene.swing.position).head<2>();
@@ -48,10 +48,10 @@ Vector9 reference(const Config& config, const Scene& scene, double t) {
   return gamma;
 }
 
-// About what the angular momentum is linearised.
+// Expansion point of the angular momentum.
 template <class S>
 struct Tick {
-  Vec<S, 3> com = Vec<S, 3>::Zero();    // measured last, m
+  Vec<S, 3> com = Vec<S, 3>::Zero();    // last measurement, m
   Vec<S, 3> force = Vec<S, 3>::Zero();  // sum of the contact forces applied last, world axes, N
   using Entries = ParameterEntries<&Tick::com, &Tick::force>;
 };

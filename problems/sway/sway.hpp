@@ -1,5 +1,5 @@
-// A biped stands on both feet and sways from side to side: a second problem on the same layer as
-// push recovery, and no line of it.
+// A biped on both feet that sways from side to side: a second problem on the same layer as push
+// recovery, without any of its code.
 #pragma once
 
 #include "problems/biped/configurable_biped.hpp"
@@ -7,10 +7,11 @@
 
 namespace saltus::sway {
 
-/// "Recovered": after the first cycle the CoM stays within 1 cm of where it should be.
+/// Creates the problem. It counts as recovered if the CoM stays within 1 cm of its reference after
+/// the first cycle.
 std::unique_ptr<walking::ConfigurableBiped> make_sway();
 
-/// `saltus run sway`.
+/// Entry for `saltus run sway`.
 ProblemEntry entry();
 
 }  // namespace saltus::sway
