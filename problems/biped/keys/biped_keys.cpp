@@ -12,12 +12,13 @@ namespace saltus::walking {
 namespace {
 
 bool is_multiple(double whole, double part) {
-  constexpr double rounding = 1e-6;  // of decimals that have no exact binary form
+  constexpr double rounding = 1e-6;  // rounding error of decimals without exact binary form
   const double ratio = whole / part;
   return ratio > 0.5 && std::abs(ratio - std::round(ratio)) < rounding * ratio;
 }
 
-// The loop on the whole body counts steps of the engine: every period is a whole number of them.
+// The loop on the whole body counts steps of the engine, so every period must be a whole number of
+// them.
 std::string clock_complaint(const BipedSettings& c) {
   if (c.plant.choice == PlantChoice::centroidal) return "";
   if (!is_multiple(c.control.period, c.plant.engine.step))
@@ -29,7 +30,7 @@ std::string clock_complaint(const BipedSettings& c) {
   return "";
 }
 
-// Keys of 0.2 whose values are fixed now, in the option structs.
+// Keys of version 0.2 whose values are now constants in the option structs.
 void declare_removed(Settings& s) {
   constexpr std::pair<const char*, const char*> keys[] = {
       {"mpc.costs", "nodes"},

@@ -92,11 +92,11 @@ Json capsules_json(const std::vector<LinkCapsule>& capsules) {
   return list;
 }
 
-// The estimate has found the base's first tilt by then, s.
+// Time after which the estimate has converged to the initial tilt of the base, s.
 constexpr double estimate_settled = 0.25;
 
-// How far the estimate is from the truth from then on: of the CoM relative to the stance sole the
-// largest error, of its velocity the root of the mean square. Null of a run that ends before.
+// Errors of the estimate after that time: largest error of the CoM relative to the stance sole, and
+// root mean square error of its velocity. Null if the run ends before.
 Json estimate_figures(const RunLog& log) {
   long count = 0;
   double largest = 0.0, squares = 0.0;
@@ -193,7 +193,7 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
     json["axis"] = numbers(b.axis);
     json["limits"] = {b.position.lower, b.position.upper};
     json["effort"] = b.effort;
-    json["velocity"] = b.velocity;  // null: no limit
+    json["velocity"] = b.velocity;  // null without a limit
     json["mass"] = b.mass;
     json["com"] = numbers(b.com);
     json["boxes"] = boxes_json(b.boxes);

@@ -25,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Nothing without a landing.
+// Empty without a landing.
 std::string settling_text(const RunLog& log, const Verdict& verdict, const ForceSettling& forces) {
   if (log.touchdown == infinity) return {};
   const auto seconds = [](double t) {
@@ -39,7 +39,7 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
   return text + "\n";
 }
 
-// What somebody asked for and the centroidal model does not have.
+// Prints a note on changed keys that have no effect on the centroidal model.
 void note_keys_of_the_body(const Json& changed) {
   constexpr std::array sections = {
       "simulator.",         "motor.",    "sensors",   "sensor.", "dart.", "self_collision",
@@ -99,7 +99,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   if (has_body) {
     json["push_link"] = settings.push.link;
     json["push_body"] = log.floating.bodies[log.pushed.body].name;
-    const Vec<double, 3> point = log.pushed.pose.translation();  // in the frame of that body
+    const Vec<double, 3> point = log.pushed.pose.translation();  // in the frame of the pushed body
     json["push_point"] = {point[0], point[1], point[2]};
     json["body"] = body_figures(log, log.floating);
     json["body"].update(to_json(*verdict.body));
@@ -116,7 +116,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   if (settings.pictures && signal == 0) try {
       draw(context.output.path(), "pictures (they need matplotlib)", "plot_run");
       draw(context.output.path(), "report", "report");
-    } catch (const InputError& error) {  // said last, when all else is told
+    } catch (const InputError& error) {  // reported at the end, after all other output
       not_drawn = error.what();
     }
 

@@ -9,19 +9,19 @@
 
 namespace saltus::walking {
 
-/// Runs, prints, writes tables and summary, draws. `default_config`: all settings at their
-/// defaults, as YAML.
+/// Runs the problem, prints, writes tables and summary, and draws pictures. `default_config`: all
+/// settings at their defaults, as YAML.
 ExitStatus run_biped(const BipedProblem& problem, const std::string& default_config,
                      const RunContext& context);
 
-/// All keys with the values that they have in `problem`, as YAML.
+/// All keys with their values in `problem`, as YAML.
 inline std::string settings_of(ConfigurableBiped& problem) {
   Settings settings;
   problem.declare(settings);
   return settings.to_yaml();
 }
 
-/// The entry of a problem whose defaults are those of `Problem{}`.
+/// Entry of a problem whose defaults are those of `Problem{}`.
 template <class Problem>
 ProblemEntry biped_entry(std::string name, std::string summary) {
   return problem_entry<Problem>(

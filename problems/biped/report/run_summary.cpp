@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What was planned, and how long a tick of it took: in processor time.
+// Step plans, and the processor time of their ticks.
 Json step_plans(const RunLog& log) {
   LatencyHistogram all, several;
   int infeasible = 0;
@@ -30,7 +30,7 @@ Json step_plans(const RunLog& log) {
                {"processor_us", latency(all)},
                {"ticks_with_three_alternatives", several.count()},
                {"ticks_without_feasible_alternative", infeasible},
-               {"first_without_s", first}};  // null: there is none
+               {"first_without_s", first}};  // null if there is none
   if (several.count() > 0) json["processor_us_with_three"] = latency(several);
   return json;
 }
@@ -105,7 +105,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"end_s", log.samples.back().time},
       {"final_com_error_m", verdict.final_com_error},
       {"icp_settling_s", verdict.icp_settling},
-      {"icp_settling_from_s", verdict.settled_from},  // force_settling too
+      {"icp_settling_from_s", verdict.settled_from},  // also the start of force_settling
       {"com_height_min_m", verdict.com_height_min},
       {"com_height_max_m", verdict.com_height_max},
       {"angular_momentum_max", verdict.angular_momentum_max},
@@ -131,7 +131,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
         points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
     json["hull"] = points(scene.hull());
   }
-  json["pushes"] = Json::array();  // all of them; the keys above are of the first
+  json["pushes"] = Json::array();  // all pushes; the keys above belong to the first
   for (const Push& each : pushes)
     json["pushes"].push_back({{"start_s", each.start},
                               {"duration_s", each.duration},
@@ -142,10 +142,10 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
     json["steps"].push_back({{"foot", name_of(step.foot)},
                              {"lift_off_s", step.lift_off},
                              {"due_s", step.due},
-                             {"touchdown_s", step.touchdown},  // null: it never landed
+                             {"touchdown_s", step.touchdown},  // null if it never landed
                              {"place_m", {step.place[0], step.place[1]}},
                              {"landed_at_m", {step.landed_at[0], step.landed_at[1]}}});
-  json["ground"] = Json::array();  // what stands from when on
+  json["ground"] = Json::array();  // support over time
   for (const GroundRecord& record : log.ground)
     json["ground"].push_back({{"from_s", record.from},
                               {"left", record.left},

@@ -1,4 +1,4 @@
-// A run in figures and tables, whatever the plant.
+// Summary and tables of a run, for all plants.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,19 +10,20 @@
 
 namespace saltus::walking {
 
-/// Median, p99, p999 and largest, us.
+/// Median, p99, p999 and maximum, us.
 nlohmann::ordered_json latency(const LatencyHistogram& times);
 
-/// Verdict, figures, what was asked for, and how the planner's solves went: summary.json.
+/// Contents of summary.json: verdict, quantities, changed settings and statistics of the planner.
 nlohmann::ordered_json summary(const BipedSettings& settings, const RunLog& log,
                                const Verdict& verdict);
 
-/// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm); the push is its mean until the next.
+/// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm). The push is the mean until the next
+/// sample.
 CsvTable trajectory_table(const RunLog& log);
-/// steps.csv: a row per foot that stepped (s, m).
+/// steps.csv: a row per step (s, m).
 CsvTable step_table(const RunLog& log);
-/// plans.csv: a row per tick in which steps are planned or compared: the first of the plan, which
-/// alternative was chosen (from 1 on), and all alternatives with their costs.
+/// plans.csv: a row per tick in which steps are planned or compared, with the first step of the
+/// plan, the number of the chosen alternative (from 1 on), and all alternatives with their costs.
 CsvTable plan_table(const RunLog& log);
 /// ticks.csv: a row per tick of the planner.
 CsvTable tick_table(const RunLog& log);

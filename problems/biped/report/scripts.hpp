@@ -1,4 +1,4 @@
-// What of the Python package draws a run, and what lies in its folder then.
+// Calls of the Python package that draw a run, and the list of files in its folder.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,18 @@
 
 namespace saltus::walking {
 
-/// Runs a module of saltus.walking (python/) on a folder of results, without a shell. Pictures
-/// are a service: the absence of `what` is said on the error stream, not fatal.
+/// Runs a module of saltus.walking (python/) on a folder of results, without a shell. Pictures are
+/// optional: if `what` cannot be drawn, a message goes to the error stream and the program
+/// continues.
 void draw(const std::filesystem::path& results, const char* what, const std::string& module);
 
-/// The files that a run left in its folder and how to open them, one line each. Files that were
-/// there before `begin` are of another run and not listed.
+/// Lists the files that a run wrote to its folder and how to open them, one line each. Files older
+/// than `begin` belong to another run and are not listed.
 std::string results_text(const std::filesystem::path& results,
                          std::filesystem::file_time_type begin);
 
-/// `saltus movie DIR`. `not_applicable` if Chromium is not there or draws nothing, which is said.
+/// `saltus movie DIR`. Prints a message and returns `not_applicable` if Chromium is missing or
+/// draws nothing.
 Verb movie_verb();
 
 }  // namespace saltus::walking

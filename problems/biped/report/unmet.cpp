@@ -23,7 +23,7 @@ std::string head(const UnmetDecision& unmet) {
   return fmt::format("the program of {} {} at t = {:.4g} s:\n", unmet.decision, missed, unmet.time);
 }
 
-// The sentences of Explanation::text(), in the words of the problem where it has some.
+// Writes the sentences of Explanation::text(), with the words of the problem if it has any.
 class Teller {
  public:
   Teller(const UnmetWords& words, const UnmetDecision& unmet, const Explanation& explanation)
@@ -50,7 +50,7 @@ class Teller {
     return own.empty() ? general : own;
   }
   std::string of(const Remedy& remedy) const {
-    std::vector<std::string> clauses;  // rows of a hull may repeat one another
+    std::vector<std::string> clauses;  // skip repeated rows of a hull
     for (const ProblemChange& change : remedy.changes) {
       std::string own = words_.of(unmet_, change);
       if (own.empty()) return remedy.text;
@@ -93,7 +93,7 @@ UnmetReport explain_unmet(const UnmetWords& words, const std::vector<UnmetDecisi
   for (const UnmetDecision& decision : unmet) {
     Json json = {{"decision", decision.decision},
                  {"t_s", decision.time},
-                 {"missed_m", decision.missed}};  // null: there was no plan
+                 {"missed_m", decision.missed}};  // null without a plan
     report.text += head(decision);
     if (time_limit > 0.0) {
       const Explanation explanation = explained(words, decision, time_limit);

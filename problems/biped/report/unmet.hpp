@@ -1,4 +1,4 @@
-// What planners could not keep to in a run, explained: when it is over.
+// Explanations, after a run, of constraints that planners could not satisfy.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,13 +9,13 @@
 
 namespace saltus::walking {
 
-/// Unmet decisions in words and as data.
+/// Unmet decisions as text and as data.
 struct UnmetReport {
-  nlohmann::ordered_json json;  ///< a list: decision, time, by how much, and the explanation
+  nlohmann::ordered_json json;  ///< a list: decision, time, violation, and explanation
   std::string text;             ///< some lines per decision, empty if there is none
 };
 
-/// Explains every decision, within so many seconds each (0: none is explained).
+/// Explains every decision, each within a time limit in s (0: explains none).
 UnmetReport explain_unmet(const UnmetWords& words, const std::vector<UnmetDecision>& unmet,
                           double time_limit);
 
