@@ -1,4 +1,4 @@
-// `saltus map`: which pushes are recovered, over their size, direction and the time of the step.
+// `saltus map`: recovery from pushes as a function of impulse, direction and step time.
 #pragma once
 
 #include <filesystem>
@@ -14,20 +14,20 @@
 
 namespace saltus::walking {
 
-/// What a survival map is to hold, and how it is made.
+/// Options of a survival map.
 struct MapRequest {
-  std::shared_ptr<ConfigurableBiped> problem;  ///< pushed again and again
+  std::shared_ptr<ConfigurableBiped> problem;  ///< problem that is pushed
   std::string settings;       ///< what decides about an outcome besides the cell, as YAML
   MapGrid grid;               ///< of pushes and step times
   std::filesystem::path out;  ///< folder for table and picture
-  int jobs = 1;               ///< runs at once
+  int jobs = 1;               ///< number of parallel runs
   bool pictures = true;       ///< draw the picture at the end
   bool quiet = false;         ///< print nothing but errors
-  bool json = false;          ///< print the cells as JSON in place of words
-  std::string help = {};      ///< not empty: asked for, in place of a map
+  bool json = false;          ///< print the cells as JSON instead of text
+  std::string help = {};      ///< not empty: print this help instead of a map
 };
 
-/// What follows `map`, for a problem with these defaults. Throws InputError.
+/// Parses the arguments of `map`, for a problem with these defaults. Throws InputError.
 MapRequest parse_map_request(const ConfigurableBiped& defaults,
                              std::span<const std::string> arguments);
 

@@ -1,4 +1,4 @@
-// The cells of a survival map: which pushes, what may become of them, and their lines in a CSV.
+// Cells of a survival map: pushes, their outcomes, and their lines in a CSV file.
 #pragma once
 
 #include <compare>
@@ -13,26 +13,26 @@
 
 namespace saltus::walking {
 
-enum class MapController { mpc, capture_point, none };  ///< none: the MPC, and no step
-/// How a cell of the map ended.
+enum class MapController { mpc, capture_point, none };  ///< none: the MPC without a step
+/// Outcome of a cell.
 enum class MapOutcome {
   recovered,
   not_recovered,
   failed,   ///< the run crashed, or the plant could not be integrated
-  not_run,  ///< given up: smaller pushes of this ray failed, see `MapPlan`
+  not_run,  ///< skipped: smaller pushes of this ray failed, see `MapPlan`
 };
 
-/// As tables and command lines have it.
+/// Name in tables and command lines.
 std::string name_of(MapController controller);
-/// As tables have it.
+/// Name in tables.
 std::string name_of(MapOutcome outcome);
-/// Throws InputError that suggests the nearest name.
+/// The controller of this name. Throws InputError that suggests the nearest name.
 MapController map_controller(const std::string& name);
 
-/// One push. Cells compare by value: they are made by the same arithmetic every time.
+/// One push. Cells compare by value, which the same arithmetic always reproduces.
 struct MapCell {
-  MapController controller = MapController::mpc;  ///< who holds the robot
-  double step_time = 0.0;  ///< s; 0 without a step, and where the planner of steps decides
+  MapController controller = MapController::mpc;  ///< controller of the robot
+  double step_time = 0.0;  ///< s; 0 without a step, or if the step planner chooses it
   double direction = 0.0;  ///< deg, counter-clockwise seen from above; 0 is forward, 90 left
   double impulse = 0.0;    ///< N s
 
@@ -42,12 +42,12 @@ struct MapCell {
 /// The settings of that run.
 BipedSettings with_cell(BipedSettings settings, const MapCell& cell);
 
-/// A cell and what came of it. Quantities without a value are NaN, and empty in the CSV.
+/// Results of a cell. Quantities without a value are NaN, and empty in the CSV.
 struct MapRow {
   MapCell cell;                              ///< what was run
   MapOutcome outcome = MapOutcome::not_run;  ///< how it ended
   double bound;                              ///< of the plain pendulum, N s
-  std::string reason;                        ///< when not recovered
+  std::string reason;                        ///< if not recovered
   double angular_momentum_max;               ///< Nms
   double com_height_min, com_height_max;     ///< m
   double icp_settling;                       ///< s
@@ -56,24 +56,24 @@ struct MapRow {
   double final_com_error;                    ///< m
   bool stepped = false;                      ///< a step was triggered
   int failed_solves = 0;                     ///< ticks whose solver failed
-  double seconds = 0.0;                      ///< wall clock
+  double seconds = 0.0;                      ///< wall clock, s
   std::string known_from;  ///< "step 0.6": no step was triggered there, so its time is of no matter
 
   MapRow();
 };
 
-/// What a run came to; `push` is that of the cell.
+/// Results of a run; `push` is the push of the cell.
 MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog& log,
                const Verdict& verdict);
 
 /// Column and field of a row, in the order of the table. Commas and quotes in the reason become
 /// semicolons and apostrophes.
 std::vector<std::pair<std::string, std::string>> named_fields(const MapRow& row);
-/// The columns, without a line break.
+/// Names of the columns, without a line break.
 std::string map_header();
-/// Its fields as one line, without a line break; numbers read back exactly.
+/// Fields of the row as one line, without a line break; numbers are written exactly.
 std::string to_line(const MapRow& row);
-/// Nothing if this is no such line.
+/// Reads a line; empty if it is not a valid row.
 std::optional<MapRow> from_line(std::string_view line);
 
 }  // namespace saltus::walking

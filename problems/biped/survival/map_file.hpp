@@ -1,4 +1,4 @@
-// The CSV of a survival map: written line by line, continued where it stopped.
+// CSV file of a survival map, written line by line and continued after an interruption.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@ namespace saltus::walking {
 inline constexpr const char* map_csv = "map.csv";           ///< the table, in the map's folder
 inline constexpr const char* map_settings = "config.yaml";  ///< the settings of all its runs
 
-/// `map.csv` in a folder, and beside it the settings with which it was made. If a cell occurs twice
-/// the last line counts.
+/// `map.csv` in a folder, together with the settings of its runs. If a cell occurs twice, the last
+/// line counts.
 class MapFile {
  public:
   /// Creates both files, or continues the map that is there; one without a cell is begun anew.
@@ -25,11 +25,11 @@ class MapFile {
   MapFile(const MapFile&) = delete;
   MapFile& operator=(const MapFile&) = delete;
 
-  /// What was there when the file was opened; half a line at the end, of a process that was
-  /// killed, is cut off.
+  /// Rows in the file when it was opened. An incomplete last line of a killed process is removed.
   const std::vector<MapRow>& rows() const { return rows_; }
 
-  /// In the file, whatever happens to this process next. Throws InputError if the disk is full.
+  /// Writes a row, which then survives the end of this process. Throws InputError if the disk is
+  /// full.
   void append(const MapRow& row);
 
  private:

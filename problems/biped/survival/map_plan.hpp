@@ -17,7 +17,8 @@
 
 namespace saltus::walking {
 
-/// After so many pushes in a row that failed beyond the pendulum's bound larger ones are not run.
+/// After this number of consecutive failures beyond the pendulum's bound, larger pushes are
+/// skipped.
 inline constexpr int failures_that_give_up = 3;
 
 /// Pushes, directions, step times and controllers of a map.
@@ -26,45 +27,48 @@ struct MapGrid {
   std::vector<double> impulses;            ///< N s, ascending
   std::vector<double> step_times;          ///< s; empty: the planner of steps decides
   std::vector<MapController> controllers;  ///< in the order of the table
-  bool all = false;                        ///< give up nothing
+  bool all = false;                        ///< skip nothing
 };
 
 /// n directions, equally far apart, from forward on (deg), in the order in which they are run:
 /// opposite ones first, then those half-way between.
 std::vector<double> directions_far_apart(int n);
 
-/// Deterministic: what is given up does not depend on how many cells run at a time.
+/// Order of the runs. It is deterministic: skipped cells do not depend on the number of parallel
+/// runs.
 class MapPlan {
  public:
   /// `bound` is the pendulum's, N s.
   MapPlan(MapGrid grid, std::function<double(const MapCell&)> bound);
 
-  /// A cell of an earlier map in the same folder. Failed cells and those given up are not taken
-  /// for known.
+  /// Adds a cell of an earlier map in the same folder. Failed and skipped cells do not count as
+  /// known.
   void restore(const MapRow& row);
-  /// To be called after all that is restored; returns the cells that follow from it (see finish).
+  /// Call after all restore() calls. Returns the cells that follow from the restored ones (see
+  /// finish).
   std::vector<MapRow> resume();
 
   /// The next cell to run, from now on under way; none if what is left waits for what is under way.
   std::optional<MapCell> next();
 
-  /// A cell that was under way has ended; returns the rows to keep: this one and those that follow.
+  /// Records the result of a cell; returns the rows to keep: this one and those that follow from
+  /// it.
   std::vector<MapRow> finish(const MapRow& row);
 
-  /// How many there are.
+  /// Number of cells.
   int cells() const { return cells_; }
-  /// How many have an outcome.
+  /// Number of cells with an outcome.
   int known() const { return static_cast<int>(known_.size()); }
-  /// Whether nothing is left to run.
+  /// True if no cell is left to run.
   bool is_complete() const { return known() == cells_; }
 
   /// Wall clock that is left, s, from the mean of the cells of the same impulse and controller so
   /// far (those that needed no run count with nothing); none before the first has ended.
   std::optional<double> seconds_left(int jobs) const;
 
-  /// Rows of the grid that are known, by cell.
+  /// Known rows of the grid, by cell.
   const std::map<MapCell, MapRow>& rows() const { return known_; }
-  /// What the map holds.
+  /// Grid of the map.
   const MapGrid& grid() const { return grid_; }
 
  private:
