@@ -20,7 +20,7 @@ void set_scene(const Scene& scene, Tick<double>& data) {
 void set_measurement(const Measurement& measured, const Scene& scene, Tick<double>& data) {
   data.com = measured.gamma.head<3>();
   data.force = measured.contact_force;
-  data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
+  data.omega = lipm_frequency(measured.gamma[2] - scene.stance.position[2]);
 }
 
 // Fits the motion through three points of the horizon; constant at the target without a plan.

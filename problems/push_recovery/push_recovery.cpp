@@ -8,7 +8,7 @@
 #include "problems/biped/survival/map.hpp"
 #include "problems/push_recovery/criteria.hpp"
 #include "problems/push_recovery/mpc.hpp"
-#include "problems/push_recovery/unmet_words.hpp"
+#include "problems/push_recovery/unmet_explanations.hpp"
 #include "saltus/robots/walking/reactive_steps.hpp"
 
 namespace saltus::push_recovery {
@@ -87,9 +87,9 @@ double PushRecovery::end_time(double push_end, double landing, double touchdown)
 
 Verdict PushRecovery::judge(const RunLog& log) const { return push_recovery::judge(config_, log); }
 
-std::unique_ptr<walking::UnmetWords> PushRecovery::unmet_words(
+std::unique_ptr<walking::UnmetExplanations> PushRecovery::unmet_explanations(
     const RobotDescription& robot) const {
-  return std::make_unique<PushRecoveryWords>(limits_on_the_way(config_, robot));
+  return std::make_unique<PushRecoveryExplanations>(limits_on_the_way(config_, robot));
 }
 
 ProblemEntry entry() {

@@ -24,7 +24,8 @@ class PushRecovery final : public ConfigurableBiped {
   std::optional<StepBounds> step_bounds(const RobotDescription& nominal) const override;
   double end_time(double push_end, double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
-  std::unique_ptr<walking::UnmetWords> unmet_words(const RobotDescription& robot) const override;
+  std::unique_ptr<walking::UnmetExplanations> unmet_explanations(
+      const RobotDescription& robot) const override;
 
  private:
   Config config_;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/biped/report/unmet.hpp"
-#include "problems/push_recovery/unmet_words.hpp"
+#include "problems/push_recovery/unmet_explanations.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "tests/problems/push_recovery_run.hpp"
@@ -22,7 +22,7 @@ Config pushed_by(double impulse, const Vec<double, 3>& direction) {
 }
 
 walking::UnmetReport report_of(const Config& config, const RunLog& log) {
-  const PushRecoveryWords words(limits_on_the_way(config, log.robot));
+  const PushRecoveryExplanations words(limits_on_the_way(config, log.robot));
   return walking::explain_unmet(words, log.unmet, 60.0);
 }
 

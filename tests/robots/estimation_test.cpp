@@ -41,11 +41,11 @@ Vec<double, 3> noise(Random& random, double deviation) {
 
 State some_state(Random& random) {
   State s;
-  s.R = rotation_of_vector(some_vector(random, 1.0));
+  s.R = exp_so3(some_vector(random, 1.0));
   s.v = some_vector(random, 1.0);
   s.p = some_vector(random, 1.0);
   for (const Side side : {Side::left, Side::right}) {
-    s.sole(side).linear() = rotation_of_vector(some_vector(random, 0.3));
+    s.sole(side).linear() = exp_so3(some_vector(random, 0.3));
     s.sole(side).translation() = some_vector(random, 1.0);
   }
   s.b_gyroscope = some_vector(random, 0.1);
@@ -124,8 +124,8 @@ TEST(ContactInertialState, TheMismatchOfASoleIsLinearInTheError) {
 struct Sway {
   static State at(double t) {
     State s;
-    s.R = rotation_of_vector(Vec<double, 3>(0.1 * std::sin(3.0 * t), 0.08 * std::sin(4.0 * t),
-                                            0.15 * std::sin(2.0 * t)));
+    s.R = exp_so3(Vec<double, 3>(0.1 * std::sin(3.0 * t), 0.08 * std::sin(4.0 * t),
+                                 0.15 * std::sin(2.0 * t)));
     s.p = position(t);
     constexpr double h = 1e-5;  // s
     s.v = (position(t + h) - position(t - h)) / (2.0 * h);
@@ -167,7 +167,7 @@ FilterRun run_filter(int seed, double seconds) {
     State wrong = truth;
     wrong.v.setZero();  // what reset() takes it for
     Eigen::Isometry3d slope = truth.sole(Side::left);
-    slope.linear() = rotation_of_vector(
+    slope.linear() = exp_so3(
         Vec<double, 3>(o.ground_slope * normal(random), o.ground_slope * normal(random), 0.0));
     const State start = wrong.displaced(first);
     filter.reset(start.base(), Side::left, slope);
@@ -180,8 +180,8 @@ FilterRun run_filter(int seed, double seconds) {
       s.b_accelerometer = truth.b_accelerometer;
       return s;
     }();
-    const Vec<double, 3> turned = vector_of_rotation(truth.R.transpose() * next.R);
-    const Mat<double, 3, 3> halfway = truth.R * rotation_of_vector(0.5 * turned);
+    const Vec<double, 3> turned = log_so3(truth.R.transpose() * next.R);
+    const Mat<double, 3, 3> halfway = truth.R * exp_so3(0.5 * turned);
     const Vec<double, 3> omega =
         turned / dt + truth.b_gyroscope + noise(random, o.gyroscope_noise / std::sqrt(dt));
     const Vec<double, 3> force =
@@ -196,8 +196,7 @@ FilterRun run_filter(int seed, double seconds) {
       reading.stands = side == Side::left || k < steps / 3 || k > steps / 2;
       reading.pose = truth.base().inverse() * truth.sole(side);
       reading.pose.translation() += noise(random, o.leg_position_noise);
-      reading.pose.linear() =
-          rotation_of_vector(noise(random, o.leg_turn_noise)) * reading.pose.linear();
+      reading.pose.linear() = exp_so3(noise(random, o.leg_turn_noise)) * reading.pose.linear();
       filter.correct(side, reading);
     }
   }

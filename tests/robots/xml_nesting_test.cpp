@@ -19,36 +19,36 @@ std::string times(int n, const std::string& text) {
 constexpr int allowed = deepest_element;
 
 TEST(XmlNesting, CountsOpenElements) {
-  EXPECT_FALSE(nesting_doubt(""));
-  EXPECT_FALSE(nesting_doubt("<?xml version='1.0'?><!DOCTYPE r><r><a b='1'/><c></c></r>"));
-  EXPECT_FALSE(nesting_doubt(times(allowed, "<a>") + times(allowed, "</a>")));
-  EXPECT_FALSE(nesting_doubt("<r>" + times(1000, "<a></a><b/>") + "</r>"));
-  EXPECT_TRUE(nesting_doubt(times(allowed + 1, "<a>")));
-  EXPECT_TRUE(nesting_doubt(times(allowed + 1, "<a b='c'>")));
+  EXPECT_FALSE(xml_nesting_error(""));
+  EXPECT_FALSE(xml_nesting_error("<?xml version='1.0'?><!DOCTYPE r><r><a b='1'/><c></c></r>"));
+  EXPECT_FALSE(xml_nesting_error(times(allowed, "<a>") + times(allowed, "</a>")));
+  EXPECT_FALSE(xml_nesting_error("<r>" + times(1000, "<a></a><b/>") + "</r>"));
+  EXPECT_TRUE(xml_nesting_error(times(allowed + 1, "<a>")));
+  EXPECT_TRUE(xml_nesting_error(times(allowed + 1, "<a b='c'>")));
 }
 
 // What does not close an element, although it looks as if it did.
 TEST(XmlNesting, IsNotToldOtherwiseByWhatIsNoTag) {
   for (const char* other : {"<![CDATA[</a></a>]]>", "<!-- </a></a> -->", "<!--> </a></a> -->",
                             "<a b='</a></a>'/>", "<a b=\"/>\"></a>"})
-    EXPECT_TRUE(nesting_doubt("<r>" + times(allowed + 1, std::string("<a>") + other))) << other;
-  EXPECT_TRUE(nesting_doubt(times(allowed + 1, "<a b='/>'>")));
+    EXPECT_TRUE(xml_nesting_error("<r>" + times(allowed + 1, std::string("<a>") + other))) << other;
+  EXPECT_TRUE(xml_nesting_error(times(allowed + 1, "<a b='/>'>")));
   // And what looks as if it opened one.
   for (const char* other :
        {"<![CDATA[<a><a>]]>", "<!-- <a><a> -->", "<a b='<a><a>'/>", "<a b='>'/>"})
-    EXPECT_FALSE(nesting_doubt("<r>" + times(allowed + 1, other))) << other;
+    EXPECT_FALSE(xml_nesting_error("<r>" + times(allowed + 1, other))) << other;
 }
 
 TEST(XmlNesting, WhatParsersReadDifferentlyIsRefused) {
-  EXPECT_TRUE(contains(*nesting_doubt("<r><?a > </r> ?></r>"), "declaration (<?)"));
-  EXPECT_TRUE(contains(*nesting_doubt("<r><!a [ > ]></r>"), "declaration (<!)"));
+  EXPECT_TRUE(contains(*xml_nesting_error("<r><?a > </r> ?></r>"), "declaration (<?)"));
+  EXPECT_TRUE(contains(*xml_nesting_error("<r><!a [ > ]></r>"), "declaration (<!)"));
   for (const char* other : {"<1 '>", "<:a>", "< a>", "<"})
-    EXPECT_TRUE(contains(*nesting_doubt(std::string("<r>") + other), "&lt;")) << other;
+    EXPECT_TRUE(contains(*xml_nesting_error(std::string("<r>") + other), "&lt;")) << other;
 }
 
 TEST(XmlNesting, WhatHasNoEndIsForTheParserToSay) {
   for (const char* text : {"<r", "<r a='", "<!-- ", "<![CDATA[", "<?xml", "</r"})
-    EXPECT_FALSE(nesting_doubt(text)) << text;
+    EXPECT_FALSE(xml_nesting_error(text)) << text;
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   json["changed_settings"] = changed;
   UnmetReport unmet;
   if (signal == 0)
-    unmet = explain_unmet(*problem.unmet_words(robot), log.unmet, settings.explain_limit);
+    unmet = explain_unmet(*problem.unmet_explanations(robot), log.unmet, settings.explain_limit);
   if (!log.unmet.empty()) json["unmet"] = unmet.json;
   if (has_body) {
     json["push_link"] = settings.push.link;

@@ -26,7 +26,7 @@ std::string head(const UnmetDecision& unmet) {
 // Writes the sentences of Explanation::text(), with the words of the problem if it has any.
 class Teller {
  public:
-  Teller(const UnmetWords& words, const UnmetDecision& unmet, const Explanation& explanation)
+  Teller(const UnmetExplanations& words, const UnmetDecision& unmet, const Explanation& explanation)
       : words_(words), unmet_(unmet), explanation_(explanation) {}
 
   std::string text() const {
@@ -72,12 +72,13 @@ class Teller {
         explanation_.gives_way_to.empty() ? "" : ", most of it of " + explanation_.gives_way_to);
   }
 
-  const UnmetWords& words_;
+  const UnmetExplanations& words_;
   const UnmetDecision& unmet_;
   const Explanation& explanation_;
 };
 
-Explanation explained(const UnmetWords& words, const UnmetDecision& unmet, double time_limit) {
+Explanation explained(const UnmetExplanations& words, const UnmetDecision& unmet,
+                      double time_limit) {
   return explain(words.problem(unmet), {.shooting = unmet.shooting,
                                         .time_limit = time_limit,
                                         .may_change = [&](const ProblemChange& change) {
@@ -87,7 +88,7 @@ Explanation explained(const UnmetWords& words, const UnmetDecision& unmet, doubl
 
 }  // namespace
 
-UnmetReport explain_unmet(const UnmetWords& words, const std::vector<UnmetDecision>& unmet,
+UnmetReport explain_unmet(const UnmetExplanations& words, const std::vector<UnmetDecision>& unmet,
                           double time_limit) {
   UnmetReport report{Json::array(), {}};
   for (const UnmetDecision& decision : unmet) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/walking/unmet_words.hpp"
+#include "saltus/robots/walking/unmet_explanations.hpp"
 
 namespace saltus::walking {
 
@@ -16,7 +16,7 @@ struct UnmetReport {
 };
 
 /// Explains every decision, each within a time limit in s (0: explains none).
-UnmetReport explain_unmet(const UnmetWords& words, const std::vector<UnmetDecision>& unmet,
+UnmetReport explain_unmet(const UnmetExplanations& words, const std::vector<UnmetDecision>& unmet,
                           double time_limit);
 
 }  // namespace saltus::walking

@@ -77,9 +77,8 @@ class Search {
       moment += model_.links()[i].mass * (poses[i] * model_.links()[i].com);
     const Vec<double, 3> com = to_world * Vec<double, 3>(moment / model_.total_mass());
     Vec<double, errors_count> e;
-    e << foot.translation() - wish_.other_foot, vector_of_rotation(foot.linear()),
-        com.head<2>() - wish_.com, vector_of_rotation(to_world.linear()).head<2>(),
-        to_world.translation().z() - wish_.trunk_height;
+    e << foot.translation() - wish_.other_foot, log_so3(foot.linear()), com.head<2>() - wish_.com,
+        log_so3(to_world.linear()).head<2>(), to_world.translation().z() - wish_.trunk_height;
     return e;
   }
 

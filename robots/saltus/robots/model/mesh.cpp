@@ -229,7 +229,7 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
   const std::string content = file_content(file, largest_mesh);
   if (content.empty())
     throw InputError(fmt::format("{}: the mesh is an empty file; export it again", file.string()));
-  const auto doubt = extension == "dae" ? nesting_doubt(content) : std::nullopt;
+  const auto doubt = extension == "dae" ? xml_nesting_error(content) : std::nullopt;
   if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
   // The text readers of Assimp can be made to read outside of their arrays.
   constexpr int longest = 20;  // limit of the processor time, s

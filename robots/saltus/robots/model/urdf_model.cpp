@@ -291,7 +291,7 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   if (text.find("<robot") == std::string::npos)
     throw InputError(fmt::format(
         "{}: this is not a URDF, for it has no <robot> element; give the path of a URDF", source));
-  if (const auto doubt = nesting_doubt(text))
+  if (const auto doubt = xml_nesting_error(text))
     throw InputError(fmt::format("{}: {}", source, *doubt));
   urdf::ModelInterfaceSharedPtr urdf;
   {

@@ -25,7 +25,7 @@ std::size_t end_of_tag(std::string_view xml, std::size_t at) {
 
 }  // namespace
 
-std::optional<std::string> nesting_doubt(std::string_view xml) {
+std::optional<std::string> xml_nesting_error(std::string_view xml) {
   constexpr std::string_view comment = "<!--", data = "<![CDATA[";
   int depth = 0;
   for (std::size_t at = xml.find('<'); at != none; at = xml.find('<', at)) {

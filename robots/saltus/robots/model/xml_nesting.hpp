@@ -13,6 +13,6 @@ inline constexpr int deepest_element = 100;
 /// Reason, as a clause, why the text must not be passed to a parser: more than deepest_element open
 /// elements, or brackets whose end parsers interpret differently, so that the depth is not known.
 /// Empty if there is no such reason. All other XML errors are left to the parser.
-std::optional<std::string> nesting_doubt(std::string_view xml);
+std::optional<std::string> xml_nesting_error(std::string_view xml);
 
 }  // namespace saltus

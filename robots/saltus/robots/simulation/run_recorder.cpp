@@ -152,7 +152,7 @@ void RunRecorder::keep_unmet(double t) {
 
 // The pendulum stands on the ground below the stance foot.
 Vec<double, 2> RunRecorder::capture_point_of(const Vec<double, 9>& gamma) const {
-  const double omega = frequency_of_height(gamma[2] - planner_.scene().stance.position[2]);
+  const double omega = lipm_frequency(gamma[2] - planner_.scene().stance.position[2]);
   return capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega);
 }
 

@@ -33,7 +33,7 @@ StepSituation BalancePlanner::situation(double t, const CentroidalEstimate& meas
   now.period = period_;
   now.mass = measured.mass;
   now.gamma = measured.gamma;
-  now.omega = frequency_of_height(now.gamma[2] - scene_.stance.position[2]);
+  now.omega = lipm_frequency(now.gamma[2] - scene_.stance.position[2]);
   for (const Side side : {Side::left, Side::right})
     now.foot(side) = {levelled(measured.sole(side)), measured.sole_velocity(side), stands(side),
                       is_stepping_ && step_.foot == side ? step_.lift_off : infinity};

@@ -46,8 +46,9 @@ std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescript
   return std::make_unique<StepPlanner>();
 }
 
-std::unique_ptr<UnmetWords> BipedProblem::unmet_words(const RobotDescription& /*robot*/) const {
-  return std::make_unique<UnmetWords>();
+std::unique_ptr<UnmetExplanations> BipedProblem::unmet_explanations(
+    const RobotDescription& /*robot*/) const {
+  return std::make_unique<UnmetExplanations>();
 }
 
 std::string BipedProblem::lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const {

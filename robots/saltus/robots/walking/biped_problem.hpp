@@ -8,7 +8,7 @@
 
 #include "saltus/robots/walking/biped_settings.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
-#include "saltus/robots/walking/unmet_words.hpp"
+#include "saltus/robots/walking/unmet_explanations.hpp"
 #include "saltus/robots/walking/verdict.hpp"
 
 namespace saltus::walking {
@@ -72,7 +72,8 @@ class BipedProblem {
   /// Success of the run, with its quantities.
   virtual Verdict judge(const RunLog& log) const = 0;
   /// Explanations of unmet constraints. Default: by names of terms.
-  virtual std::unique_ptr<UnmetWords> unmet_words(const RobotDescription& robot) const;
+  virtual std::unique_ptr<UnmetExplanations> unmet_explanations(
+      const RobotDescription& robot) const;
 };
 
 /// Scene of the problem's posture.

@@ -75,7 +75,7 @@ std::vector<Vec<double, 2>> friction_used(const RunLog& log) {
   std::vector<Vec<double, 2>> used;
   used.reserve(log.body.size());
   const auto ratio = [](const Vec<double, 6>& wrench) {
-    return wrench[2] < friction_told_from ? 0.0 : wrench.head<2>().norm() / wrench[2];
+    return wrench[2] < friction_min_force ? 0.0 : wrench.head<2>().norm() / wrench[2];
   };
   for (const BodySample& b : log.body) used.emplace_back(ratio(b.left), ratio(b.right));
   return used;

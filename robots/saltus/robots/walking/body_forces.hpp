@@ -22,9 +22,9 @@ std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log);
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
 
 /// Smallest vertical force for which friction is evaluated.
-inline constexpr double friction_told_from = 1.0;  // N
+inline constexpr double friction_min_force = 1.0;  // N
 /// Ratio of tangential to vertical force of each foot, one per sample; zero below
-/// `friction_told_from`.
+/// `friction_min_force`.
 std::vector<Vec<double, 2>> friction_used(const RunLog& log);
 
 /// Largest vertical force of each foot, left and right, averaged over `wrench_filter`, N.

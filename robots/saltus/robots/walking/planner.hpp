@@ -16,8 +16,10 @@ namespace saltus::walking {
 
 /// Frequency omega of the pendulum (1/s) at a measured height (m), which is limited to at least 1
 /// cm.
-inline double frequency_of_height(double height) {
-  return pendulum_frequency(std::fmax(height, 0.01));
+inline double lipm_frequency(double height) { return pendulum_frequency(std::fmax(height, 0.01)); }
+[[deprecated("use lipm_frequency; removed in 0.4")]] inline double frequency_of_height(
+    double height) {
+  return lipm_frequency(height);
 }
 
 /// Input of a planner in one tick.

@@ -19,7 +19,7 @@ Eigen::Isometry3d State::base() const {
 
 State State::displaced(const Error& error) const {
   const Vec<double, 3> turned = error.segment<3>(turn);
-  const Mat<double, 3, 3> exp = rotation_of_vector(turned), J = left_jacobian(turned);
+  const Mat<double, 3, 3> exp = exp_so3(turned), J = left_jacobian(turned);
   State s = *this;
   s.R = exp * R;
   s.v = exp * v + J * error.segment<3>(velocity);
@@ -27,8 +27,7 @@ State State::displaced(const Error& error) const {
   for (const Side side : {Side::left, Side::right}) {
     s.sole(side).translation() =
         exp * sole(side).translation() + J * error.segment<3>(foot(foot_positions, side));
-    s.sole(side).linear() =
-        rotation_of_vector(error.segment<3>(foot(foot_turns, side))) * sole(side).linear();
+    s.sole(side).linear() = exp_so3(error.segment<3>(foot(foot_turns, side))) * sole(side).linear();
   }
   s.b_gyroscope += error.segment<3>(gyroscope_bias);
   s.b_accelerometer += error.segment<3>(accelerometer_bias);
@@ -37,7 +36,7 @@ State State::displaced(const Error& error) const {
 
 State::Error State::error_to(const State& truth) const {
   Error e;
-  const Vec<double, 3> turned = vector_of_rotation(R * truth.R.transpose());
+  const Vec<double, 3> turned = log_so3(R * truth.R.transpose());
   const Mat<double, 3, 3> exp = R * truth.R.transpose();
   const Mat<double, 3, 3> J_inverse = left_jacobian(turned).inverse();
   e.segment<3>(turn) = turned;
@@ -47,7 +46,7 @@ State::Error State::error_to(const State& truth) const {
     e.segment<3>(foot(foot_positions, side)) =
         J_inverse * (sole(side).translation() - exp * truth.sole(side).translation());
     e.segment<3>(foot(foot_turns, side)) =
-        vector_of_rotation(sole(side).linear() * truth.sole(side).linear().transpose());
+        log_so3(sole(side).linear() * truth.sole(side).linear().transpose());
   }
   e.segment<3>(gyroscope_bias) = b_gyroscope - truth.b_gyroscope;
   e.segment<3>(accelerometer_bias) = b_accelerometer - truth.b_accelerometer;
@@ -57,13 +56,11 @@ State::Error State::error_to(const State& truth) const {
 void State::move_on(const Vec<double, 3>& angular_velocity, const Vec<double, 3>& specific_force,
                     double dt) {
   const Vec<double, 3> turned = dt * (angular_velocity - b_gyroscope);
-  const Mat<double, 3, 3> halfway = R * rotation_of_vector(0.5 * turned);
+  const Mat<double, 3, 3> halfway = R * exp_so3(0.5 * turned);
   const Vec<double, 3> acceleration = halfway * (specific_force - b_accelerometer) + gravity;
   p += dt * (v + 0.5 * dt * acceleration);
   v += dt * acceleration;
-  R = (Eigen::Quaterniond(R) * Eigen::Quaterniond(rotation_of_vector(turned)))
-          .normalized()
-          .toRotationMatrix();
+  R = (Eigen::Quaterniond(R) * Eigen::Quaterniond(exp_so3(turned))).normalized().toRotationMatrix();
 }
 
 Mat<double, State::size, 6> State::reading_errors() const {
@@ -90,7 +87,7 @@ State::Matrix State::transition(double dt) const {
 Vec<double, 6> State::mismatch(Side side, const Eigen::Isometry3d& sole_in_base) const {
   Vec<double, 6> z;
   z.head<3>() = R * sole_in_base.translation() + p - sole(side).translation();
-  z.tail<3>() = vector_of_rotation(R * sole_in_base.linear() * sole(side).linear().transpose());
+  z.tail<3>() = log_so3(R * sole_in_base.linear() * sole(side).linear().transpose());
   return z;
 }
 

@@ -107,7 +107,7 @@ void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& r
   const double widest = std::sqrt(3.0) * options_.initial_tilt;
   Vec<double, 3> tilt(random.uniform(-widest, widest), random.uniform(-widest, widest), 0.0);
   Eigen::Isometry3d base = state.base;
-  base.linear() = rotation_of_vector(tilt) * base.linear();
+  base.linear() = exp_so3(tilt) * base.linear();
   read_soles(readings);
   base.translation() = stand.translation() - base.linear() * soles_read_[pin].pose.translation();
   base_.reset(base, pin_, stand);

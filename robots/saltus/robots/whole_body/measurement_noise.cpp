@@ -40,7 +40,7 @@ void NoiseSource::disturb(WholeBodyEstimate& measured) {
     state.base_twist[i] += draw(noise_.angular_velocity);
     state.base_twist[3 + i] += draw(noise_.velocity);
   }
-  state.base.linear() = rotation_of_vector(turn) * state.base.linear();
+  state.base.linear() = exp_so3(turn) * state.base.linear();
   for (double& q : state.q) q += draw(noise_.angle);
   for (double& dq : state.dq) dq += draw(noise_.angular_velocity);
   for (FootContact* contact : {&measured.left, &measured.right})

@@ -9,16 +9,25 @@
 namespace saltus {
 
 /// exp of SO(3): the rotation by |v| rad about v.
-inline Mat<double, 3, 3> rotation_of_vector(const Vec<double, 3>& v) {
+inline Mat<double, 3, 3> exp_so3(const Vec<double, 3>& v) {
   const double angle = v.norm();
   if (angle == 0.0) return Mat<double, 3, 3>::Identity();
   return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
 }
 
 /// log of SO(3): the rotation vector, with |v| in [0, pi].
-inline Vec<double, 3> vector_of_rotation(const Mat<double, 3, 3>& R) {
+inline Vec<double, 3> log_so3(const Mat<double, 3, 3>& R) {
   const Eigen::AngleAxisd turn(R);
   return turn.angle() * turn.axis();
+}
+
+[[deprecated("use exp_so3; removed in 0.4")]] inline Mat<double, 3, 3> rotation_of_vector(
+    const Vec<double, 3>& v) {
+  return exp_so3(v);
+}
+[[deprecated("use log_so3; removed in 0.4")]] inline Vec<double, 3> vector_of_rotation(
+    const Mat<double, 3, 3>& R) {
+  return log_so3(R);
 }
 
 /// Left Jacobian J: exp(v + dv) = exp(J dv) exp(v) to first order.

@@ -159,11 +159,10 @@ void Sensors::reset(const WholeBodyState& state) {
 void Sensors::observe(const WholeBodyState& state, const FootContact& left,
                       const FootContact& right) {
   encoder_.observe(state.q);
-  const Vec<double, 3> turned =
-      vector_of_rotation(base_.linear().transpose() * state.base.linear());
+  const Vec<double, 3> turned = log_so3(base_.linear().transpose() * state.base.linear());
   inertial_ = turned / step_;
   gyroscope_.observe(inertial_);
-  const Mat<double, 3, 3> halfway = base_.linear() * rotation_of_vector(0.5 * turned);
+  const Mat<double, 3, 3> halfway = base_.linear() * exp_so3(0.5 * turned);
   const Vec<double, 3> velocity = state.base_twist.tail<3>();
   inertial_ = halfway.transpose() *
               ((velocity - velocity_) / step_ + Vec<double, 3>(0.0, 0.0, standard_gravity));

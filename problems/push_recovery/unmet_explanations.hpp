@@ -5,16 +5,16 @@
 #include <vector>
 
 #include "problems/push_recovery/criteria.hpp"
-#include "saltus/robots/walking/unmet_words.hpp"
+#include "saltus/robots/walking/unmet_explanations.hpp"
 
 namespace saltus::push_recovery {
 
 /// The program of wrenches is asked within the verdict's limits on height and angular momentum: by
 /// forces alone nearly every push could be met, on paper. Only times, places and limits may change,
 /// and where a push had left the robot, not what else was measured.
-class PushRecoveryWords final : public walking::UnmetWords {
+class PushRecoveryExplanations final : public walking::UnmetExplanations {
  public:
-  explicit PushRecoveryWords(const LimitsOnTheWay& limits) : limits_(limits) {}
+  explicit PushRecoveryExplanations(const LimitsOnTheWay& limits) : limits_(limits) {}
 
   OptimalControlProblem problem(const walking::UnmetDecision& unmet) const override;
   std::string limits(const walking::UnmetDecision& unmet) const override;

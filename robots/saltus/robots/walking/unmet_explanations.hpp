@@ -9,9 +9,9 @@
 namespace saltus::walking {
 
 /// Default: names of terms and numbers.
-class UnmetWords {
+class UnmetExplanations {
  public:
-  virtual ~UnmetWords() = default;
+  virtual ~UnmetExplanations() = default;
 
   /// The problem to explain, including bounds for criteria beyond its own constraints, such as
   /// limits of the verdict. Default: the problem of the tick.
@@ -31,5 +31,7 @@ class UnmetWords {
     return {};
   }
 };
+
+using UnmetWords [[deprecated("use UnmetExplanations; removed in 0.4")]] = UnmetExplanations;
 
 }  // namespace saltus::walking

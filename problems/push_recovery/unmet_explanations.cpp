@@ -1,4 +1,4 @@
-#include "problems/push_recovery/unmet_words.hpp"
+#include "problems/push_recovery/unmet_explanations.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -126,7 +126,8 @@ std::string change_of_step(const OptimalControlProblem& problem, const ProblemCh
 }  // namespace
 
 // Without the limits that the robot already exceeds, which no plan could satisfy.
-std::vector<ComponentBounds> PushRecoveryWords::limits_that_hold(const UnmetDecision& unmet) const {
+std::vector<ComponentBounds> PushRecoveryExplanations::limits_that_hold(
+    const UnmetDecision& unmet) const {
   std::vector<ComponentBounds> all{{2, limits_.height}};
   for (int i = 6; i < 9; ++i) all.push_back({i, between(-limits_.momentum, limits_.momentum)});
   const VectorXd& start = unmet.problem.start_guess();
@@ -136,13 +137,13 @@ std::vector<ComponentBounds> PushRecoveryWords::limits_that_hold(const UnmetDeci
   return all;
 }
 
-OptimalControlProblem PushRecoveryWords::problem(const UnmetDecision& unmet) const {
+OptimalControlProblem PushRecoveryExplanations::problem(const UnmetDecision& unmet) const {
   OptimalControlProblem problem = unmet.problem;
   if (is_of_wrenches(unmet)) problem.editable_phase(0).state_bounds = limits_that_hold(unmet);
   return problem;
 }
 
-std::string PushRecoveryWords::limits(const UnmetDecision& unmet) const {
+std::string PushRecoveryExplanations::limits(const UnmetDecision& unmet) const {
   if (!is_of_wrenches(unmet)) return {};
   std::vector<std::string> held;
   for (const ComponentBounds& b : limits_that_hold(unmet))
@@ -154,7 +155,8 @@ std::string PushRecoveryWords::limits(const UnmetDecision& unmet) const {
                       : fmt::format("with {}", fmt::join(held, ", "));
 }
 
-bool PushRecoveryWords::may_change(const UnmetDecision& unmet, const ProblemChange& change) const {
+bool PushRecoveryExplanations::may_change(const UnmetDecision& unmet,
+                                          const ProblemChange& change) const {
   switch (change.kind) {
     case Kind::parameter:
       return false;  // measured, or derived from the feet
@@ -167,7 +169,7 @@ bool PushRecoveryWords::may_change(const UnmetDecision& unmet, const ProblemChan
   }
 }
 
-std::string PushRecoveryWords::of(const UnmetDecision& unmet, const Shortage& s) const {
+std::string PushRecoveryExplanations::of(const UnmetDecision& unmet, const Shortage& s) const {
   if (s.kind == "state" && is_of_wrenches(unmet)) return state_words(s, s.component);
   if (s.kind != "term") return {};
   if (s.term == "capture point in hull") return hull_words(unmet.problem, s);
@@ -183,7 +185,7 @@ std::string PushRecoveryWords::of(const UnmetDecision& unmet, const Shortage& s)
   return {};
 }
 
-std::string PushRecoveryWords::of(const UnmetDecision& unmet, const ProblemChange& c) const {
+std::string PushRecoveryExplanations::of(const UnmetDecision& unmet, const ProblemChange& c) const {
   if (c.kind == Kind::event && c.name == "impact")
     return fmt::format("if the foot landed {:.0f} ms {}", 1e3 * std::abs(c.by),
                        c.by < 0.0 ? "earlier" : "later");
