@@ -130,18 +130,17 @@ class Settings {
   void choice(std::string key, Enum& field, std::vector<std::pair<std::string, Enum>> named_values,
               std::string doc);
 
-  /// One of some names that stand for values of several fields: `index` tells which name is in
-  /// force, `assign` sets the fields.
+  /// A choice that sets several fields: `index` returns the current name, `assign` sets the fields.
   void choice(std::string key, std::vector<std::string> names,
               std::function<std::optional<std::size_t>()> index,
               std::function<void(std::size_t)> assign, std::string doc);
 
-  /// Makes these names of the choice `key` a preset: they stand for a list of values of other
-  /// settings, each "KEY=VALUE" as --set takes it. All keys must have been declared before.
+  /// Makes these names of the choice `key` a preset: a list of values of other settings, each
+  /// "KEY=VALUE" as in --set. All keys must be declared before.
   ///
-  /// The values act when apply() is given one of the names. A key that apply() is given itself
-  /// wins over all presets, and a preset that is declared later wins over earlier ones. A preset
-  /// never triggers another one. Help lists the values, and to_yaml() writes what is in force.
+  /// The values apply if apply() receives one of the names. Keys that apply() receives override
+  /// all presets, and later presets override earlier ones. A preset never triggers another one.
+  /// Help lists the values, and to_yaml() writes the current ones.
   void preset(const std::string& key, const std::vector<std::string>& names,
               const std::vector<std::string>& values);
 

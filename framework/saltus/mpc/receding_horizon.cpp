@@ -221,7 +221,7 @@ void RecedingHorizonController::outdate() {
   if (is_prepared()) preparation_ = Preparation::outdated;
 }
 
-// There may be no way back from a plan that a wrong measurement has spoilt. So every other solve
+// Iterations may not recover from a plan that a wrong measurement made. So every other solve
 // after two failures in a row starts at the guess of the problem.
 bool RecedingHorizonController::restarts() const {
   return last_plan_ != Plan::none && failures_ >= 2 && failures_ % 2 == 0;

@@ -16,7 +16,7 @@
 namespace saltus {
 namespace {
 
-// What a controller answers to a measurement, whichever kind it is.
+// The answer of any controller to a measurement.
 struct Answer {
   const HeldInput* input = nullptr;
   LoopTick tick;
@@ -25,18 +25,18 @@ struct ControlCalls {
   std::string name;
   double period = 0.0;
   std::function<Answer(double t, const VectorRef& measured)> answer;
-  std::function<LoopPlan()> plan = {};         ///< the last one; without: there are none
-  std::function<void(double t)> prepare = {};  ///< what can be done ahead of the measurement
-  std::function<double()> end = {};            ///< when the motion will be over, s
-  MissRecord* misses = nullptr;                ///< follows the motion, if there is a problem
+  std::function<LoopPlan()> plan = {};         ///< returns the last plan; empty: no plans
+  std::function<void(double t)> prepare = {};  ///< work before the measurement
+  std::function<double()> end = {};            ///< end of the motion, s
+  MissRecord* misses = nullptr;                ///< set if the problem is known
   std::function<bool(const HybridEvent&)> ends_phase = {};  ///< empty: every event does
 };
 
-// Of a period: with less time left to the end no tick is made. Its inputs could not make up for
-// what is missed by then, and a least-time plan would rather take its time.
+// Fraction of a period. If less time is left to the end, the tick is skipped: its inputs could not
+// correct an error any more, and a least-time plan would delay the end.
 constexpr double too_late = 0.01;
 
-// The input that reaches the plant from `start` on, until the next one does.
+// The input of the plant from time `start` until the next command.
 struct Command {
   double start = 0.0;
   VectorXd input;
@@ -90,7 +90,7 @@ class Loop {
   }
 
   LoopLog run() {
-    constexpr double rounding = 1e-9;  // of a period
+    constexpr double rounding = 1e-9;  // relative to a period
     const double ticks = std::ceil(options_.duration / controller_.period - rounding);
     log_.completed = true;
     log_.message = "the closed loop reached its end";
@@ -142,12 +142,12 @@ class Loop {
           fmt::format("the input comes {} s late, expected at least 0", disturbances_.input_delay));
   }
 
-  // Times that differ by less differ by rounding.
+  // Smaller differences of times are rounding errors.
   double instant() const { return 1e-9 * controller_.period; }
 
   // --- before the tick
 
-  // A later phase of the plant may have fewer states; the others' noise goes by.
+  // A later phase of the plant may have fewer states. Noise of the others is ignored.
   void add_noise(VectorXd& x, const VectorXd& deviations) {
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
       const double noise = deviations[i] * noise_();
@@ -162,7 +162,7 @@ class Loop {
     if (disturbances_.state) disturbances_.state(plant_.time(), x, change);
     add_noise(change, disturbances_.state_noise);
     if (change.isZero(0.0)) return;
-    if (!commands_.empty() && !log_.recording.samples.empty()) add_sample();  // the jump is seen
+    if (!commands_.empty() && !log_.recording.samples.empty()) add_sample();  // records the jump
     plant_.disturb(change);
   }
 
@@ -173,7 +173,7 @@ class Loop {
     const auto late =
         static_cast<std::size_t>(std::lround(disturbances_.measurement_delay / controller_.period));
     while (measured_.size() > late + 1) measured_.pop_front();
-    return measured_.front();  // at the beginning: the oldest there is
+    return measured_.front();  // at the beginning: the oldest one
   }
 
   // --- the tick
@@ -209,7 +209,7 @@ class Loop {
       try {
         LoopPlan plan = controller_.plan();
         if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
-      } catch (...) {  // formulas, as in the tick: there is nothing to keep
+      } catch (...) {  // formulas, as in the tick: nothing to keep
       }
     }
     return true;
@@ -246,7 +246,7 @@ class Loop {
       input_ += added;
     }
     add_sample();
-    const VectorXd& command = commands_.front().input;  // bounds are not for what disturbs it
+    const VectorXd& command = commands_.front().input;  // bounds do not apply to the disturbance
     MissRecord* const misses = controller_.misses;
     const double from = plant_.time();
     if (misses != nullptr) misses->look(from, plant_.state(), command);
@@ -293,8 +293,8 @@ class Loop {
   double start_;
   LoopLog log_;
   std::deque<VectorXd> measured_;
-  std::deque<Command> commands_;  // the first is in force
-  VectorXd input_;                // in force, with its disturbance
+  std::deque<Command> commands_;  // the first one is active
+  VectorXd input_;                // current input, with its disturbance
 };
 
 void expect_fit(const PhaseDefinition& phase, const LoopPlant& plant) {
@@ -321,7 +321,7 @@ Answer answer_of(const ControlTick& tick) {
            tick.check}};
 }
 
-// Between ticks, and only where one failed.
+// Called between ticks, and only after a failed one.
 void keep_unmet(const ControlTick& tick, const MultipleShooting& shooting,
                 const LoopOptions& options, std::vector<UnmetTick>& unmet) {
   if (tick.status == SolveStatus::infeasible && static_cast<int>(unmet.size()) < options.keep_unmet)
@@ -436,7 +436,7 @@ class FollowedPlant final : public LoopPlant {
       }
       if (ends && !end_phase(std::move(end))) return false;
     }
-    if (time() < until) idle_ += until - time();  // the motion is over before the tick is
+    if (time() < until) idle_ += until - time();  // the motion ends before the tick
     return true;
   }
 
@@ -477,14 +477,14 @@ class FollowedPlant final : public LoopPlant {
   std::vector<double> ends_;  // planned, s
   int phase_;
   double entered_;     // s
-  double idle_ = 0.0;  // s, since the motion is over
+  double idle_ = 0.0;  // s, since the end of the motion
   std::optional<double> over_since_;
   std::string failure_;
   std::vector<HybridEvent> events_;
   std::vector<std::pair<double, std::string>> phase_ends_;
 };
 
-// `plant` knows the phase that it is in.
+// `plant` knows its current phase.
 template <class Plant>
 LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
                       const LoopOptions& options,

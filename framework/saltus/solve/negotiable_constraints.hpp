@@ -16,7 +16,7 @@ namespace saltus {
 /// nodes.
 struct NegotiableConstraint {
   const char* kind = "term";                       ///< kind as in Shortage
-  std::optional<ProblemChange::Kind> change = {};  ///< empty: no number of the problem changes it
+  std::optional<ProblemChange::Kind> change = {};  ///< empty: no datum of the problem changes it
   int phase = 0;          ///< links: phase of the latest end; constraints of the whole problem: 0
   bool has_phase = true;  ///< true if its name includes the phase
   std::string name;       ///< name of the term; of a state "state 1"
