@@ -24,7 +24,7 @@ TEST(DataFile, IsTheOneOfTheNamedFolder) {
     data_file("some/scripts/absent.py");
     FAIL() << "no error";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("no some/scripts/absent.py in " + name),
+    EXPECT_NE(std::string(error.what()).find("some/scripts/absent.py is not in " + name),
               std::string::npos)
         << error.what();
   }

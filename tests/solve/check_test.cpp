@@ -216,7 +216,7 @@ const Spoilt all_spoilt[] = {
     {"wrong_derivative",
      ride([](Ride& r) { r.keep("power", power(Power::Mistake::derivative), at_most(10.0)); }),
      "derivatives",
-     {"term 'power'", "/ d x1 says"}},
+     {"term 'power'", "/ d x1 is"}},
     {"wrong_second_derivative",
      ride(
          [](Ride& r) { r.keep("power", power(Power::Mistake::second_derivative), at_most(10.0)); }),
@@ -309,7 +309,7 @@ const Spoilt all_spoilt[] = {
     {"start_outside_its_bounds",
      ride([](Ride& r) { r.bound_state(0, at_least(0.2)); }),
      "bounds",
-     {"the start has 0 for state 0", "[0.2, inf]"}},
+     {"state 0 starts at 0", "[0.2, inf]"}},
     {"constant_cost",
      ride([](Ride& r) { r.minimise("half", [](auto, auto, auto u) { return (1 / 2) * u[0]; }); }),
      "definition",

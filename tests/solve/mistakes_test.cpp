@@ -217,7 +217,7 @@ const std::vector<Mistake>& mistakes() {
          return message_of(
              OptimalControlProblem("cart").start_at({0, 0}).then(sound()).then(slide));
        },
-       {"from phase 'ride' to phase 'slide': 2 states become 1, so a jump map is needed"}},
+       {"the number of states changes from 2 to 1, so a jump map is needed"}},
       {"TotalTimeOutOfReach",
        [] {
          return message_of(

@@ -201,7 +201,7 @@ TEST(Refinement, SaysWhatWasReached) {
                                                 {.tolerance = 1e-11, .most_intervals = 25});
   EXPECT_FALSE(limited.reached);
   EXPECT_LE(limited.intervals.front(), 25);
-  EXPECT_NE(limited.message.find("25 intervals"), std::string::npos) << limited.message;
+  EXPECT_NE(limited.message.find("the limit is 25"), std::string::npos) << limited.message;
   EXPECT_NE(limited.message.find("'ceiling' of phase 'block'"), std::string::npos)
       << limited.message;
 }

@@ -180,7 +180,7 @@ bool operator!=(const A&, const B&) {
 // Packs have the alignment of a double. Eigen aligns the heap to 16 bytes only
 // (EIGEN_MAX_ALIGN_BYTES=16). A dynamic matrix of duals with naturally aligned packs would crash.
 
-// Name of an inline namespace.
+/// Name of an inline namespace.
 #if defined(__AVX512F__)
 #define SALTUS_LANES_ABI lanes_8
 #elif defined(__AVX__)

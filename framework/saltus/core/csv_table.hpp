@@ -49,7 +49,7 @@ class CsvTable {
   std::size_t columns_ = 0, cells_ = 0, rows_ = 0;
   std::string text_;
 };
-
+/// Deprecated name.
 using TextTable [[deprecated("use CsvTable; removed in 0.4")]] = CsvTable;
 
 /// Cells of a line of CSV, without quotes.

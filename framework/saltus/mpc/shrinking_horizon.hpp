@@ -30,7 +30,7 @@ std::vector<RecedingHorizonController> remaining_controllers(
 rests_of(const OptimalControlProblem& problem, ShootingOptions options,
          const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
   return remaining_controllers(problem, std::move(options), controller_of);
-}
+}  ///< deprecated name
 
 /// Ticks do not allocate if the solver does not, except the tick in which a phase begins: it takes
 /// over the plan of the previous phases. After a move, tick() of the source object returns a

@@ -149,6 +149,7 @@ class ModeGraph {
   bool has_event(int from, int to) const;
   /// Minimum dwell in phases.
   int min_dwell(int mode) const;
+  /// Deprecated name.
   [[deprecated("use min_dwell; removed in 0.4")]] int dwell_of(int mode) const {
     return min_dwell(mode);
   }
@@ -176,6 +177,7 @@ class ModeGraph {
   /// Only the costs and constraints at the end, after a phase of this mode's size that begins at
   /// time `begin` (s). This phase is the last one of a sequence.
   OptimalControlProblem end_problem(int mode, double begin) const;
+  /// Deprecated name.
   [[deprecated("use end_problem; removed in 0.4")]] OptimalControlProblem problem_of_end(
       int mode, double begin) const {
     return end_problem(mode, begin);

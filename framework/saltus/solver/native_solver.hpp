@@ -112,9 +112,9 @@ struct NativeSolverOptions {
 /// The native solver: chooses the barrier method or sequential quadratic programming itself.
 std::unique_ptr<Solver> make_native_solver(NativeSolverOptions options = {});
 
-// Old names, removed in 0.4.
+/// Deprecated name, removed in 0.4.
 using SqpOptions [[deprecated("use NativeSolverOptions")]] = NativeSolverOptions;
 [[deprecated("use make_native_solver")]] std::unique_ptr<Solver> make_sqp(
-    NativeSolverOptions options = {});
+    NativeSolverOptions options = {});  ///< deprecated name, removed in 0.4
 
 }  // namespace saltus

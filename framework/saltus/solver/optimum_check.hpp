@@ -104,7 +104,7 @@ class ProgramSize {
   [[deprecated("use is_badly_scaled; removed in 0.4")]] bool is_far_from_usual(
       const ProgramScale& scale) const {
     return is_badly_scaled(scale);
-  }
+  }  ///< deprecated name
 
   /// Scales cost and rows by powers of two (exact in floating point) if their derivatives are badly
   /// scaled. All else is as stated.

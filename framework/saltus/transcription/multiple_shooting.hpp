@@ -132,6 +132,6 @@ OptimalControlProblem current_problem(const MultipleShooting& shooting);
 [[deprecated("use current_problem; removed in 0.4")]] inline OptimalControlProblem present_problem(
     const MultipleShooting& shooting) {
   return current_problem(shooting);
-}
+}  ///< deprecated name
 
 }  // namespace saltus

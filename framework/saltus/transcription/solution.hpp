@@ -129,7 +129,7 @@ struct GuardCrossing {
   bool has_wrong_direction() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
   [[deprecated("use has_wrong_direction; removed in 0.4")]] bool is_the_wrong_way() const {
     return has_wrong_direction();
-  }
+  }  ///< deprecated name
 };
 
 /// Value of an integral (Phase::bound_integral) at the end of a phase.

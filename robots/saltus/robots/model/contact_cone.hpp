@@ -55,7 +55,7 @@ struct ContactConeOptions {
 struct ContactCone {
   MatrixXd A;  // rows x 6; exact zeros where a wrench entry does not appear
   VectorXd b;  // zero except in the rows of the normal force
-  // names of the rows, such as "friction edge 3", "centre of pressure x max"
+  /// Names of the rows, such as "friction edge 3", "centre of pressure x max"
   std::vector<std::string> names;
   Bounds normal_force;  // bounds of fz, N
 

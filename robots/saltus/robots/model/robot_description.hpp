@@ -69,9 +69,9 @@ struct RobotDescription {
   std::optional<Mirror> mirror;           // for postures that are mirror images of others
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // floating link; for the whole body only
-  // for the whole body only, in the order of torques; all others are frozen
+  /// For the whole body only, in the order of torques; all others are frozen
   std::vector<ActuatedJoint> joints;
-  // for the whole body only: shapes that replace those fitted to the meshes
+  /// For the whole body only: shapes that replace those fitted to the meshes
   std::vector<LinkCapsule> capsules;
   std::vector<std::string> warnings;  // assumptions that were made, sentences for the user
 

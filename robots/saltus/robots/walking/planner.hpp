@@ -20,7 +20,7 @@ inline double lipm_frequency(double height) { return pendulum_frequency(std::fma
 [[deprecated("use lipm_frequency; removed in 0.4")]] inline double frequency_of_height(
     double height) {
   return lipm_frequency(height);
-}
+}  ///< deprecated name
 
 /// Input of a planner in one tick.
 struct Measurement {

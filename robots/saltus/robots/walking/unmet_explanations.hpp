@@ -31,7 +31,7 @@ class UnmetExplanations {
     return {};
   }
 };
-
+/// Deprecated name.
 using UnmetWords [[deprecated("use UnmetExplanations; removed in 0.4")]] = UnmetExplanations;
 
 }  // namespace saltus::walking
