@@ -158,7 +158,7 @@ TEST(Algebraic, AnIndexAboveOneIsSaidWithTheEquation) {
   // Position level: the second equation does not read z at all.
   EXPECT_NE(refusal([](const auto&, const auto& x, const auto& z) {
               return std::decay_t<decltype(z)>{z[0], x[0] * x[0] - 1.0, z[1] + z[2]};
-            }).find("algebraic equation 1 of 3, counted from 0, contains no algebraic state"),
+            }).find("algebraic equation 1 of 3, counted from 0, contains no algebraic state:"),
             std::string::npos);
   // Two equations for z0, none for z2.
   EXPECT_NE(refusal([](const auto&, const auto& x, const auto& z) {
