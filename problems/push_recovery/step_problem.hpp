@@ -7,17 +7,17 @@
 
 namespace saltus::push_recovery {
 
-/// What a tick knows, and the parameters of the formulas. Frame: origin at the centre of the stance
-/// sole, x forward, y towards the foot that steps first (mirrored on the right foot); m, s.
+/// Parameters of the step problem that change in each tick. Frame: origin at the centre of the
+/// stance sole, x forward, y towards the foot that steps first (mirrored on the right foot); m, s.
 template <class S>
 struct StepNow {
   S omega = 4.3;                         ///< sqrt(g / z), 1/s
-  Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole if it stands, else zero
-  Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< where the swing of the foot that steps first begins
-  Vec<S, 2> aim = Vec<S, 2>::Zero();     ///< where it is on its way to: before a swing, that place
-  S swung = 0.0;                         ///< how long it has been in the air, s
-  Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place of a foot from the one before, at rest
-  Vec<S, 2> drift = Vec<S, 2>::Zero();   ///< desired motion of the feet from landing to landing
+  Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole in contact, else zero
+  Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< start of the swing of the foot that steps first
+  Vec<S, 2> aim = Vec<S, 2>::Zero();     ///< its current target; before a swing, equal to `swing`
+  S swung = 0.0;                         ///< time since its lift-off, s
+  Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place relative to the previous foot, at rest
+  Vec<S, 2> drift = Vec<S, 2>::Zero();   ///< desired displacement of the feet between landings
 
   using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing, &StepNow::aim,
                                    &StepNow::swung, &StepNow::stride, &StepNow::drift>;
@@ -26,24 +26,24 @@ struct StepNow {
 inline constexpr int most_planned_steps = 3;
 inline constexpr int reach_rows = 8;  ///< sides of the polygon of reach
 
-/// Every residual is divided by what counts as one unit of it; a weight of 1 then costs 1/2.
+/// Weights. Each residual is divided by its unit, so that one unit at weight 1 costs 1/2.
 struct StepWeights {
-  double capture = 1e3;   ///< on missing the terminal set, 1/m (exact penalty)
-  double reach = 1e3;     ///< on what the legs or the swing foot's speed do not allow, 1/m
-  double rest = 1.0;      ///< on resting at the border of the soles instead of their middle
-  double side = 0.2;      ///< on resting under one foot instead of midway between both
-  double duration = 1.0;  ///< on a swing 0.1 s off the usual time
-  double stride = 1.0;    ///< on a place 0.1 m off the usual one
-  double support = 0.0;   ///< on a deviation of 0.1 s from the usual double support; 0: off
-  double pressure = 1.0;  ///< per s, on the centre of pressure at the border of the sole
-  double momentum = 3.0;  ///< per s, at the largest angular momentum
-  double torque = 0.3;    ///< per s, at its largest rate
+  double capture = 1e3;   ///< violation of the terminal set, 1/m (exact penalty)
+  double reach = 1e3;     ///< violation of the reach of legs or swing foot speed, 1/m
+  double rest = 1.0;      ///< final rest at the border of the soles instead of their middle
+  double side = 0.2;      ///< final rest above one foot instead of midway between both
+  double duration = 1.0;  ///< swing duration 0.1 s from the nominal one
+  double stride = 1.0;    ///< step place 0.1 m from the nominal one
+  double support = 0.0;   ///< double support 0.1 s from the nominal one; 0: off
+  double pressure = 1.0;  ///< per s, centre of pressure at the border of the sole
+  double momentum = 3.0;  ///< per s, angular momentum at its limit
+  double torque = 0.3;    ///< per s, rate of angular momentum at its limit
 };
 
 struct StepModel {
-  Vec<double, 2> sole{0.07, 0.03};           ///< half sizes that the centre of pressure may use, m,
-  Vec<double, 2> standing_sole{0.07, 0.03};  ///< and without a further step, when no reserve is
-                                             ///< needed
+  Vec<double, 2> sole{0.07, 0.03};           ///< half sizes for the centre of pressure, m;
+  Vec<double, 2> standing_sole{0.07, 0.03};  ///< the same without a further step, when
+                                             ///< no reserve is needed
   double lent = 0.02;      ///< bound on eta: H / (m z omega) at the largest |H|, m
   double lent_rate = 0.2;  ///< m/s
   /// Centre of a landing foot relative to that of the stance foot, (forward, away from it), m.
@@ -55,7 +55,7 @@ struct StepModel {
   double usual_swing = 0.6;                   ///< s
   Bounds double_support = between(0.1, 0.6);  ///< between two steps, s
   Bounds unloading = between(0.05, 0.5);      ///< before the first step from two feet, s
-  double usual_support = 0.1;  ///< usual time from landing to lift-off while walking, s
+  double usual_support = 0.1;  ///< nominal time from landing to lift-off while walking, s
   double standing = 0.6;       ///< horizon without steps, s
   StepWeights weights;
 };

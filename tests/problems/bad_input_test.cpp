@@ -1,5 +1,5 @@
-// What a run on the whole body says of input that cannot be used: one sentence, exit status 2. A
-// robot that falls is a result, status 0. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// Messages of whole-body runs for invalid input: one sentence, exit status 2. A robot that falls is
+// a result, status 0. Needs the URDF, whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -69,7 +69,7 @@ TEST_F(BadInput, UnknownLinkToPush) {
   expect_refused({"--push.link", "chast"}, "did you mean \"chest\"?");
 }
 
-// A knee that turns without end has no reach that could be looked for.
+// With a continuous knee joint, no reach can be computed.
 TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
   const std::string knee =
       changed(R"(<joint name="l_knee" type="revolute")", "revolute", "continuous");
@@ -78,7 +78,7 @@ TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
                  "is found; give it some, or set step.reach=settings");
 }
 
-// The loop counts steps of the engine: a period of none of them was a division by zero.
+// The loop counts engine steps. A period of zero steps caused a division by zero.
 TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
   expect_refused({"--control.period", "0.0003"},
                  "control.period (0.0003 s) must be a whole multiple of simulator.step (0.001 s)");
@@ -88,7 +88,7 @@ TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
   expect_refused({"--mpc.step", "0.0004"}, "must be a whole multiple of control.period");
 }
 
-// Torques that come 60 ms late: nobody pushes it, and it falls.
+// With a torque delay of 60 ms, the robot falls before any push.
 TEST_F(BadInput, FallBeforeThePushIsSaidAndItsResultsAreKept) {
   EXPECT_EQ(run({"--simulator.delay_ticks", "30"}), 0) << complaint;
   EXPECT_TRUE(contains(printed, "before the push"));

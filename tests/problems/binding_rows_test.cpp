@@ -1,6 +1,6 @@
-// Does the push recovery problem agree with an independent dense solution when the capture point
-// runs along the edge of the hull, at the end of the horizon too, when the impact falls between two
-// nodes of the grid, and with a penalty on first differences there?
+// Compares the push recovery problem with an independent dense solution. The capture point moves
+// along the edge of the hull, also at the end of the horizon. The impact falls between two grid
+// nodes, also with a penalty on first differences there.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -28,13 +28,13 @@ using saltus::testing::StepRecovery;
 struct Instance {
   const char* name;
   StepRecovery data;
-  double optimum;                ///< of the dense solution, frozen
+  double optimum;                ///< stored optimum of the dense solution
   std::vector<double> binds_at;  ///< times at which the row y >= hull_y[0] is active, s
 
   friend void PrintTo(const Instance& instance, std::ostream* out) { *out << instance.name; }
 };
 
-// ICUB-1 with another push, hull and impact; all other figures are its own.
+// ICUB-1 with another push, hull and impact; all other data are unchanged.
 StepRecovery icub_1_but(double lateral_speed, double hull_edge, double impact,
                         double wrench_change = 0.0) {
   StepRecovery s;
@@ -60,7 +60,7 @@ const std::vector<Instance> instances{
      {0.0637, 0.15}},
 };
 
-// The same numbers for the framework.
+// The same data as a problem of the framework.
 MultipleShooting transcribe(const StepRecovery& s) {
   Model model;
   model.mass = s.mass;
@@ -121,7 +121,7 @@ std::map<long, double> edge_multipliers(MultipleShooting& shooting, const Vector
     int edge = 0;
     double time = 0.0;
     EXPECT_EQ(std::sscanf(what.c_str() + term.size(), "%d at t = %lf s", &edge, &time), 2) << what;
-    EXPECT_GT(lambda[row], -1e-7) << what;  // rows hold from above; Ipopt's accuracy
+    EXPECT_GT(lambda[row], -1e-7) << what;  // upper bounds; accuracy of Ipopt
     // Rows of the box follow one another counter-clockwise and repeat; y min is the first.
     if (edge % 4 == 0) result[std::lround(1e6 * time)] += lambda[row];
   }
@@ -136,13 +136,13 @@ TEST_P(BindingRows, AgreeWithADenseSolution) {
   const DenseStepRecovery dense = build(s);
   const DenseQpResult expected = saltus::testing::solve(dense.qp);
   ASSERT_TRUE(expected.optimal) << expected.residual;
-  EXPECT_NEAR(expected.cost, GetParam().optimum, 1e-8 * GetParam().optimum);  // as frozen
+  EXPECT_NEAR(expected.cost, GetParam().optimum, 1e-8 * GetParam().optimum);  // stored value
 
   MultipleShooting shooting = transcribe(s);
-  // The sum of 700 complementarity gaps stays below the accuracy asked of the cost.
+  // The sum of 700 complementarity gaps is below the required accuracy of the cost.
   const auto solver = make_ipopt({.tolerance = 1e-11});
   const Solution solution = solve(shooting, *solver);
-  // Rows at the nodes are what is compared; between them some give by 2e-5.
+  // The test compares rows at the nodes; between nodes the violation reaches 2e-5.
   ASSERT_TRUE(solution.ok() || solution.status == SolveStatus::coarse_grid) << solution.message;
   EXPECT_NEAR(solution.cost, expected.cost, 1e-8 * expected.cost);
 
@@ -165,7 +165,7 @@ TEST_P(BindingRows, AgreeWithADenseSolution) {
   EXPECT_LT(state_error, 1e-6);   // m, m/s, Nms
   EXPECT_LT(wrench_error, 1e-2);  // N, Nm
 
-  // The same rows hold, with the same multipliers.
+  // The same rows are active, with the same multipliers.
   const std::map<long, double> multipliers = edge_multipliers(shooting, solution.point.lambda);
   std::vector<double> binding;
   double multiplier_error = 0.0, largest_multiplier = 0.0;

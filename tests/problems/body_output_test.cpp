@@ -20,7 +20,7 @@ namespace {
 constexpr double period = 0.002;  // s
 constexpr int samples = 40;
 constexpr int landing = 20;  // sample from which both feet stand
-// Between sums of at most forty numbers below 1000.
+// Rounding in sums of at most forty numbers below 1000.
 constexpr double rounding = 1e-9;
 
 FloatingRobot two_joints() {
@@ -49,8 +49,8 @@ FloatingRobot two_joints() {
   return robot;
 }
 
-// The left sole is turned by 90 degrees about z and slides, the right one slides too; the one that
-// is not the stance foot lands.
+// The left sole is rotated by 90 degrees about z. Both soles slide. The foot that is not the stance
+// foot lands.
 RunLog made_up_log(Side stance = Side::left) {
   RunLog log;
   for (int i = 0; i < samples; ++i) {
@@ -133,7 +133,8 @@ TEST(BodyOutput, MeasuredWrenchesAreTurnedIntoTheSoleAndAveragedOverTheFilter) {
   EXPECT_NEAR(table.at(3, "left_measured_fy"), -1.0, rounding);
   EXPECT_NEAR(table.at(3, "left_measured_fz"), 3.0, rounding);
   const int window = static_cast<int>(std::lround(wrench_filter / period));
-  // The force is the index of its sample: its mean lies half a window back, or half-way to zero.
+  // The force is the index of its sample: its mean lags by half a window, or is half the value at
+  // the start.
   EXPECT_NEAR(table.at(30, "left_filtered_fz"), 30.0 - 0.5 * (window - 1), rounding);
   EXPECT_NEAR(table.at(4, "left_filtered_fz"), 2.0, rounding);
 }
@@ -155,7 +156,7 @@ TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
 
 TEST(BodyOutput, FrictionIsTangentialOverVerticalForceOfAFootThatCarries) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
-  EXPECT_EQ(table.at(0, "left_friction"), 0.0);  // carries nothing yet
+  EXPECT_EQ(table.at(0, "left_friction"), 0.0);  // without load
   EXPECT_NEAR(table.at(30, "left_friction"), std::sqrt(5.0) / 30.0, rounding);
   EXPECT_EQ(table.at(30, "right_friction"), 0.0);
 }
@@ -183,8 +184,8 @@ TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
   EXPECT_NEAR(figures["left_slip_max_m"].get<double>(), 1e-4 * (samples - 1), rounding);
 }
 
-// The CoM is believed 3 mm off and at 0.1 m/s, above a sole that is believed 1 mm off; a step
-// changes the sole.
+// The estimate of the CoM has errors of 3 mm and 0.1 m/s, that of the sole 1 mm. A step changes the
+// stance sole.
 TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
   RunLog log = made_up_log();
   const std::size_t width = parse(body_table(log, two_joints())).columns.size();
@@ -199,7 +200,7 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
     estimate.gamma[3] += 0.1;
     b.estimate = estimate;
   }
-  RunLog early = log;  // over before the filter has found the first tilt: nothing is known
+  RunLog early = log;  // ends before the filter has converged: no estimate
   for (Sample& s : early.samples) s.time -= 1.0;
   const auto none = body_figures(early, two_joints());
   EXPECT_TRUE(none["estimate_com_error_m"].is_null());
@@ -208,7 +209,7 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
   EXPECT_NEAR(figures["estimate_com_error_m"].get<double>(), 3e-3, rounding);
   EXPECT_NEAR(figures["estimate_velocity_error_m_s"].get<double>(), 0.1, rounding);
   const Table table = parse(body_table(log, two_joints()));
-  // Pose of the base, positions and velocities of two joints, CoM with momentum, sole and which.
+  // Pose of the base, positions and velocities of two joints, CoM with momentum, sole and its side.
   EXPECT_EQ(table.columns.size(), width + 7 + 4 + 9 + 4);
   EXPECT_NEAR(table.at(3, "estimate_com_x"), log.samples[3].gamma[0] + 4e-3, rounding);
   EXPECT_NEAR(table.at(3, "estimate_dq_knee"), log.body[3].state.dq[1], rounding);

@@ -1,4 +1,4 @@
-// The verdict on a body, on logs made up so that its figures are known.
+// The verdict on a whole body, for synthetic logs with known figures.
 #include "saltus/robots/walking/body_verdict.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr int samples = 100;
 constexpr double period = 0.01;  // s
 
-// Stands still for a second with one joint between -1 and 1 rad and a motor of 10 Nm.
+// At rest for one second, with one joint between -1 and 1 rad and a motor of 10 Nm.
 RunLog still() {
   RunLog log;
   FloatingRobot::Body base, leg;
@@ -47,8 +47,8 @@ RunLog still() {
   return log;
 }
 
-// A robot that a push holds off its target is judged when that is over, also where it has stepped
-// long before.
+// If a long push holds the robot away from its target, the verdict waits for the end of the push,
+// also after an earlier step.
 TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
   Config config;
   config.push.start = 1.0;
@@ -69,7 +69,7 @@ TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
     log.samples.push_back(s);
   }
   EXPECT_TRUE(judge(config, log).recovered) << judge(config, log).reason;
-  config.push.duration = 0.1;  // then it stands beside its target for no reason
+  config.push.duration = 0.1;  // now there is no reason for the offset
   EXPECT_FALSE(judge(config, log).recovered);
 }
 
@@ -134,7 +134,7 @@ TEST(BodyVerdict, LimitsAreNamedWithTheirTime) {
 
 TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
   RunLog log = still();
-  EXPECT_EQ(judge_body(log).speed_ratio, 0.0);  // no limit: nothing to be near to
+  EXPECT_EQ(judge_body(log).speed_ratio, 0.0);  // no speed limit, so no ratio
   log.floating.bodies[1].velocity = 2.0;
   log.body[10].state.dq[0] = 1.5;
   BodyVerdict v = judge_body(log);
@@ -162,7 +162,7 @@ TEST(BodyVerdict, FrictionBeyondCoulombsIsToldAsAnImpulse) {
 }
 
 // Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
-// lies beyond another body, so that they are no neighbours.
+// has another body in between, so that they are not neighbours.
 TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
@@ -183,7 +183,7 @@ TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
     b.torques = VectorXd::Zero(2);
   }
   EXPECT_NEAR(judge_body(log).clearance, 0.4, rounding);
-  log.body[70].state.q[1] = std::numbers::pi;  // folded back: the balls are one
+  log.body[70].state.q[1] = std::numbers::pi;  // folded back: the balls coincide
   const BodyVerdict v = judge_body(log);
   EXPECT_NEAR(v.clearance, -0.2, rounding);
   EXPECT_EQ(v.clearance_pair, "trunk and hand");
@@ -191,7 +191,7 @@ TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
   EXPECT_EQ(to_json(v)["clearance_pair"], "trunk and hand");
 }
 
-// A robot that slides is not recovered, however calm it is.
+// A robot that slides has not recovered, even if it is at rest.
 TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
   Config config;
   config.push.start = 0.0;
@@ -205,7 +205,7 @@ TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
   EXPECT_NEAR(verdict.body->slip[0], 0.011, rounding);
 }
 
-// The corners of a foot that turns about its origin slide, the farthest most.
+// When a foot rotates about its origin, its corners slide, the farthest corner most.
 TEST(BodyVerdict, SlipIsThatOfTheCornerThatMovesFarthest) {
   RunLog log = still();
   log.robot.left_foot = {between(-0.05, 0.12), between(-0.03, 0.05)};
@@ -214,7 +214,7 @@ TEST(BodyVerdict, SlipIsThatOfTheCornerThatMovesFarthest) {
   EXPECT_EQ(judge_body(log).slips_from[0], log.samples[70].time);
 }
 
-// A foot slides, and long after the robot sways: the sliding is the reason.
+// A foot slides, and the robot sways much later: the slip is the reason.
 TEST(BodyVerdict, ReasonIsTheCauseThatCameFirst) {
   Config config;
   config.push.start = 0.0;

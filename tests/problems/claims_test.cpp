@@ -1,5 +1,5 @@
-// What problems/push_recovery/experiments.md claims of the whole body, run by run. Each line is
-// what a user would type behind `saltus run push_recovery --set`. Needs the URDF, whose file
+// Claims of problems/push_recovery/experiments.md on the whole body, run by run. Each line contains
+// the arguments after `saltus run push_recovery --set`. Needs the URDF, whose file
 // SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ struct Outcome {
 
 class OnTheBody : public IcubInDart {
  protected:
-  // What is claimed holds under the conditions of the paper.
+  // The claims hold under the conditions of the paper.
   Outcome outcome(std::vector<std::string> words) {
     words.insert(words.begin(), "preset=paper");
     apply(words);

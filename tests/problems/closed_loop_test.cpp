@@ -1,4 +1,4 @@
-// Is iCub caught by the step, and only by the step?
+// iCub recovers with the step, and only with the step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-// The push comes soon, so that the runs are short; everything else is the default.
+// An early push keeps the runs short; all other settings are defaults.
 Config pushed_by(double impulse) {
   Config config;
   config.push.impulse = impulse;
@@ -75,7 +75,7 @@ TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
     ASSERT_TRUE(outcome.verdict.recovered) << late << ": " << outcome.verdict.reason;
     EXPECT_NEAR(outcome.log.touchdown, config.push.start + config.step.duration, 1e-9);
     if (late > 0.0) {
-      // A few milliseconds later the robot has moved on a little, no more: the predicted place of
+      // With a few milliseconds of delay the robot moves only slightly: the predicted place of
       // the foot, and half of that the target, shifts by omega x delay x distance to the sole's
       // edge, 6.3 ms x 4.2 / s x 0.2 m = 5 mm at the most.
       EXPECT_NEAR(outcome.verdict.angular_momentum_max, last.verdict.angular_momentum_max, 0.05);
@@ -89,11 +89,11 @@ TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
   }
 }
 
-// What a state or a contact wrench is in the mirror, (force-like | torque-like) each.
+// Signs of a mirrored state or contact wrench, (force-like | torque-like) each.
 const Vec<double, 3> image(1.0, -1.0, 1.0), axial_image(-1.0, 1.0, -1.0);
 
 TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
-  // Of metres, m/s, Nms; and of N, Nm. The two programs order rows and inputs differently, so ticks
+  // In m, m/s, Nms; and in N, Nm. The two programs order rows and inputs differently, so ticks
   // agree to the solver's tolerance only; measured are 2e-7 and 1e-4.
   constexpr double same_motion = 1e-6, same_force = 1e-3;
   struct Case {
@@ -152,7 +152,7 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
     c.planner.solver = solver;
     planners.push_back(make_mpc(c, robot, log.final_scene));
   }
-  // Through the push, the swing and the landing; what each plans is not applied.
+  // During push, swing and landing. The planned inputs are not applied.
   Vec<double, 12> applied = log.samples.front().wrenches;
   const Schedule contacts = one_foot_then_two(log.touchdown);
   std::size_t tick = 0;
@@ -180,7 +180,7 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
   EXPECT_GT(tick, 90u);
 }
 
-// One tick in five has no time to solve, up to five in a row.
+// One tick in five has no time to solve, up to five consecutive ones.
 TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
   for (const int seed : {1, 2, 3}) {
     Config config = pushed_by(6.0);
@@ -230,7 +230,7 @@ TEST(ClosedLoop, ATickOfThePlannerDoesNotAllocate) {
   }
 }
 
-// On the left foot, or in its mirror image.
+// On the left foot, or mirrored.
 Scene on_one_foot(Side side = Side::left) {
   const FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
   Scene scene;
@@ -284,8 +284,8 @@ TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
     }
 }
 
-// Where the capture point leaves the sole in these directions (degrees from forward to the left), a
-// foot on the right either catches it or is of no use.
+// For each place where the capture point leaves the sole, a step of the right foot either catches
+// the robot or has no effect.
 TEST(StepLogic, StepsOnlyWhereAFootHelpsIfAskedTo) {
   Step options;
   options.decide = StepDecision::if_it_helps;
@@ -315,7 +315,7 @@ TEST(StepLogic, AStepThatHelpsOnlyLaterCountsFromThen) {
   EXPECT_DOUBLE_EQ(logic.landing_time(), 1.75);
 }
 
-// A long push is known when it is over, and not 0.1 s after it began.
+// A long push is known only after its end, not 0.1 s after its start.
 TEST(StepLogic, ThePlaceMovesUntilShortlyBeforeTheLandingIfAskedTo) {
   Step options;
   options.decision_lead = 0.1;
@@ -343,7 +343,7 @@ std::string complaint_about(const std::string& text) {
   }
 }
 
-// They were dropped, and what nobody pushed had "recovered"; or the run had no end.
+// Earlier, such pushes were ignored and the run "recovered", or the run did not end.
 TEST(Settings, PushesAndTimesThatNoRunCanFollowAreRefused) {
   for (const char* text :
        {"push.duration=1e-7", "push.duration=1e300", "push.direction=[1e308, 1e308, 0]",
@@ -368,7 +368,7 @@ TEST(Settings, NormalForcesThatCannotCarryTheRobotAreRefused) {
   EXPECT_NO_THROW(robot_of(config));
 }
 
-// Who watches may end the run: what it has is kept and judged.
+// An observer may end the run. The verdict then uses the recorded part.
 TEST(ClosedLoop, AnInterruptedRunKeepsWhatItHas) {
   Config config;
   config.push.start = 0.1;
@@ -383,7 +383,7 @@ TEST(ClosedLoop, AnInterruptedRunKeepsWhatItHas) {
   EXPECT_EQ(verdict.reason.substr(0, 14), "interrupted at");
 }
 
-// Users' files name them.
+// Users' files contain these keys.
 TEST(Settings, EveryKeyIsStillThere) {
   Config config;
   Settings settings;
@@ -417,7 +417,7 @@ TEST(Settings, EveryKeyIsStillThere) {
   EXPECT_EQ(keys, known);
 }
 
-// Presets and footing say who plans the steps, and what goes with it.
+// Preset and stance select the step planner and its related settings.
 TEST(Settings, WhoPlansTheSteps) {
   struct Case {
     std::vector<const char*> given;
@@ -444,7 +444,7 @@ TEST(Settings, WhoPlansTheSteps) {
     EXPECT_EQ(config.planning.shortest, c.shortest);
     EXPECT_EQ(config.control.gains.tipped_reserve, c.tipped_reserve);
   }
-  Config of_map;  // which varies the time of the formula's step
+  Config of_map;  // the map varies the step time of the formula
   of_map.step_times_are_given = true;
   Settings settings;
   declare_settings(settings, of_map);
@@ -452,7 +452,7 @@ TEST(Settings, WhoPlansTheSteps) {
   EXPECT_EQ(of_map.step.planner, StepPlannerChoice::formula);
 }
 
-// Each with a part of the sentence, which names a key.
+// Each case has a part of the expected message, which names a key.
 TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
   const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
       {{"step.planner=ocp", "step.usual=0.2"}, "step.usual (0.2) must lie between step.shortest"},
@@ -478,11 +478,11 @@ TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
   }
 }
 
-// What only the robot tells: at the start of a run.
+// These errors depend on the robot and appear at the start of a run.
 TEST(Settings, FeetThatCannotGoAnywhereAreRefused) {
   Config config;
   config.step.planner = StepPlannerChoice::ocp;
-  config.planning.robot_reach = false;  // that of the settings, whether there is a URDF or not
+  config.planning.robot_reach = false;  // reach from the settings, with or without a URDF
   const RobotDescription robot = robot_of(config);
   const auto complaint = [&robot](const Config& given) {
     try {

@@ -11,7 +11,7 @@ namespace {
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0.0; }
 
-// The longest step in [0, 1] that leaves v + step dv a little above zero.
+// The longest step in [0, 1] that keeps v + step dv slightly above zero.
 double longest_step(const VectorXd& v, const VectorXd& dv) {
   constexpr double to_the_boundary = 0.999;
   double step = 1.0;
@@ -27,7 +27,7 @@ double residual(const DenseQp& p, const DenseQpResult& r) {
                    std::max(0.0, (p.G * r.z - p.h).maxCoeff()), std::max(0.0, -r.w.minCoeff())});
 }
 
-// Interior-point iterations up to the gap at which the active rows are plain.
+// Interior-point iterations until the gap identifies the active rows.
 void approach(const DenseQp& p, DenseQpResult& r, VectorXd& slack) {
   constexpr double gap_wanted = 1e-9;
   constexpr int most_iterations = 60;
@@ -75,7 +75,7 @@ void approach(const DenseQp& p, DenseQpResult& r, VectorXd& slack) {
   }
 }
 
-// The optimum with these rows as equations and the others without effect, once refined.
+// Optimum with these rows as equations and without the others, with one refinement step.
 void solve_with(const DenseQp& p, const std::vector<bool>& is_active, DenseQpResult& r) {
   std::vector<Eigen::Index> active;
   for (Eigen::Index i = 0; i < p.h.size(); ++i)
@@ -102,8 +102,8 @@ void solve_with(const DenseQp& p, const std::vector<bool>& is_active, DenseQpRes
   for (Eigen::Index i = 0; i < ma; ++i) r.w[active[i]] = solution[n + me + i];
 }
 
-// Rows whose multiplier outweighs their slack become equations; the few that the iterations left
-// undecided are dropped or added until all signs are right.
+// Rows with a multiplier above their slack become equations. The remaining undecided rows are
+// dropped or added until all signs are correct.
 void polish(const DenseQp& p, DenseQpResult& r, const VectorXd& slack) {
   constexpr double undecided = 1e-10;
   constexpr int max_corrections = 20;

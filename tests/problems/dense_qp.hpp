@@ -19,14 +19,14 @@ struct DenseQpResult {
   double cost = 0.0;
   VectorXd z;
   VectorXd y;  ///< multipliers of A z = b: P z + q + A'y + G'w = 0
-  VectorXd w;  ///< multipliers of G z <= h, not negative; zero on rows with room
+  VectorXd w;  ///< multipliers of G z <= h, nonnegative; zero on inactive rows
   /// Largest entry of gradient of the Lagrangian, violation and negative multiplier, in z / scale.
   double residual = infinity;
   int iterations = 0;
 };
 
 /// Mehrotra's predictor-corrector method on dense matrices, then the active rows as equations.
-/// Throws nothing; `optimal` when the residual is at most `tolerance`.
+/// Does not throw; `optimal` if the residual is at most `tolerance`.
 DenseQpResult solve(const DenseQp& qp, double tolerance = 1e-10);
 
 }  // namespace saltus::testing

@@ -9,7 +9,7 @@ namespace {
 
 using Matrix9 = Mat<double, 9, 9>;
 
-// Rows that are collected one by one.
+// Collects rows one by one.
 struct Rows {
   explicit Rows(Eigen::Index columns) : matrix(0, columns) {}
   MatrixXd matrix;
@@ -64,7 +64,7 @@ DenseStepRecovery build(const StepRecovery& s) {
   constexpr double same = 1e-9;
   const auto landed = [&](int node) { return result.times[node] > s.impact - same; };
 
-  // Dynamics: the torque of the CoM's shift counts with the force before the horizon.
+  // Dynamics: the torque due to CoM motion uses the force before the horizon.
   Matrix9 A = Matrix9::Zero();
   A.block<3, 3>(0, 3).setIdentity();
   A.block<3, 3>(6, 0) = skew<double>(s.force);

@@ -1,10 +1,10 @@
 // The quadratic program of the push recovery problem, built from its equations.
 //
-// An independent second derivation for tests: knows nothing of framework, robots or problems.
+// An independent derivation for tests, without code from framework, robots or problems.
 // State x = (CoM, velocity, angular momentum), input f = (left wrench, right wrench), world axes:
 //   x' = A x + B f + c,  A^3 = 0, so over an interval of length h exactly
 //   x(h) = (I + h A + h^2/2 A^2) x + E (B f + c),  E = h I + h^2/2 A + h^3/6 A^2.
-// Nodes at the multiples of dt and at the impact; costs of node k weighed with h_k:
+// Nodes at the multiples of dt and at the impact; costs of node k weighted with h_k:
 //   sum_k h_k/2 (|x_k - x_d|^2_Kg + |f_k|^2_Kf + [t_k >= t_impact] (|x_k - x_d|^2_Ki
 //     + |xi_k - xi_d|^2_Kc)) + 1/2 |x_N - x_d|^2_Ki,  xi = capture point,
 // and on request for the wrenches of feet that stand in both intervals, with h_(-1) = dt:
@@ -40,7 +40,7 @@ struct StepRecovery {
   Vec<double, 2> hull_x{-0.05, 0.1}, hull_y{-0.15, 0.1};
 };
 
-/// The program and where its parts stand in z = (x_0, .., x_N, f_0, .., f_(N-1)).
+/// The program and the positions of its parts in z = (x_0, .., x_N, f_0, .., f_(N-1)).
 struct DenseStepRecovery {
   DenseQp qp;
   std::vector<double> times;  ///< times of the nodes

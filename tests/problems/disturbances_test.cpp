@@ -1,5 +1,5 @@
-// What disturbs the whole body in DART: does the step still catch 6 N s? Needs the URDF, whose file
-// SALTUS_ICUB_URDF names.
+// Disturbances of the whole body in DART: the step must still recover from 6 N s. Needs the URDF,
+// whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,8 +36,8 @@ TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
-  // The log has the truth: between two samples 2 ms apart the CoM moves by less than its speed
-  // allows, which 1 mm of noise would exceed.
+  // The log has the simulated state: between two samples 2 ms apart the CoM moves by less than its
+  // speed allows, which 1 mm of noise would exceed.
   constexpr double fastest = 0.6;  // m/s
   for (std::size_t i = 1; i < log.samples.size(); ++i)
     ASSERT_LT((log.samples[i].gamma - log.samples[i - 1].gamma).head<3>().norm(),
@@ -48,7 +48,7 @@ TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
 // Required accuracy of the estimate, relative to the stance sole: 5 mm, and 0.02 m/s rms.
 TEST_F(Disturbed, StepCatchesAPushByWhatTheSensorsTell) {
   config.plant.sensors = SensorChoice::measured;
-  config.push.start = 0.5;  // s; the estimate has found the base's first tilt
+  config.push.start = 0.5;  // s; the estimate of the base's tilt has converged
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
@@ -83,7 +83,7 @@ TEST_F(Disturbed, SlipperyGround) {
   expect_recovery();
 }
 
-// The foot meets the ground before or after it is due; the landing is when it does.
+// The foot touches the ground early or late. The landing is at the actual contact.
 TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
@@ -96,7 +96,7 @@ TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
       EXPECT_LT(log.touchdown, level.touchdown - 0.01);  // a period of the planner
     else
       EXPECT_GT(log.touchdown, level.touchdown + 0.01);
-    // It stands there; contacts yield by a millimetre or two.
+    // The foot rests there; contacts penetrate by 1 to 2 mm.
     EXPECT_NEAR(log.body.back().right_sole.translation()[2], height, 0.002);
     EXPECT_NEAR(log.body.back().left_sole.translation()[2], 0.0, 0.002);
   }

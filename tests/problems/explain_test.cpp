@@ -1,5 +1,5 @@
-// Problems of the library and of push recovery, spoilt in different ways: is the right term named,
-// at the right time and by the right amount, and does what is proposed help?
+// Problems of the library and of push recovery, made infeasible in different ways. The explanation
+// must name the right term, time and amount, and its remedy must work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,20 +37,20 @@ void start_with(OptimalControlProblem& problem, int i, double value) {
   problem.start_at(start);
 }
 
-// A push can always be met by large forces; not by a body that stays at its height and does not
-// turn.
+// Large forces can compensate any push, unless the body must keep its height and must not
+// rotate.
 void keep_upright(OptimalControlProblem& problem) {
   problem.editable_phase(0).state_bounds = {
       {2, between(0.49, 0.51)}, {6, between(-0.2, 0.2)}, {7, between(-0.2, 0.2)}};
 }
 
 struct Spoilt {
-  const char* name;  ///< of the test: what was done
-  const char* id;    ///< of the problem
+  const char* name;  ///< name of the test: the change to the problem
+  const char* id;    ///< identifier of the problem
   std::function<void(OptimalControlProblem&)> spoil;
-  const char* term;              ///< that is missed most
+  const char* term;              ///< term with the largest violation
   double time;                   ///< s; NaN: the end
-  std::optional<double> amount;  ///< where it is known by hand
+  std::optional<double> amount;  ///< violation, if known analytically
 };
 
 const double at_the_end = std::nan("");
@@ -85,7 +85,7 @@ const Spoilt all[] = {
      [](auto& p) {
        p.editable_phase(2).state_bounds = {{0, at_least(0.999)}};
      },
-     "state 0", 0.02, std::nullopt},  // the parts before it last 0.01 at least
+     "state 0", 0.02, std::nullopt},  // the earlier phases last at least 0.01
     {"weak_inputs_under_a_link", "E02",
      [](auto& p) {
        for (const int j : {1, 2}) p.editable_phase(j).input_bounds = {{0, between(-0.1, 0.1)}};
@@ -151,12 +151,12 @@ const Spoilt all[] = {
      "capture point in hull", at_the_end, std::nullopt},
 };
 
-// ---- the planner of steps of push recovery ------------------------------------------------------
+// ---- the step planner of push recovery ----------------------------------------------------------
 
 using push_recovery::reach_rows;
 using push_recovery::StepModel;
 
-// A step that cannot catch the robot: one foot stands, or both, and the capture point moves.
+// A step that cannot recover: one foot or both in contact, and a moving capture point.
 struct LostStep {
   const char* name;
   int steps;
@@ -164,7 +164,7 @@ struct LostStep {
   Vec<double, 2> capture;  // m, forward and to the swing side
   std::function<void(StepModel&)> spoil;
   const char* term;
-  bool may_hurry = false;  // the time of the swing is negotiable
+  bool may_hurry = false;  // the swing time is free
 };
 
 HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
@@ -173,7 +173,7 @@ HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
   return SupportPolygon::hull(corners).half_planes(reach_rows);
 }
 
-// What has a penalty there must hold here.
+// Penalised constraints of the planner are hard constraints here.
 OptimalControlProblem problem_of(const LostStep& lost) {
   StepModel model;
   model.reach = rectangle(-0.25, 0.25, 0.13, 0.31);
@@ -236,7 +236,7 @@ const LostStep lost_steps[] = {
 // ---- both
 // -----------------------------------------------------------------------------------------
 
-// Everything but the names: times, amounts by Ipopt, changes carried out.
+// Checks all but the names: times, amounts (with Ipopt), and the proposed changes.
 void expect_explained(const OptimalControlProblem& problem, const ShootingOptions& options,
                       const char* name, const char* term, double asked_time,
                       const std::optional<double>& amount) {
@@ -264,7 +264,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
   ASSERT_TRUE(is_success(other.status)) << describe(other.status);
   EXPECT_NEAR(e.relaxation, elastic.relaxation(other.point.w), 1e-3 * e.relaxation);
 
-  // What is proposed, carried out: from the problem's own guess or from the relaxed motion.
+  // Apply the proposed changes: solve from the problem's own guess or from the relaxed motion.
   ASSERT_FALSE(e.remedies.empty());
   for (const Remedy& remedy : e.remedies) {
     OptimalControlProblem better = problem;

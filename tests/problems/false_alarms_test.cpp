@@ -1,4 +1,4 @@
-// No problem of the library is warned about: what looks like a mistake elsewhere is none there.
+// The problems of the library cause no warnings, although some look like typical mistakes.
 #include <gtest/gtest.h>
 
 #include "problems/library/catalogue.hpp"

@@ -1,4 +1,4 @@
-// Is the reach of a foot what the robot's kinematics says, and is it kept?
+// The reach of a foot matches the robot's kinematics, and the cache keeps it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -31,7 +31,7 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
     fmt::print("foot {:.3f} {:.3f}\n", corner[0], corner[1]);
   for (const Point2& corner : found->from_com)
     fmt::print("CoM {:.3f} {:.3f}\n", corner[0], corner[1]);
-  // Steps that iCub has taken in DART are within, crossed or touching legs are not.
+  // Steps that iCub takes in DART are inside; places with crossed or touching legs are outside.
   EXPECT_TRUE(from_foot.contains(Point2(0.0, 0.14)));
   EXPECT_TRUE(from_foot.contains(Point2(0.0, 0.25)));
   EXPECT_TRUE(from_foot.contains(Point2(0.15, 0.14)));
@@ -39,7 +39,7 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
   EXPECT_FALSE(from_foot.contains(Point2(0.0, -0.05)));
   EXPECT_FALSE(from_foot.contains(Point2(0.6, 0.14)));
 
-  // What is ahead of the CoM is ahead of it: iCub's legs reach farther back than forward.
+  // Sign check of the forward axis: iCub's legs reach farther backward than forward.
   const SupportPolygon from_com = hull_of(found ? found->from_com : std::vector<Point2>{});
   const Point2 back(-0.215, 0.285);
   EXPECT_TRUE(from_com.contains(back));
@@ -53,7 +53,7 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
     EXPECT_EQ(read->from_com[i], found->from_com[i]);
   }
 
-  // From the file: marked, to see that it is read.
+  // Modify the file to verify that it is read.
   for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
     std::ofstream marked(file.path());
     for (int i = 0; i < 2 * reach_directions; ++i) marked << i << " 7\n";
@@ -61,7 +61,7 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
   const auto again = cached_foot_reach(*urdf, description, folder);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->from_com[0], Point2(reach_directions, 7.0));
-  // Of another robot it is not.
+  // The file is not read for another robot.
   RobotDescription other = description;
   other.contact_plane_offset += 1e-3;
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1);

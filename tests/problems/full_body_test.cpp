@@ -17,14 +17,14 @@ TEST_F(FullBody, StepCatchesAPush) {
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
   EXPECT_EQ(log.control_failures, 0);
-  // Lands when it was meant to, give or take two periods of the planner.
+  // Lands at the planned time within two planner periods.
   EXPECT_NEAR(log.touchdown, config.push.start + config.step.duration, 0.04);
   const Vec<double, 3> stance = log.body.back().left_sole.translation();
   EXPECT_LT(stance.norm(), 0.01);  // the stance foot did not slip
   for (std::size_t i = 0; i < log.body.size(); ++i)
     ASSERT_LT(log.body[i].torques.cwiseAbs().maxCoeff(), 56.0) << log.samples[i].time;  // Nm
-  // What the ground gives, and weight and push, are what the momentum gained: nothing is left out
-  // between two samples. The first has one step of the engine behind it.
+  // The impulses of ground, weight and push equal the change of momentum, so samples miss no force.
+  // The first sample covers one engine step.
   const double mass = log.floating.total_mass, engine_step = config.plant.engine.step;
   const double period = config.control.period;
   Vec<double, 3> impulse = Vec<double, 3>::Zero();
@@ -39,7 +39,7 @@ TEST_F(FullBody, StepCatchesAPush) {
 }
 
 TEST_F(FullBody, MomentumControlStepsToo) {
-  config.push.impulse = 4.5;  // N s; beyond, its angular momentum comes close to the limit
+  config.push.impulse = 4.5;  // N s; above, the angular momentum is close to the limit
   config.control.choice = WholeBodyChoice::momentum;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
@@ -60,11 +60,11 @@ TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
     for (const Sample& s : log.samples) y = std::max(y, side * s.capture_point[1]);
     return y;
   };
-  // The capture point is driven more than 0.1 m out.
+  // The push moves the capture point by more than 0.1 m.
   EXPECT_GT(farthest(right, 1.0), 0.1);
   EXPECT_NEAR(farthest(left, -1.0), farthest(right, 1.0), 0.005);
   EXPECT_NEAR(left.touchdown, right.touchdown, 0.010);
-  EXPECT_LT(right.body.back().right_sole.translation().norm(), 0.01);  // stands where it stood
+  EXPECT_LT(right.body.back().right_sole.translation().norm(), 0.01);  // did not move
   EXPECT_GT(right.body.back().left_sole.translation()[1], 0.1);
 }
 

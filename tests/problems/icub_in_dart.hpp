@@ -21,9 +21,9 @@ class IcubInDart : public testing::Test {
     robot = icub(urdf);
     config.plant.choice = PlantChoice::dart;
     config.robot.urdf = urdf;
-    config.push.start = 0.2;  // s; earlier than by default, to be short
+    config.push.start = 0.2;  // s; earlier than the default, for a short run
   }
-  // As behind `saltus run push_recovery --set`.
+  // Applies arguments as after `saltus run push_recovery --set`.
   void apply(const std::vector<std::string>& words) {
     Settings settings;
     declare_settings(settings, config);

@@ -1,4 +1,4 @@
-// Does the optimum follow the time of the impact without jumps, on and off the grid?
+// The optimum depends on the impact time without jumps, on and off the grid.
 #include "benchmarks/impact_sweep.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-// Ipopt is asked for 1e-10; the residual that we recompute has other scaling factors.
+// Ipopt's tolerance is 1e-10; our recomputed residual uses other scaling factors.
 constexpr double largest_kkt = 1e-8;
 
 SweepPoint solved(ImpactSweep& sweep, double impact_time) {

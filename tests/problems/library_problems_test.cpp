@@ -1,4 +1,4 @@
-// `saltus run` for problems of the library: can every one be found, and are its tables right?
+// `saltus run` for problems of the library: finds each one and writes correct tables.
 #include "problems/suite/library_problems.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace saltus {
 namespace {
 
-// A CSV table by lines and cells; no quoted cells here.
+// Lines and cells of a CSV table without quoted cells.
 std::vector<std::vector<std::string>> table_of(const std::filesystem::path& file) {
   std::vector<std::vector<std::string>> rows;
   std::istringstream stream(file_content(file));
@@ -30,7 +30,7 @@ std::vector<std::vector<std::string>> table_of(const std::filesystem::path& file
 }
 
 struct LibraryProblems : testing::Test {
-  // The exit status of `saltus run NAME ...`, its results in the folder.
+  // Exit status of `saltus run NAME ...`, with the results in the folder.
   int run(std::vector<const char*> words) {
     const std::string out = folder.path().string();
     words.insert(words.begin(), {"saltus", "run"});
@@ -192,7 +192,7 @@ TEST_F(LibraryProblems, ALoopLeavesItsTicksAndHonestFigures) {
   EXPECT_EQ(s.at("fallbacks"), 0);
   EXPECT_GT(s.at("worst_tick").at("seconds").get<double>(), 0.0);
   EXPECT_NEAR(s.at("cost_of_plan_by_solver").get<double>(), 2.570651595764464, 1e-8);
-  // Held for a tenth of a second, ramps of the input become stairs.
+  // A zero-order hold of 0.1 s turns ramps of the input into stairs.
   EXPECT_NEAR(s.at("cost_of_plan").get<double>(), 2.57, 0.05);
   EXPECT_GT(s.at("cost").get<double>(), 0.0);
   const auto events = table_of(folder / "events.csv");
@@ -206,7 +206,7 @@ TEST_F(LibraryProblems, ALoopLeavesItsTicksAndHonestFigures) {
   ASSERT_EQ(run({"A20", "--loop", "--loop.period=0.1", "--loop.disturbance=0.01", "--loop.seed=3",
                  "--pictures=false"}),
             0);
-  EXPECT_EQ(file_content(folder / "trajectory.csv"), trajectory);  // the seed decides
+  EXPECT_EQ(file_content(folder / "trajectory.csv"), trajectory);  // same seed, same result
 }
 
 TEST_F(LibraryProblems, ARegulatorRecedesAndStepsByChoice) {

@@ -1,4 +1,4 @@
-// Is a survival map what its rows say: order, what is not run, resuming, refusing, the whole way?
+// Survival maps: order of runs, skipped cells, resuming, invalid requests, and complete maps.
 #include "problems/biped/survival/map.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ PendulumBound bound_of(const Config& config, const RobotDescription& robot) {
   return pendulum_bound(config.push, config.step, config.scene, robot);
 }
 
-// The height of the published figures.
+// The pendulum height of the published figures.
 PendulumBound published() {
   PendulumBound bound = bound_of({}, icub());
   bound.height = 0.534;
@@ -85,26 +85,26 @@ TEST(PendulumBound, AlongTheAxesOfTheFootIsTheOneDimensionalBound) {
   };
   constexpr double rounding = 1e-9;  // N s; also that of the cosine of a quarter turn
   for (const double landing : {0.3, 0.45, 0.6}) {
-    // The new sole's edge beyond the stance sole's, at its farthest place.
+    // Distance from the stance sole's edge to the new sole's edge at its farthest place.
     EXPECT_NEAR(bound.largest_impulse(right, landing),
                 along_axis(0.031, 0.30 + 0.041 - 0.031, landing), rounding);
     EXPECT_NEAR(bound.largest_impulse(forward, landing), along_axis(0.1065, 0.25, landing),
                 rounding);
     EXPECT_NEAR(bound.largest_impulse(back, landing), along_axis(0.0535, 0.25, landing), rounding);
-    // The right foot has no place on the left: a step is of no use.
+    // The right foot cannot step to the left, so a step has no effect.
     EXPECT_NEAR(bound.largest_impulse(left, landing), along_axis(0.041, 0.0, landing), rounding);
     EXPECT_NEAR(bound.largest_impulse(left, {}), along_axis(0.041, 0.0, landing), rounding);
   }
 }
 
-// The farthest point of a rectangle along a normal.
+// Support function of a rectangle along a normal.
 double support(const FootRectangle& r, const Point2& n, const Point2& shift = Point2(0.0, 0.0)) {
   return n.dot(shift) + std::max(n[0] * r.x.lower, n[0] * r.x.upper) +
          std::max(n[1] * r.y.lower, n[1] * r.y.upper);
 }
 
-// Without polygons: a point lies in a convex set if no normal separates them, and on its border if
-// one touches. The support of a sum is the sum of supports, that of a hull the larger one.
+// Check without polygons: a point is in a convex set if no normal separates them, and on its border
+// if one touches. The support of a sum is the sum of supports, that of a hull their maximum.
 TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
   const PendulumBound bound = published();
   const double omega = std::sqrt(9.81 / bound.height);
@@ -128,7 +128,7 @@ TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
         gap =
             std::min(gap, (1.0 - late) * support(bound.stance_foot, n) + late * both - n.dot(end));
       }
-      // Up to the rounding, and the angle between normals times the length of a side.
+      // Tolerance: rounding, and the angle between normals times the length of a side.
       EXPECT_GT(gap, -1e-12) << angle;
       EXPECT_LT(gap, 1e-4) << angle;
     }
@@ -140,16 +140,17 @@ TEST(PendulumBound, CountsAPushByItsShape) {
   const double constant = bound.largest_impulse(right, {});
   bound.push.shape = PushShape::triangle;
   const double omega = std::sqrt(9.81 / bound.height), half = 0.5 * bound.push.duration;
-  // A triangle is a rectangle of half the length smeared by itself: its mean decay is the square.
+  // A triangle is the convolution of a rectangle of half the length with itself: its mean decay is
+  // the square.
   const double decay = std::pow((1.0 - std::exp(-omega * half)) / (omega * half), 2);
   EXPECT_NEAR(bound.largest_impulse(right, {}), bound.mass * omega * 0.031 / decay, 1e-8);
-  // Against the rectangle the variance about the same middle is T^2 / 24 in place of T^2 / 12.
+  // The variance about the same middle is T^2 / 24, and T^2 / 12 for the rectangle.
   const double spread = std::pow(omega * bound.push.duration, 2) / 48.0;
   constexpr double higher_orders = 1e-3;  // N s
   EXPECT_NEAR(bound.largest_impulse(right, {}), constant * (1.0 + spread), higher_orders);
 }
 
-// Of the planner that decides itself, by its rectangle.
+// Settings of the planner that chooses its steps, with a rectangular reach.
 Config stepping(Stance stance, int most) {
   Config config;
   config.scene.stance = stance;
@@ -178,7 +179,7 @@ TEST(PendulumBound, OneStepOfAnyTimeIsThatOfTheShortest) {
     EXPECT_NEAR(bound.largest_impulse_in(angle, 1), bound.largest_impulse(angle, 0.3), rounding);
     EXPECT_GE(bound.largest_impulse_in(angle, 2), bound.largest_impulse_in(angle, 1) - rounding);
   }
-  // Each step wins less than e times what the one before has won.
+  // Each step gains at most e times the gain of the previous one.
   const double e = std::exp(-std::sqrt(9.81 / bound.height) * 0.3);
   const auto won = [&](int n) {
     return bound.largest_impulse_in(forward, n) - bound.largest_impulse_in(forward, n - 1);
@@ -188,7 +189,7 @@ TEST(PendulumBound, OneStepOfAnyTimeIsThatOfTheShortest) {
   EXPECT_FALSE(PushRecovery(Config{}).step_bounds(icub()));  // the formula's time is a setting
 }
 
-// Along one axis these are the margins of Koolen and others.
+// Along one axis these are the margins of Koolen et al.
 TEST(Capturability, ForwardItIsThatOfTheLine) {
   const FootRectangle sole{between(-0.08, 0.08), between(-0.03, 0.03)};
   const SteppingLimits limits{sole, sole, {{-0.3, 0.1}, {0.3, 0.1}, {0.3, 0.3}, {-0.3, 0.3}}, 0.35};
@@ -201,8 +202,8 @@ TEST(Capturability, ForwardItIsThatOfTheLine) {
   }
 }
 
-// To the side standing on both holds more than the inner edge of one until the other has been
-// carried away; forward every step counts.
+// Sideways, both feet on the ground resist more than the inner edge of one foot during the swing of
+// the other. Forward, every step increases the bound.
 TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
   const PendulumBound bound = bound_of_steps(Stance::both, 1);
   ASSERT_TRUE(bound.other_foot);
@@ -210,7 +211,7 @@ TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
   const double per_metre = bound.mass * omega * (omega * bound.push.duration) /
                            (1.0 - std::exp(-omega * bound.push.duration));
   const double outer = 0.041, length = 0.16, step = 0.25;  // of a sole, m, and its step
-  constexpr double skew = 0.03;  // N s: in the posture the feet are not quite side by side
+  constexpr double skew = 0.03;  // N s: in the posture the feet are not exactly side by side
   EXPECT_NEAR(bound.largest_impulse(right, {}), (0.5 * apart + outer) * per_metre, skew);
   EXPECT_NEAR(bound.largest_impulse(forward, {}), 0.5 * length * per_metre, skew);
   EXPECT_NEAR(bound.largest_impulse_in(right, 0), bound.largest_impulse(right, {}), skew);
@@ -236,7 +237,7 @@ TEST(PendulumBound, RefusesNonsense) {
   EXPECT_THROW(bound.largest_impulse(right, {}), DefinitionError);
 }
 
-// ---- what a run came to ----
+// ---- results of a run ----
 
 // Capture points at 0.02, 0.05 and 0.01 m along the push.
 RunLog map_log() {
@@ -267,7 +268,7 @@ TEST(MapRow, HasTheFiguresOfTheRun) {
   EXPECT_EQ(stands.bound, 9.0);
   EXPECT_EQ(stands.outcome, MapOutcome::recovered);
   EXPECT_EQ(stands.icp_furthest, 0.05);
-  EXPECT_EQ(stands.failed_solves, 1);  // no time is no failure
+  EXPECT_EQ(stands.failed_solves, 1);  // running out of time is not a failure
   EXPECT_FALSE(stands.stepped);
   EXPECT_TRUE(std::isnan(stands.icp_settling));
   EXPECT_TRUE(std::isnan(stands.touchdown));
@@ -306,7 +307,7 @@ TEST(MapRow, SaysHowItEnded) {
   failed.control_calls = 100;
   failed.control_failures = 2;
   EXPECT_EQ(outcome(MapController::mpc, failed, verdict), MapOutcome::failed);
-  // Without a step, a foot that hopped or a base that stays tilted is no recovery.
+  // Without a step, a hop of a foot or a tilted base at the end is not a recovery.
   verdict.body.emplace();
   EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::recovered);
   verdict.body->feet_moved = standing_move;
@@ -321,7 +322,7 @@ TEST(MapRow, SaysHowItEnded) {
 
 MapRequest parse(const Words& words) {
   Config config;
-  config.step_times_are_given = true;  // as the verb has it
+  config.step_times_are_given = true;  // as the verb `map` sets it
   return parse_map_request(PushRecovery(config), words);
 }
 
@@ -442,7 +443,7 @@ TEST(MapCells, LinesReadBack) {
 
 // ---- the plan ----
 
-constexpr double made_up_bound = 3.2;  // N s, and 1 for each second of the step
+constexpr double made_up_bound = 3.2;  // N s, plus 1 for each second of step time
 
 MapPlan plan_of(MapGrid grid) {
   return {std::move(grid), [](const MapCell& c) { return made_up_bound + c.step_time; }};
@@ -473,7 +474,7 @@ std::vector<double> impulses_run(MapPlan& plan, const std::function<bool(double)
   return run;
 }
 
-// Who decides about the times itself has one ray per direction.
+// A planner that chooses the step times has one ray per direction.
 TEST(MapCommandLine, TheOptimumHasNoStepTimes) {
   const MapRequest request = parse({"--set", "step.planner=ocp", "--set", "stance=both"});
   EXPECT_TRUE(request.grid.step_times.empty());
@@ -509,7 +510,7 @@ TEST(MapPlan, NoStepRunsOnceWhateverTheStepTimes) {
 
 TEST(MapPlan, ThreeFailuresBeyondTheBoundEndARay) {
   MapPlan plan = plan_of(one_ray());
-  // 2 and 3 fail below the bound of 3.8 and do not count; then 4, 5, 6.
+  // 2 and 3 fail below the bound of 3.8 and do not count; 4, 5 and 6 do.
   EXPECT_EQ(impulses_run(plan, [](double j) { return j < 1.5; }),
             (std::vector<double>{1, 2, 3, 4, 5, 6}));
   EXPECT_TRUE(plan.is_complete());
@@ -541,7 +542,7 @@ TEST(MapPlan, ARunThatCrashedSaysNothingAboutThePush) {
   EXPECT_EQ(runs, 8);
 }
 
-// With one cell of a ray at a time it does not matter how many run at once.
+// A ray runs one cell at a time, so the number of parallel runs has no effect.
 TEST(MapPlan, CellsOfOneRayWaitForEachOther) {
   MapGrid grid = one_ray();
   grid.directions = {0.0, 180.0};
@@ -570,7 +571,8 @@ TEST(MapPlan, WithoutAStepItsTimeIsOfNoMatter) {
     EXPECT_EQ(kept[i].cell.impulse, 1.0);
     EXPECT_EQ(kept[i].known_from, "step 0.3");
     EXPECT_EQ(kept[i].seconds, 0.0);
-    EXPECT_EQ(kept[i].bound, made_up_bound + kept[i].cell.step_time);  // its own
+    EXPECT_EQ(kept[i].bound,
+              made_up_bound + kept[i].cell.step_time);  // the bound of its own step time
   }
   EXPECT_EQ(plan.finish(row_of(*plan.next(), true)).size(), 1u);
 }
@@ -585,7 +587,7 @@ TEST(MapPlan, ResumesWhereItStopped) {
   MapPlan again = plan_of(one_ray());
   for (const MapRow& row : rows) again.restore(row);
   EXPECT_EQ(again.known(), 6);
-  EXPECT_EQ(again.resume().size(), 2u);  // given up, as before
+  EXPECT_EQ(again.resume().size(), 2u);  // skipped, as before
   EXPECT_FALSE(again.next());
   EXPECT_TRUE(again.is_complete());
 
@@ -594,7 +596,7 @@ TEST(MapPlan, ResumesWhereItStopped) {
   EXPECT_TRUE(all.resume().empty());
   EXPECT_EQ(all.next()->impulse, 7.0);
 
-  // Failed cells are tried again; those of another grid are left alone.
+  // Failed cells run again; cells of another grid stay unchanged.
   MapPlan retry = plan_of(one_ray());
   rows[0].outcome = MapOutcome::failed;
   rows[1].cell.impulse = 2.5;
@@ -603,7 +605,7 @@ TEST(MapPlan, ResumesWhereItStopped) {
   EXPECT_EQ(retry.next()->impulse, 1.0);
 }
 
-// All of a square of radius 4 within one of radius 5: 16 of 25.
+// A recovered square of radius 4 in a bound of radius 5: 16 of 25.
 TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
   MapGrid grid = one_ray();
   grid.directions = {0.0, 90.0, 180.0, 270.0};
@@ -623,7 +625,7 @@ TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
   EXPECT_TRUE(contains(text, "| 90 deg | 4 | 5.0 |"));
   EXPECT_TRUE(contains(text, "| 90 deg | 64 % |"));
   EXPECT_TRUE(contains(text, "| all, (N s)^2 | 32 of 50: 64 % |"));
-  // What is recovered up to the largest push of the grid is a share at least.
+  // If the largest push of the grid is recovered, the share is a lower bound.
   grid.impulses = {4};
   MapPlan small(grid, [](const MapCell&) { return 5.0; });
   for (const auto& [cell, row] : plan.rows()) small.restore(row);
@@ -706,11 +708,11 @@ TEST(MapFile, RefusesAnotherMap) {
   EXPECT_TRUE(contains(complaint(settings), "results of another kind"));
 }
 
-// ---- the whole way, on the centroidal model ----
+// ---- complete maps, on the centroidal model ----
 
 TEST(Map, FourCellsEndToEnd) {
   const TemporaryFolder folder;
-  // Forward only; without a step 2 N s stand, 20 N s do not.
+  // Forward only. Without a step, the robot recovers from 2 N s but not from 20 N s.
   const Words words{"--directions",  "1",
                     "--impulses",    "2,20",
                     "--step-times",  "0.6",
@@ -750,13 +752,13 @@ TEST(Map, FourCellsEndToEnd) {
     EXPECT_FALSE(rows.at({MapController::capture_point, 0.6, 0.0, 2.0}).stepped);
     EXPECT_TRUE(contains(map_summary(plan), "| 0 deg |"));
   }
-  // Again: nothing is run, nothing is written. With other settings: refused.
+  // A second call runs and writes nothing. Other settings are refused.
   ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
   EXPECT_EQ(file_content(folder / map_csv), csv);
   Words other = words;
   other.insert(other.end(), {"--set", "push.duration=0.2"});
   EXPECT_TRUE(contains(complaint_of([&] { run_map(parse(other)); }), "push.duration: 0.1"));
-  // A line lost is a cell run again, to the same figures but its time.
+  // The cell of a missing line runs again, with the same figures except its time.
   const std::size_t last = csv.find_last_of('\n', csv.size() - 2) + 1;
   std::filesystem::resize_file(folder / map_csv, last);
   ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
@@ -768,7 +770,7 @@ TEST(Map, FourCellsEndToEnd) {
   EXPECT_EQ(to_line(*lost), to_line(*found));
 }
 
-// Rows come in the order in which cells end; which there are and what they say is the same.
+// Rows are in the order in which cells end. The set of rows and their contents are the same.
 TEST(Map, IsTheSameToTheBitWithAnyNumberOfJobs) {
   std::vector<std::set<std::string>> lines;
   for (const char* jobs : {"1", "3"}) {
@@ -836,10 +838,10 @@ TEST(Map, AnInterruptKeepsWhatIsThere) {
   const auto written = lines();
   EXPECT_LT(written, 16 * 500);
   const MapFile file(folder.path(), file_content(folder / map_settings));
-  EXPECT_EQ(static_cast<long>(file.rows().size()), written - 1);  // nothing was cut off
+  EXPECT_EQ(static_cast<long>(file.rows().size()), written - 1);  // no row was truncated
 }
 
-// Why a cell may be known from another step time.
+// The reason why a result may be copied from another step time.
 TEST(Map, WithoutAStepTheRunsAreTheSame) {
   std::vector<MapRow> rows;
   for (const double step_time : {0.3, 0.6}) {

@@ -1,6 +1,6 @@
 // Case C01: quadratic programs of walking robots (qpsolvers/mpc_qpbenchmark), solved to the digits
-// of optima that were computed independently. The files are found through the environment variable
-// SALTUS_REFERENCE_DATA.
+// of independently computed optima. The environment variable SALTUS_REFERENCE_DATA names the folder
+// of the files.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Two engines on what comes of a push: the step must recover in MuJoCo as in DART. Needs the URDF,
+// The result of a push in two engines: the step must recover in MuJoCo as in DART. Needs the URDF,
 // whose file SALTUS_ICUB_URDF names.
 #include <algorithm>
 
@@ -37,9 +37,9 @@ TEST_P(MujocoStep, RecoversAsInDart) {
     RecordProperty(engine + "_plant_seconds",
                    std::to_string(log.plant_seconds / log.samples.back().time));
   }
-  // What two engines may differ by and still be called the same robot.
+  // Accepted differences between the two engines.
   EXPECT_NEAR(lowest[0], lowest[1], 0.005);  // m
-  // The smallest of the pushes is caught standing.
+  // The robot recovers from the smallest push without a step.
   ASSERT_EQ(touchdown[0] < infinity, touchdown[1] < infinity);
   if (touchdown[0] < infinity) {
     EXPECT_NEAR(touchdown[0], touchdown[1], 0.020);  // s

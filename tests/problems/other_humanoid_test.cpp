@@ -1,5 +1,5 @@
-// Any humanoid by URDF and configuration file: a biped made up here stands and takes a push in
-// DART, and what its files lack or say wrongly is refused in one sentence, exit status 2.
+// Any humanoid from URDF and configuration file: a synthetic biped balances and is pushed in DART.
+// Incomplete or invalid files are refused in one sentence, exit status 2.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +67,7 @@ std::string replaced(std::string text, const std::string& old, const std::string
   return text.replace(at, old.size(), by);
 }
 
-// Links of even density: the box of the inertia is the one that is drawn.
+// Homogeneous links: the box with the same inertia equals the drawn box.
 TEST_F(OtherHumanoid, BoxesInPlaceOfMeshesAreThoseOfTheInertia) {
   biped.feet_have_boxes = false;
   write(biped.yaml(), biped.urdf());
@@ -84,7 +84,7 @@ TEST_F(OtherHumanoid, BoxesInPlaceOfMeshesAreThoseOfTheInertia) {
     Vec<double, 3> size = box.size, drawn = look.visuals.at(0).size;
     std::sort(size.begin(), size.end());
     std::sort(drawn.begin(), drawn.end());
-    // Light ones are drawn smaller, in the same proportions.
+    // Light links have smaller boxes with the same proportions.
     EXPECT_LE(size.prod(), drawn.prod() * (1.0 + rounding)) << body.name;
     EXPECT_LT((size.normalized() - drawn.normalized()).norm(), rounding) << body.name;
     EXPECT_LT((box.pose.translation() - body.com).norm(), rounding) << body.name;

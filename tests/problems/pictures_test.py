@@ -23,7 +23,7 @@ URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 LEAST_PICTURE = 5000  # bytes: an empty page of this size compresses to less
 PNG = b"\x89PNG\r\n\x1a\n"
 
-# What the replay's page asks of a browser, doing nothing.
+# Stub of the browser functions that the replay page uses.
 NO_BROWSER = """
 const nothing = () => {};
 const element = () => ({ style: {}, dataset: {}, clientWidth: 400, clientHeight: 300, appendChild: nothing,
@@ -108,7 +108,7 @@ class Pictures(unittest.TestCase):
     def test_a_full_disk_is_said(self):
         results = path("full")
         shutil.copytree(path("baseline"), results)
-        def no_room():  # files may grow to 4 kB, and what is more is an error as on a full disk
+        def no_room():  # limits files to 4 kB; longer writes fail as on a full disk
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
         done = script("plot_run", results, preexec_fn=no_room)
@@ -148,7 +148,7 @@ class Pictures(unittest.TestCase):
         self.assertNotIn("Measured vertical force", page)
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
 
-    # A first push of nothing is none; old results tell of the first one alone.
+    # A first push of zero is no push. Old results contain only the first push.
     def test_pushes_are_those_that_were_given(self):
         pushed = simulate("list", "--push.impulse", "0", "--pushes", "0.5 3 90; 2 4 0 0.2")
         summary = summary_of(pushed)
@@ -204,7 +204,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual([piece[1] for piece in pieces[:-1]], [piece[0] for piece in pieces[1:]])
         self.is_drawn(script("plot_run", path("two_steps")))
         self.is_picture("two_steps", "capture_point.png")
-        # Capture point and forces settle from the same instant on.
+        # Capture point and forces settle from the same instant.
         self.assertEqual(summary["icp_settling_from_s"], landings[-1])
         self.assertIn(f"; from {landings[-1]:.3f} s on settle: capture point", printed["two_steps"])
         self.assertIn("Settling, from the last landing or push on", page_about(path("two_steps")))
@@ -216,9 +216,9 @@ class Pictures(unittest.TestCase):
             mean = sum(at_the_end) / len(at_the_end)
             outside = [t for t, f in forces if abs(f - mean) > band and t >= landings[-1]]
             settled = landings[-1] + summary["force_settling"][f"planned_{foot}_s"]
-            self.assertAlmostEqual(settled, outside[-1] + 0.01)  # a period later
+            self.assertAlmostEqual(settled, outside[-1] + 0.01)  # one period later
 
-    # Ten metres in ten seconds, or a fall of as many.
+    # Ten metres in ten seconds, horizontally or as a fall.
     def test_the_capture_point_stays_in_the_picture(self):
         code = """if True:
             import types
@@ -279,7 +279,7 @@ class Pictures(unittest.TestCase):
                 file.write(text)
             done = subprocess.run([node, "--check", name], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
-        # Who walks ten metres stays in the picture; the page runs without one.
+        # A robot that walks ten metres stays in view. The page runs without a browser.
         with open(path("walk.js"), "w", encoding="utf-8") as file:
             file.write("\n".join([NO_BROWSER, scripts[0], NOTHING_DRAWN, *scripts[1:], WALK]))
         as_a_page = "require('vm').runInThisContext(require('fs').readFileSync(process.argv[1], 'utf8'))"

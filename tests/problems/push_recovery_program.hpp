@@ -16,7 +16,7 @@ struct ProgramRun {
   std::string printed, complaint;  ///< standard output and error stream
 };
 
-/// `saltus run push_recovery` with these words behind it.
+/// Runs `saltus run push_recovery` with these arguments.
 inline ProgramRun run_program(const std::vector<std::string>& words) {
   std::vector<const char*> arguments{"saltus", "run", "push_recovery"};
   for (const std::string& word : words) arguments.push_back(word.c_str());

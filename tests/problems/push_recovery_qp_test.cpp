@@ -1,4 +1,4 @@
-// Does the push recovery problem reproduce optima that were computed independently?
+// The push recovery problem reproduces independently computed optima.
 #include <gtest/gtest.h>
 
 #include "benchmarks/push_recovery_cases.hpp"

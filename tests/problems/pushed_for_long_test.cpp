@@ -1,7 +1,7 @@
-// iCub in DART, pushed at random for as long as asked for, with measured senses, and set up again
-// after a fall: an input in every tick, no failure but a fall, and no memory left behind.
-// SALTUS_PUSHED_SECONDS=3600 for the hour before a release, which prints what it found;
-// SALTUS_PUSHED_SEED for others than those from 1 on. Needs the URDF, whose file SALTUS_ICUB_URDF
+// iCub in DART with simulated sensors, random pushes for a given time, and a restart after each
+// fall. Every tick must give an input, falls are the only failures, and no memory may leak.
+// SALTUS_PUSHED_SECONDS=3600 runs the hour before a release and prints the results.
+// SALTUS_PUSHED_SEED sets the first seed instead of 1. Needs the URDF, whose file SALTUS_ICUB_URDF
 // names.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@
 namespace saltus::push_recovery {
 namespace {
 
-// Of simulated time, s. A run is over by itself after the longest of them, so that what it records
-// of every instant takes few hundred MB.
+// Simulated time, s. A run ends at the latest after `longest_run`, which limits its records to a
+// few hundred MB.
 constexpr double of_a_test = 16.0, shortest_run = 8.0, longest_run = 120.0;
 
 double number_of(const char* variable, double otherwise) {
@@ -27,7 +27,7 @@ double number_of(const char* variable, double otherwise) {
   return given == nullptr ? otherwise : std::atof(given);
 }
 
-// What is in use, without what malloc keeps for later.
+// Memory in use, without free memory that malloc retains.
 struct Memory {
   double in_use = 0.0, resident = 0.0;  // kB
 
@@ -50,7 +50,7 @@ struct Tally {
 
 class PushedForLong : public IcubInDart {
  protected:
-  // A run of at most so many seconds: what it came to is added to the tally.
+  // Runs at most until `until` (s) and adds the result to the tally.
   void run_once(bool on_two_feet, int seed, double until, Tally& tally, bool is_told) {
     config = Config();
     apply({"plant=dart", fmt::format("robot.urdf={}", urdf),
@@ -106,14 +106,15 @@ TEST_F(PushedForLong, EveryTickHasAnInputAndMemoryStays) {
   int seed = first_seed, measured = 0;
   double most_resident = 0.0;
   for (; tallies[0].seconds + tallies[1].seconds < wanted - 1.0; ++seed) {
-    const bool on_two_feet = tallies[1].seconds <= tallies[0].seconds;  // as long on either
+    const bool on_two_feet =
+        tallies[1].seconds <= tallies[0].seconds;  // equal time on one foot and on two
     const double left = wanted - tallies[0].seconds - tallies[1].seconds;
     run_once(on_two_feet, seed, std::clamp(left, shortest_run, length), tallies[on_two_feet],
              is_campaign);
     if (HasFatalFailure()) return;
     now = Memory::now();
     most_resident = std::max(most_resident, now.resident);
-    // What libraries set up once is there after a run from two feet and one from one foot.
+    // One-time allocations of libraries exist after one run from two feet and one from one foot.
     if (++measured <= 2) early = now;
     if (is_campaign) {
       fmt::print("  in use {:.0f} kB, resident {:.0f} kB\n", now.in_use, now.resident);

@@ -1,5 +1,5 @@
-// The quadruped on its gait: laws of its body, edits of its schedule, and the closed loop. This
-// program links nothing of the robots.
+// The quadruped: physics of its body, edits of its contact schedule, and the closed loop. This
+// program does not link the robots library.
 #include "problems/quadruped/quadruped.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ TEST(Quadruped, DerivativesOfThePlansModelAreRight) {
   EXPECT_TRUE(report.ok) << report;
 }
 
-// Nothing pushes: the CoM falls as it must, and the angular momentum stays in the world.
+// Without forces, the CoM is in free fall and the angular momentum is constant in the world frame.
 TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
   const Body body;
   State<double> x = State<double>::Zero();
@@ -49,7 +49,7 @@ TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
   EXPECT_GT((end.tail<3>() - x.tail<3>()).norm(), 0.1);  // it tumbles
 }
 
-// In the air: all that the CoM gains sideways is of the push, whatever the pieces are.
+// In the air: the lateral momentum comes only from the push, for any split of the interval.
 TEST(Quadruped, APushHasItsImpulseWhereverItBegins) {
   for (const double begin : {1.0, 1.01, 1.013})
     for (const double duration : {0.1, 0.05, 0.01, 0.003}) {
@@ -88,7 +88,7 @@ TEST(Quadruped, AFootThatTouchesEarlyStandsFromNowOn) {
   EXPECT_FALSE(seeing.stands(3));  // the other one still swings
   EXPECT_EQ(seeing.early(), 1);
   EXPECT_EQ(seeing.contacts().mode_at(0.46), "FL FR RL -");
-  EXPECT_NEAR(seeing.next_lift(1), 0.525, 1e-12);  // and nobody else's time has changed
+  EXPECT_NEAR(seeing.next_lift(1), 0.525, 1e-12);  // no other lift-off time has changed
   EXPECT_NEAR(seeing.next_lift(0), 0.75, 1e-12);
   EXPECT_FALSE(blind.stands(0));
 }
@@ -99,7 +99,7 @@ TEST(Quadruped, AFootThatIsLateIsWaitedFor) {
   EXPECT_FALSE(seeing.stands(0));
   EXPECT_TRUE(seeing.stands(3));
   EXPECT_NEAR(seeing.next_landing(0), 0.53, 1e-12);
-  EXPECT_GE(seeing.next_lift(1), 0.53 - 1e-12);  // nobody lifts before
+  EXPECT_GE(seeing.next_lift(1), 0.53 - 1e-12);  // no foot lifts earlier
   EXPECT_GT(seeing.waited(), 0.0);
   EXPECT_TRUE(blind.stands(0));
   EXPECT_NEAR(blind.next_lift(1), 0.525, 1e-12);
@@ -110,8 +110,8 @@ TEST(Quadruped, AFootThatTouchesInTheFirstHalfOfItsSwingHasNotLanded) {
   EXPECT_FALSE(after(0.38, false, all).stands(0));
 }
 
-// Front feet on a slope of 45 degrees. A foot that goes up, and faster into the hill, has not
-// lifted.
+// Front feet on a slope of 45 degrees. A foot that moves up, but faster into the hill, has not
+// lifted off.
 TEST(Quadruped, AFootLeavesASlopeOnlyWhereItGoesAwayFromIt) {
   constexpr double k = 10.0;  // rad/m
   Ground hill;
@@ -145,7 +145,7 @@ TEST(Quadruped, OnLevelGroundItTrotsAsFastAsItShould) {
   EXPECT_EQ(level.log.count(Provenance::shifted) + level.log.count(Provenance::fallback), 0);
 }
 
-// The same ground and push.
+// Both controllers have the same ground and push.
 TEST(Quadruped, OnUnevenGroundWhoSeesLandingsStaysUpAndWhoDoesNotFalls) {
   const Config config = short_run(2.2, 1.5);
   const RunLog seeing = run(disturbed(config, 8, false)), blind = run(disturbed(config, 8, true));
@@ -170,7 +170,7 @@ TEST(Quadruped, ATickDoesNotAllocate) {
   const VectorXd measured = x;
   const testing::AllocationCount count;
   for (int k = 0; k < 120; ++k) {
-    const bool touches = k % 7 < 4;  // whatever the feet say
+    const bool touches = k % 7 < 4;  // independent of the foot positions
     controller.observe(0.01 * k, x, feet, {touches, true, true, !touches});
     controller.planner().tick(0.01 * k, measured);
   }

@@ -1,4 +1,4 @@
-// Does every problem with a known answer reach it, from its own guess?
+// Every problem with a known answer reaches it from its own initial guess.
 #include "problems/library/catalogue.hpp"
 
 #include <gtest/gtest.h>
@@ -16,10 +16,11 @@ namespace {
 
 class Reference : public testing::TestWithParam<ReferenceCase> {};
 
-// Cost, switching times, KKT residual, replay by a tighter integrator, and whatever else is known.
+// Checks cost, switching times, KKT residual, replay with a tighter integrator, and other known
+// values.
 TEST_P(Reference, ReachesEverythingThatIsKnownFromItsOwnGuess) {
   const ReferenceCase& c = GetParam();
-  EXPECT_LE(c.tolerance, c.digits >= 8 ? 1e-6 : 1e-4);  // what is asked of every case
+  EXPECT_LE(c.tolerance, c.digits >= 8 ? 1e-6 : 1e-4);  // required of every case
   Solution solution = solve_case(c);
   if (solution.status == SolveStatus::coarse_grid)  // B01, as `saltus run` does
     solution = solve_case_refined(c, SolverChoice::ipopt, RefinementOptions{}.rounds, {}).solution;
@@ -51,7 +52,7 @@ TEST_P(Reference, DerivativesOfTheProgramAreExact) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, Reference, testing::ValuesIn(reference_cases()),
                          [](const auto& instance) { return instance.param.id; });
 
-// Nothing that a solver has learnt from one solve may lead another elsewhere.
+// The state that a solver keeps from one solve must not change the result of another.
 TEST(SolverUsedAgain, ComesBackToTheSameBits) {
   for (const QpMethod& method : {riccati_qp(), sparse_qp()})
     for (const ReferenceCase& c : reference_cases()) {

@@ -11,7 +11,7 @@ import unittest
 PROGRAM = os.path.abspath(sys.argv.pop(1))
 PUSH = ["run", "push_recovery", "--pictures", "false", "--quiet", "--push.impulse", "6"]
 RUNS = {"centroidal": [*PUSH, "--plant", "centroidal"]}
-if os.environ.get("SALTUS_ICUB_URDF"):  # the whole body, with senses that draw random numbers
+if os.environ.get("SALTUS_ICUB_URDF"):  # the whole body, with random sensor noise
     RUNS["dart"] = [*PUSH, "--plant", "dart", "--sensors", "measured", "--push.start", "1"]
 
 
@@ -23,11 +23,11 @@ class Repeated(unittest.TestCase):
     def test_is_the_same_to_the_bit(self):
         with tempfile.TemporaryDirectory(prefix="saltus-repeatability-") as temporary:
             folders = {name: os.path.join(temporary, name) for name in RUNS}
-            for name, arguments in RUNS.items():  # one after the other
+            for name, arguments in RUNS.items():  # sequentially
                 with start([*arguments, "--out", folders[name]]) as run:
                     printed = run.communicate()[0]
                 self.assertTrue(os.path.exists(os.path.join(folders[name], "run.json")), printed)
-            again = {name: start(["rerun", folder]) for name, folder in folders.items()}  # side by side
+            again = {name: start(["rerun", folder]) for name, folder in folders.items()}  # in parallel
             printed = {name: run.communicate()[0] for name, run in again.items()}
         for name, run in again.items():
             self.assertEqual(run.returncode, 0, printed[name])

@@ -98,7 +98,7 @@ class Find(InFolder):
             with self.assertRaisesRegex(replay_meshes.MeshError, "robot's folders", msg=reference):
                 replay_meshes.find(reference, self.urdf, {})
         beside = self.file("share/Robo/robots/one/c.stl")
-        for reference in ("package://etc/hostname", "package:/" + beside):  # from the top of the file system
+        for reference in ("package://etc/hostname", "package:/" + beside):  # path from the file system root
             with self.assertRaisesRegex(replay_meshes.MeshError, "robot's folders", msg=reference):
                 replay_meshes.find(reference, self.urdf, {})
         asked = {"ROS_PACKAGE_PATH": os.path.dirname(foreign)}
@@ -128,7 +128,7 @@ class Stl(InFolder):
         corners = ball()
         points, triangles = replay_meshes.cluster(corners, 0.01)
         self.assertLess(len(triangles), 0.25 * len(corners))
-        # A mean of points on a ball lies within it by less than a cell.
+        # A mean of points on a ball is inside it by less than one cell.
         radius = numpy.linalg.norm(points - [1.0, 2.0, 3.0], axis=1)
         self.assertLess(abs(radius - 0.1).max(), 0.01)
         self.assertEqual(len(numpy.unique(numpy.sort(triangles, axis=1), axis=0)), len(triangles))
@@ -155,7 +155,7 @@ class TakeIn(InFolder):
 
     def test_what_is_packed_is_what_was_read(self):
         self.file("share/Robo/a.stl", binary_stl(1e3 * ball(rows=6)))
-        # Mirrored, and in mm: the triangles must still look outwards.
+        # Mirrored, and in mm: the triangle normals must still point outward.
         robot = self.robot("package://Robo/a.stl", "package://Robo/a.stl", scale=(1e-3, -1e-3, 1e-3))
         table, packed, warning = replay_meshes.take_in(robot, {})
         self.assertIsNone(warning)

@@ -16,7 +16,7 @@ TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
     std::filesystem::last_write_time(folder.file(name, ""), begin + after);
   };
   leave("com.png", std::chrono::seconds(0));
-  leave("forces.png", std::chrono::seconds(-1));  // of a run before
+  leave("forces.png", std::chrono::seconds(-1));  // from an earlier run
   leave("report.html", std::chrono::seconds(1));
   const std::string alone = results_text(folder.path(), begin);
   EXPECT_TRUE(contains(alone, "results in " + folder.path().string() + "\n"));

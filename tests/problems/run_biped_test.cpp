@@ -1,4 +1,4 @@
-// What a run ends with, and what it leaves in its folder.
+// Exit status of a run, and the files in its folder.
 #include "problems/biped/report/run_biped.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(RunBiped, StandingIsNoFailure) {
   EXPECT_EQ(ended.summary["failures"], 0);
 }
 
-// The plant fails, not the solver: a force is NaN.
+// A NaN force makes the plant fail, not the solver.
 TEST(RunBiped, APlantThatCannotBeIntegratedIsAFailure) {
   FixedSteps problem({}, 0.03);
   Push push;

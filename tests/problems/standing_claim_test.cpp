@@ -1,10 +1,10 @@
-// Could iCub have stood the push without a step? What the best controller of a linear pendulum with
-// flywheel could survive from where the closed loop of push recovery starts.
+// Largest push that iCub could survive without a step, by the best controller of a linear pendulum
+// with flywheel, from the initial state of the closed loop of push recovery.
 //
-// The closed loop calls 8 N s without a step a fall. That is a statement about the push and not
-// about a weak controller if no controller could do it: here a linear program finds the largest
-// impulse for which some course of centre of pressure and angular momentum, known in advance,
-// brings the capture point to rest above the left sole with |H| at most 1 Nms throughout.
+// In the closed loop, 8 N s without a step cause a fall. This is a property of the push, and not of
+// a weak controller, if no controller can recover. Here a linear program finds the largest impulse
+// for which some trajectory of centre of pressure and angular momentum, known in advance, brings
+// the capture point to rest above the left sole with |H| at most 1 Nms throughout.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ struct Start {
   double duration = 0.1, settle_time = 2.0, torque = infinity;  // s, s, Nm: no limit on H'
 };
 
-// As the simulation starts: CoM of the default posture, at rest.
+// Initial state of the simulation: CoM of the default posture, at rest.
 Start closed_loop_start() {
   const RobotDescription robot = icub();
   const StandingPosture& posture = robot.default_posture();
@@ -100,10 +100,11 @@ TEST(StandingClaim, NorFromTheTargetOfTheController) {
   EXPECT_NEAR(impulse, 7.43, 0.01);  // as documented
 }
 
-// The program is discrete and its intervals stand in for all controllers only in the limit.
+// The discrete program covers all controllers only in the limit of short intervals.
 TEST(StandingClaim, TheClosedFormIsTheLimitOfTheLinearProgram) {
   for (const double com_y : {closed_loop_start().com_y, 0.0})
-    for (const double torque : {infinity, 40.0}) {  // Nm; the second what hips and torso can do
+    for (const double torque :
+         {infinity, 40.0}) {  // Nm; the second is the capacity of hips and torso
       Start start = closed_loop_start();
       start.com_y = com_y;
       start.torque = torque;
@@ -117,8 +118,8 @@ TEST(StandingClaim, TheClosedFormIsTheLimitOfTheLinearProgram) {
     }
 }
 
-// What the claim does not cover: the bound grows as the pendulum gets lower, so a robot that
-// crouches to half a metre before the push could stand it.
+// Limit of the claim: the bound grows for a lower pendulum, so a robot that crouches to 0.5 m
+// before the push could survive it.
 TEST(StandingClaim, IsAboutTheHeightOfThePosture) {
   Start start = closed_loop_start();
   start.com_y = 0.0;

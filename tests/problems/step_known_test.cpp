@@ -1,4 +1,4 @@
-// Nobody tells the controllers anything of a push, and what cannot be caught is said.
+// The controllers do not know a push in advance, and the run reports pushes that no step can catch.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ Config config_of(const std::vector<std::string>& arguments) {
   return config;
 }
 
-// One push acts on the robot, and another one stands in the settings that controllers are made of.
+// One push acts on the robot; the settings of the controllers contain another one.
 class Pushed final : public BipedProblem {
  public:
   Pushed(const Config& told, const Push& acting) : problem_(told), acting_(acting) {}
@@ -66,7 +66,7 @@ Push push_at(double start, double impulse, const Vec<double, 3>& direction, doub
   return push;
 }
 
-// Until half a second after the push, by which time it steps.
+// Samples until 0.5 s after the push, when the robot steps.
 std::vector<Sample> samples(Config config, const Push& told, const Push& acting) {
   config.push = told;
   return walking::simulate(Pushed(config, acting), icub(),
@@ -95,7 +95,7 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
   EXPECT_FALSE(are_equal(samples(paper, acting, acting), samples(paper, other, acting)));
 }
 
-// The known push is the first one in time, also if others are listed before it.
+// The known push is the first one in time, even if others precede it in the list.
 TEST(StepKnown, TellsTheFirstOfManyPushes) {
   const Config config = config_of({"preset=paper", "pushes=1.0 7 -90"});
   ASSERT_GT(config.push.start, 2.0);
@@ -115,7 +115,7 @@ TEST(StepKnown, TellsTheFirstOfManyPushes) {
 }
 
 TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
-  EXPECT_TRUE(config_of({}).step.known);  // of the centroidal model: the paper's conditions
+  EXPECT_TRUE(config_of({}).step.known);  // centroidal model: conditions of the paper
   EXPECT_TRUE(config_of({"plant=dart", "preset=paper"}).step.known);
   EXPECT_FALSE(config_of({"plant=dart"}).step.known);
   EXPECT_FALSE(config_of({"plant=mujoco"}).step.known);
@@ -125,7 +125,7 @@ TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
   EXPECT_TRUE(config_of({"plant=dart", "step.planner=push_formula"}).step.known);
 }
 
-// Until 0.4 the keys of 0.2 mean what they did.
+// Until version 0.4, the keys of version 0.2 keep their meaning.
 TEST(StepKnown, OldKeysMeanWhatTheyDid) {
   using Given = std::vector<std::string>;
   struct Case {
@@ -176,7 +176,7 @@ TEST(StepKnown, TheTriggerThePushNeedsToBeTold) {
   EXPECT_THROW(problem.make_step_planner(robot, initial_scene(problem, robot)), DefinitionError);
 }
 
-// --- what is printed -----------------------------------------------------------------------------
+// --- printed output ------------------------------------------------------------------------------
 
 class StepProgramRun : public testing::Test {
  protected:
@@ -187,7 +187,7 @@ class StepProgramRun : public testing::Test {
   TemporaryFolder folder;
 };
 
-// A push to the stance side, beyond what standing holds: no foot can cross.
+// A push to the stance side, too large without a step. The feet cannot cross.
 TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
   const ProgramRun hard =
       run({"--step.planner", "ocp", "--step.reach", "settings", "--push.impulse", "10",
@@ -199,7 +199,7 @@ TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
   const double first = plans["first_without_s"].get<double>();
   EXPECT_GE(first, 0.1);
   EXPECT_GE(plans["ticks_without_feasible_alternative"].get<int>(), 2);
-  // Of every tick from then on there is a plan that was chosen.
+  // From then on, every tick has a chosen plan.
   std::istringstream table(file_content(folder / "out/plans.csv"));
   std::string line;
   std::getline(table, line);
@@ -270,7 +270,7 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
         "--step.reach", "settings"},
        "beyond the reach of the legs; walk slower"},
       {{"--walk.velocity", "[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
-      // what is known
+      // known pushes
       {{"--step.known", "true", "--step.planner", "ocp"}, "is step.planner=push_formula now"}};
   for (const auto& [words, part] : cases) {
     const ProgramRun refused = run(words);

@@ -1,5 +1,5 @@
-// Is the problem of steps what its derivation says, does our solver find its optimum, and does the
-// choice that is made of it catch a pendulum?
+// The step problem matches its derivation, our solver finds its optimum, and the chosen plan
+// captures a pendulum.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ StepNow<double> on_one_foot() {
   return now;
 }
 
-// At rest but for the capture point.
+// At rest except for the capture point.
 Vec<double, step_states> pushed(const Vector2& capture) {
   Vec<double, step_states> x = Vec<double, step_states>::Zero();
   x.segment<2>(2) = capture;
@@ -66,8 +66,8 @@ TEST(ProblemOfSteps, HasTheRightDerivatives) {
   }
 }
 
-// With the capture point beside the edge of the sole, far enough that neither the fastest nor the
-// farthest step reaches it, the least miss is known: the centre of pressure stays at the edge.
+// With the capture point outside the sole, so far that neither the fastest nor the farthest step
+// reaches it, the minimum violation is known: the centre of pressure stays at the edge.
 TEST(ProblemOfSteps, MissesByWhatThePendulumSays) {
   StepModel m = model();
   m.lent = 1e-6;
@@ -87,11 +87,11 @@ TEST(ProblemOfSteps, MissesByWhatThePendulumSays) {
   EXPECT_NEAR(s.place[0][1], 0.31, 1e-3);
 }
 
-// The place of the step is where the pendulum comes down, if nothing but capture counts.
+// If only capture has a weight, the step lands at the capture point.
 TEST(ProblemOfSteps, StepsOntoTheCapturePoint) {
   StepModel m = model();
   m.lent = 1e-6;
-  m.sole = {1e-4, 1e-4};  // a point foot: nothing to choose
+  m.sole = {1e-4, 1e-4};  // a point foot: no freedom of the centre of pressure
   m.swing = between(0.3, 0.9);
   m.weights.duration = 100.0;
   m.weights.stride = 1e-6;
@@ -102,14 +102,14 @@ TEST(ProblemOfSteps, StepsOntoTheCapturePoint) {
   const StepSolution& s =
       program.solve(now, pushed({0.02, 0.025}), between(0.01, m.swing.upper), 0.0, 30);
   ASSERT_TRUE(s.is_solved);
-  // Twice as far as the capture point: rest is sought in the middle between the feet.
+  // Twice as far as the capture point, because the final rest is midway between the feet.
   const double grown = std::exp(now.omega * s.landing[0]);
   EXPECT_NEAR(s.landing[0], 0.4, 0.02);
   EXPECT_NEAR(s.place[0][0], std::min(0.25, 2.0 * 0.02 * grown), 0.01);
   EXPECT_NEAR(s.place[0][1], std::min(0.31, 2.0 * 0.025 * grown), 0.01);
 }
 
-// Beyond what is left of the sole to a plan with a step, on the sole itself.
+// The capture point is outside the sole with reserve of a plan with a step, but on the full sole.
 TEST(ProblemOfSteps, StandsOnTheWholeSole) {
   StepModel m = model();
   m.lent = 1e-6;
@@ -190,7 +190,7 @@ TEST(ChoiceOfSteps, CatchesPushesFromAllSidesOnEitherFootAndOnBoth) {
   for (const auto& [left, right] : {std::pair{true, false}, {false, true}, {true, true}})
     for (int k = 0; k < 16; ++k) {
       planner.restart();
-      // What any direction allows: towards the stance side a foot alone must hold.
+      // Achievable in any direction: towards the stance side, one foot must suffice.
       const double away = (left ? -1.0 : 1.0) * std::sin(2.0 * std::numbers::pi * k / 16.0);
       const double impulse = left && right ? 9.0 : away > 0.3 ? 7.0 : 3.0;
       const PendulumPush push = push_of(impulse, 22.5 * k);
@@ -227,7 +227,7 @@ TEST(ChoiceOfSteps, WalksAtTheVelocityAskedForAlsoWhenPushedAndThenStands) {
         });
     EXPECT_TRUE(run.recovered) << begin;
     EXPECT_GT(run.steps, 10) << begin;
-    // A step more or less in four seconds, a sway to the side.
+    // Tolerance: one step more or less in four seconds, and lateral sway.
     EXPECT_NEAR((to - from)[0], velocity * (until - 2.0), 0.05) << begin;
     EXPECT_LT(std::abs((to - from)[1]), begin < infinity ? 0.12 : 0.08) << begin;
     EXPECT_LT(last_flight, until + 1.5) << begin;
@@ -307,7 +307,7 @@ TEST(ChoiceOfSteps, SaysWhenNothingHelps) {
   now.gamma[4] = -3.0;  // m/s
   const StepPlan& plan = planner.plan(now);
   EXPECT_FALSE(planner.is_feasible());
-  EXPECT_GE(plan.chosen, 0);  // the least bad is carried out
+  EXPECT_GE(plan.chosen, 0);  // the plan with the smallest violation is used
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Does the suite tell what is right from what is wrong, and say why?
+// The suite distinguishes right from wrong results and gives the reason.
 #include "problems/suite/suite.hpp"
 
 #include <gtest/gtest.h>
@@ -191,7 +191,7 @@ TEST(Suite, WritesJsonWithEverything) {
   EXPECT_EQ(missed.at("reasons").size(), 1u);
 }
 
-// The whole way, with a real case whose reference is wrong in the seventh digit.
+// End to end, with a real case whose reference is wrong in the seventh digit.
 TEST(Suite, AWrongReferenceIsFound) {
   ReferenceCase c = reference_case("B22");
   c.optimum *= 1.0 + 1e-5;
@@ -211,7 +211,7 @@ TEST(Suite, EveryChoiceOfSolverSolvesALinearQuadraticCase) {
 }
 
 // Our own solvers may find a cheaper optimum of the nodal program that rises above the ceiling
-// between the nodes: then the grid is made finer there, and the plan is right.
+// between the nodes. Refining the grid there then gives a valid plan.
 TEST(Suite, APlanThatBreaksAPathConstraintBetweenTheNodesIsRefined) {
   for (const char* id : {"B01", "B02c"})
     for (const SolverChoice solver :
@@ -223,7 +223,7 @@ TEST(Suite, APlanThatBreaksAPathConstraintBetweenTheNodesIsRefined) {
     }
 }
 
-// Multipliers of rows that nearly depend on one another grow to 1e14 in a plain barrier method.
+// In a plain barrier method, multipliers of nearly dependent rows grow to 1e14.
 TEST(Suite, OwnSolversTakeTheRocketToItsOrbit) {
   for (const SolverChoice solver : {SolverChoice::sparse, SolverChoice::riccati}) {
     const CaseOutcome outcome = run_case(reference_case("B09"), solver);
@@ -232,7 +232,7 @@ TEST(Suite, OwnSolversTakeTheRocketToItsOrbit) {
   }
 }
 
-// The programs of C01 for solvers of programs in general.
+// The programs of C01 as general nonlinear programs.
 TEST(QuadraticPrograms, DerivativesAreThoseOfTheData) {
   SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
               SparsityPattern::from_pairs(2, 3, {{0, 0}, {0, 2}, {1, 1}}));

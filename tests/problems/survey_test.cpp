@@ -23,7 +23,7 @@
 namespace saltus::survey {
 namespace {
 
-// A biped made of boxes, 1 m high, with names as other robots have them: legs of hip pitch, hip
+// A biped made of boxes, 1 m high, with joint names as on other robots: legs of hip pitch, hip
 // roll, knee, ankle pitch, ankle roll; a waist, and arms whose axes are not mirrored.
 class Biped {
  public:
@@ -134,7 +134,7 @@ TEST(Limbs, MirrorKnowsNamesInTheMiddleAndWhichJointsChangeSign) {
   EXPECT_EQ(mirror.namesake("leg_left_knee"), "leg_right_knee");
   EXPECT_EQ(mirror.namesake("leg_right_knee"), "leg_left_knee");
   EXPECT_EQ(mirror.namesake("waist_yaw"), "waist_yaw");
-  // All axes are alike on both sides: pitch keeps its sign in the mirror, roll and yaw do not.
+  // The axes are equal on both sides: mirroring keeps the sign of pitch and changes roll and yaw.
   for (const char* name : {"waist_yaw", "leg_left_roll", "leg_right_roll", "arm_left_lift"})
     EXPECT_TRUE(holds(mirror.reversed, name)) << name;
   for (const char* name : {"leg_left_pitch", "leg_right_knee", "leg_left_ankle_pitch"})
@@ -178,11 +178,11 @@ TEST(Capsules, HoldWhatIsDrawnOrElseTheBoxOfTheInertia) {
       const Vec<double, 3> point = frame.pose * (middle + half.cwiseProduct(size));
       double nearest = infinity;
       for (const LinkCapsule& c : capsules) nearest = std::min(nearest, distance(c, point));
-      EXPECT_LT(nearest, 1e-6) << link << " " << corner;  // m: of fitting
+      EXPECT_LT(nearest, 1e-6) << link << " " << corner;  // m, accuracy of the fit
     }
   };
   expect_inside("left_foot", {0.03, 0.0, -0.5 * biped.foot_height}, {0.2, 0.1, biped.foot_height});
-  // Of no more than a light cube's mass the box is smaller than the cube: half of it, at least.
+  // For a light link the box is smaller than the cube, but at least half as large.
   expect_inside("thigh_left", {0.0, 0.0, -0.2}, {0.1, 0.1, 0.1});
   expect_inside("chest", {0.0, 0.0, 0.15}, {0.2, 0.2, 0.2});
 
@@ -209,7 +209,7 @@ TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   wish.trunk_height = 0.78;
   const FoundPosture found = find_posture(model, robot, body, wish, {});
   EXPECT_TRUE(found.is_found());
-  // By the model's own kinematics.
+  // Verified with the model's own kinematics.
   Eigen::Isometry3d other = model.link_pose("right_foot", "left_foot", found.joints);
   other.translate(Vec<double, 3>(0.0, 0.0, robot.contact_plane_offset));
   const Vec<double, 3> to_contact(0.0, 0.0, robot.contact_plane_offset);
@@ -220,7 +220,7 @@ TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   EXPECT_FALSE(find_posture(model, robot, body, wish, {}).is_found());
 }
 
-// Feet are searched from the posture on both, whatever stands before it.
+// The search starts from the posture on both feet, also if other postures precede it.
 TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
   namespace fs = std::filesystem;
   const UrdfModel model = UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
@@ -257,7 +257,7 @@ TEST(SurveyedRobot, IsAFileThatIsReadBackAndChecked) {
     EXPECT_LT((read.postures[i].com - robot.description.postures[i].com).norm(), 1e-5);
   const std::vector<Finding> findings = check(model, read);
   EXPECT_TRUE(subjects(findings, Finding::Level::wrong).empty()) << describe(findings);
-  // Without the URDF the figures are in the file.
+  // The file contains the figures, for use without the URDF.
   EXPECT_NEAR(parse_robot_description(to_yaml(robot, model), "robot.yaml").mass, 40.04, 1e-6);
 }
 
@@ -279,13 +279,13 @@ TEST(RobotCheck, SaysWhatIsWrong) {
   EXPECT_TRUE(holds(wrong(bent), "right_stance"));
   RobotDescription idle = good;
   idle.joints[0].effort = 0.0;
-  EXPECT_TRUE(holds(wrong(idle), "masses"));  // no body can be made
+  EXPECT_TRUE(holds(wrong(idle), "masses"));  // no valid body
   RobotDescription strong = good;
   strong.joints[0].effort = 50000.0;
   EXPECT_TRUE(holds(subjects(check(model, strong), Finding::Level::note), "limits"));
 }
 
-// Each edge of a foot, moved by what is told and by what is not; the postures do not matter here.
+// Each edge of a foot, moved by more and by less than the threshold. Postures have no effect here.
 TEST(RobotCheck, NotesFeetThatAreNoMirrorImages) {
   const UrdfModel model = Biped().model();
   RobotDescription robot = survey_robot(model).description;
@@ -313,7 +313,7 @@ TEST(RobotCheck, IsALineForEachFinding) {
             "WRONG left_stance   falls\n");
 }
 
-// The same legs with the axes of their knees turned round.
+// The same legs with reversed knee axes.
 TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
   Biped backwards;
   backwards.knee_axis = "0 -1 0";
@@ -321,7 +321,7 @@ TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
   backwards.knee_upper = "0";
   const RobotDescription robot = survey_robot(Biped().model()).description,
                          image = survey_robot(backwards.model()).description;
-  constexpr double rounding = 1e-6;  // rad, of what is found
+  constexpr double rounding = 1e-6;  // rad, rounding of the result
   for (std::size_t i = 0; i < robot.postures.size(); ++i)
     for (const char* knee : {"leg_left_knee", "leg_right_knee"}) {
       const double q = robot.postures[i].joints.at(knee);
@@ -351,8 +351,8 @@ TEST(RobotVerb, WithoutWordsSaysHowItIsUsed) {
   }
 }
 
-// G1, Talos and JVRC1 of the packages example-robot-data and jvrc-description, where a folder with
-// their URDFs is named.
+// G1, Talos and JVRC1 of the packages example-robot-data and jvrc-description, if a variable names
+// the folder of their URDFs.
 TEST(SurveyedRobot, StandsHumanoidsThatNobodyDescribed) {
   const char* files = std::getenv("SALTUS_FOREIGN_URDFS");
   if (files == nullptr) GTEST_SKIP() << "SALTUS_FOREIGN_URDFS names no files";

@@ -1,4 +1,4 @@
-// Does a second problem on a biped work without push recovery? This program does not link it.
+// A second problem on a biped works without push recovery, which this program does not link.
 #include "problems/sway/sway.hpp"
 
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ TEST(Sway, TheSummaryCountsEveryTickOnce) {
   EXPECT_EQ(ticks, log.ticks.size());
 }
 
-// `saltus robot`, with this problem as the one that the robot is to be fitted to.
+// `saltus robot` with this problem as the target of the settings.
 TEST(RobotVerb, WordsThatDoNotFitAreRefused) {
   const Verb robot = survey::robot_verb("sway", *make_sway());
   const auto refused = [&](const std::vector<std::string>& words) -> std::string {
@@ -100,7 +100,7 @@ TEST(RobotVerb, WordsThatDoNotFitAreRefused) {
   EXPECT_PRED2(says, refused({"check", "a.urdf", "--out", "b"}), "--out belongs to `robot new`");
   EXPECT_PRED2(says, refused({"new", "a.urdf", "--config", "b"}),
                "--config belongs to `robot check`");
-  // These fit, but there is no such file.
+  // Valid arguments, but the file does not exist.
   EXPECT_PRED2(says, refused({"check", "absent.urdf"}), "absent.urdf");
   EXPECT_PRED2(says, refused({"check", "absent.urdf", "--config", "b"}), "absent.urdf");
   EXPECT_PRED2(says, refused({"new", "absent.urdf"}), "absent.urdf");

@@ -1,4 +1,4 @@
-// The program of a newcomer: a car that changes gear once, as the design page shows it.
+// The program of the design page: a car that changes gear once.
 #pragma once
 
 #include "saltus/ocp/problem.hpp"

@@ -1,4 +1,4 @@
-// Does the program of the design page compile, solve, and hold what it promises?
+// The program of the design page compiles, solves, and gives the documented results.
 #include <gtest/gtest.h>
 
 #include "saltus/integrators/runge_kutta.hpp"
@@ -63,7 +63,7 @@ TEST_F(TwoGears, CostsAreTheSharesOfItsTerms) {
 }
 
 TEST_F(TwoGears, PlanIsTrueUnderATighterIntegrator) {
-  // Four steps of order four per interval are good to 1e-10; the clutch is part of the replay.
+  // Four steps of order four per interval are accurate to 1e-10. The replay includes the clutch.
   const ReplayReport report = replay(problem(), solution.trajectory,
                                      cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}));
   ASSERT_TRUE(report.completed);
@@ -75,7 +75,7 @@ TEST_F(TwoGears, DerivativesAreExactWithDurationsJumpAndWindow) {
   MultipleShooting small{problem(), {.intervals_per_phase = 4, .integrator = runge_kutta4()}};
   const NlpPoint point = testing_support::perturbed(small.nlp(), small.initial_guess().w, 3);
   const auto errors = testing_support::derivative_errors(small.nlp(), point);
-  EXPECT_LT(errors.gradient, 1e-7);  // differences are good to 1e-9 of numbers up to 100
+  EXPECT_LT(errors.gradient, 1e-7);  // differences are accurate to 1e-9 of numbers up to 100
   EXPECT_LT(errors.jacobian, 1e-7);
   EXPECT_LT(errors.hessian, 1e-7);
 }

@@ -1,4 +1,4 @@
-// What planners of push recovery could not keep to: is it kept beside the run, and told rightly?
+// Unmet constraints of the push recovery planners: the run records and reports them correctly.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -33,7 +33,7 @@ TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
   const walking::UnmetDecision& first = log.unmet.front();
   EXPECT_EQ(first.decision, "wrenches");
   EXPECT_GT(first.missed, 1e-3);
-  // The landing, 0.6 s after the push, comes into the horizon of 0.15 s.
+  // The landing, 0.6 s after the push, enters the horizon of 0.15 s.
   EXPECT_GT(first.time, 0.1 + 0.6 - 0.15 - 1e-9);
   EXPECT_LT(first.time, 0.7);
   const walking::UnmetReport report = report_of(config, log);
@@ -45,13 +45,13 @@ TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
   EXPECT_NE(report.text.find("ms earlier"), std::string::npos) << report.text;
   EXPECT_EQ(report.json.size(), log.unmet.size());
 
-  // Carried out in the run itself: the robot is caught.
+  // With the proposed change, the robot recovers in the run.
   double earlier = 0.0;
   for (const auto& remedy : report.json[0]["explanation"]["remedies"])
     if (remedy["changes"][0]["kind"] == "event") earlier = remedy["changes"][0]["by"].get<double>();
   ASSERT_LT(earlier, 0.0) << report.text;
   Config better = config;
-  better.step.duration += 1.2 * earlier;  // what the tick of then could no longer do anything about
+  better.step.duration += 1.2 * earlier;  // 1.2: part of the motion was fixed at that tick
   const RunLog caught = simulate(better, icub());
   const Verdict verdict = judge(better, caught);
   EXPECT_FALSE(judge(config, log).recovered);
@@ -68,9 +68,9 @@ TEST(Unmet, StandingBeyondTheSoleIsToldByThePlannerOfSteps) {
   const walking::UnmetReport report = report_of(config, log);
   EXPECT_NE(report.text.find("the robot is not captured"), std::string::npos) << report.text;
   EXPECT_NE(report.text.find("to the stance side"), std::string::npos) << report.text;
-  // What was measured is not proposed to change.
+  // The report does not propose changes of measured data.
   EXPECT_EQ(report.text.find("'now."), std::string::npos) << report.text;
-  // Times are those of the run.
+  // Times are relative to the start of the run.
   EXPECT_GT(report.json[0]["explanation"]["gives_way"][0]["t_s"].get<double>(), first.time);
 }
 

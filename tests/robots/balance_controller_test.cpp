@@ -28,8 +28,8 @@ class RecordedRun : public ::testing::Test {
   std::vector<RecordedLine> lines;
 };
 
-// The recording has nine digits, and its dynamics were those of DART. Torques of up to 50 Nm differ
-// by 7e-5 Nm at the landing. The tolerance is four times that.
+// The recording has nine digits and was made with DART. Torques of up to 50 Nm differ by 7e-5 Nm at
+// the landing. The tolerance is four times that.
 TEST_F(RecordedRun, IsAnsweredAsItWasRecorded) {
   ASSERT_EQ(lines.size(), 250u);
   BalanceController c = controller();
@@ -68,13 +68,13 @@ TEST_F(RecordedRun, NothingIsAllocated) {
   }
 }
 
-// The torques are those of one thread, and neither of the two allocates.
+// The torques equal those of a single thread, and neither thread allocates.
 TEST_F(RecordedRun, NothingIsAllocatedWhenAnotherThreadPrepares) {
   BalanceController alone = controller(), c = controller();
   alone.start(biped.start, lines.front().readings);
   c.start(biped.start, lines.front().readings);
   constexpr int idle = -1, end = -2;
-  std::atomic<int> asked{idle};  // the line whose tick is to be prepared
+  std::atomic<int> asked{idle};  // line whose tick the other thread prepares
   std::thread other([&] {
     for (int k = idle; k != end; asked.wait(k), k = asked) {
       if (k == idle) continue;
@@ -100,7 +100,7 @@ TEST_F(RecordedRun, NothingIsAllocatedWhenAnotherThreadPrepares) {
   asked.notify_all();
   other.join();
   EXPECT_EQ(made, 0);
-  // All but the first of 25 ticks and the one after the landing, which changes the schedule.
+  // All of 25 ticks except the first and the one after the landing, which changes the schedule.
   EXPECT_GE(c.planner().planner().controller().statistics().prepared_ahead, 23);
 }
 

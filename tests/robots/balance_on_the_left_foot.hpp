@@ -13,11 +13,11 @@ struct SidePush {
   double impulse;       ///< N s, towards -y, on the chest
   double start = 0.2;   ///< s
   double length = 0.1;  ///< s
-  double end = 2.5;     ///< of the run, s
+  double end = 2.5;     ///< end of the run, s
 };
 
-/// The plant stands on its left foot, `tasks` are those of rest there, and the model is at its
-/// state. `check` sees every command. Expects rest above the foot at the end.
+/// The plant begins on its left foot, `tasks` are those of rest there, and the model has the state
+/// of the plant. Calls `check` with every command. Expects rest above the foot at the end.
 template <class Plant, class Check>
 void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, Plant& plant,
                               WholeBodyController& controller, WholeBodyTasks tasks,

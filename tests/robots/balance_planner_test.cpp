@@ -1,4 +1,4 @@
-// What the balance planner makes of a plan of steps.
+// The balance planner carries out a step plan.
 #include "saltus/robots/walking/balance_planner.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace saltus::walking {
 namespace {
 
-// Right foot, then left foot; it is over before the second. The robot stands as at the start.
+// Right foot, then left foot; the run ends before the second step. The robot stays in its initial
+// state.
 TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
   const RobotDescription robot = icub();
   StepPlan plan;

@@ -33,9 +33,9 @@ class BipedSimulation : public testing::Test {
   SyntheticBalance biped;
 };
 
-// SALTUS_RECORD_RUN names a file: the recording is written there. Otherwise it must be what is
-// simulated now: the first numbers to their digits, later ones nearly, for an engine of another
-// version amplifies differences.
+// If SALTUS_RECORD_RUN names a file, the test writes the recording there. Otherwise the recording
+// must match the present simulation: the first samples to all digits, later ones approximately,
+// because another version of the engine amplifies differences.
 TEST_F(BipedSimulation, MakesTheRecordedRun) {
   PlantSettings settings;
   settings.sensors = SensorChoice::measured;
@@ -62,12 +62,12 @@ TEST_F(BipedSimulation, MakesTheRecordedRun) {
   }
 }
 
-// The planner's wrenches are along level axes; a sole that tilts must not turn them with it.
+// The planner's wrenches have level axes. A tilted sole must not rotate them.
 TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
   Push push;
   push.start = 0.02;
   push.duration = 0.1;
-  push.impulse = 20.0;  // N s: it falls
+  push.impulse = 20.0;  // N s; the robot falls
   SimulatedRobot robot =
       simulated({}, {{push, {biped.robot.body_index("trunk"), Eigen::Isometry3d::Identity()}}});
   BalanceController controller =
@@ -97,7 +97,7 @@ TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
   EXPECT_GT(tilt, 0.05);  // rad
 }
 
-// A synthetic biped whose wrenches the capture-point controller finds, through its files.
+// A synthetic biped, read from its files, with the capture-point controller.
 class SyntheticProblem : public testing::Test {
  protected:
   SyntheticProblem() {
@@ -116,7 +116,7 @@ class SyntheticProblem : public testing::Test {
   RobotDescription robot;
 };
 
-// Control is due every 2 ms, the engine's steps take 1 ms, and the planner's ticks 10 ms.
+// Control period 2 ms, engine step 1 ms, planner period 10 ms.
 TEST_F(SyntheticProblem, SamplesAreThoseOfTheWholeBodyController) {
   const RunLog log = simulate(problem, robot);
   ASSERT_EQ(log.samples.size(), 25u);
@@ -129,7 +129,7 @@ TEST_F(SyntheticProblem, SamplesAreThoseOfTheWholeBodyController) {
   EXPECT_EQ(log.control_calls, 25);
 }
 
-// However short it is, and wherever it lies between two samples.
+// The recorded impulse is exact for any length and start of the push between two samples.
 TEST_F(SyntheticProblem, ThePushOfSamplesHasItsImpulse) {
   problem.settings().control.period = 0.005;
   for (const PlantChoice plant : {PlantChoice::dart, PlantChoice::centroidal})
@@ -149,7 +149,7 @@ TEST_F(SyntheticProblem, ThePushOfSamplesHasItsImpulse) {
       }
 }
 
-// No foot may be where the ground's step is at the start.
+// No foot may initially be on the ground's step.
 TEST_F(SyntheticProblem, AStepOfTheGroundUnderAFootIsRefused) {
   const double beside = std::abs(initial_scene(problem, robot).swing.position[1]);
   DartOptions& ground = problem.settings().plant.engine;
@@ -163,7 +163,7 @@ TEST_F(SyntheticProblem, AStepOfTheGroundUnderAFootIsRefused) {
   EXPECT_NO_THROW(simulate(problem, robot));
 }
 
-// On two feet by the lever, on one all of it.
+// On two feet the lever arms divide the weight; on one foot it carries all of it.
 TEST(Scene, WhatFeetBearOfABodyThatStandsStill) {
   Scene scene;
   scene.swing = flat_sole({0.0, -0.2, 0.0});

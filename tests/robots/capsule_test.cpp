@@ -23,7 +23,7 @@ double depth(const Capsule& capsule, const Point& p) {
   return capsule.radius - (closest_points(capsule, {p, p, 0.0}).first - p).norm();
 }
 
-// On the surface of a capsule: around its segment and beyond its ends.
+// Random points on the surface of a capsule, including both end caps.
 std::vector<Point> surface(const Capsule& capsule, int count, Random& random) {
   std::vector<Point> points;
   const Point axis = (capsule.to - capsule.from).normalized();
@@ -37,7 +37,7 @@ std::vector<Point> surface(const Capsule& capsule, int count, Random& random) {
   return points;
 }
 
-// No two other points of the segments are nearer, on a grid of one hundredth of their lengths.
+// On a grid of one hundredth of the lengths, no other pair of points of the segments is closer.
 TEST(Capsule, ClosestPointsAreClosest) {
   Random random(seed);
   for (int k = 0; k < 200; ++k) {
@@ -67,7 +67,7 @@ TEST(Capsule, FitOfACapsuleIsItself) {
   const Capsule limb{{0.1, -0.2, 0.05}, {0.1, -0.1, 0.3}, 0.06};
   const std::vector<Capsule> fit = fit_capsules(surface(limb, 20000, random));
   ASSERT_EQ(fit.size(), 1U);
-  // Points stand about a millimetre apart.
+  // The points are about a millimetre apart.
   constexpr double near = 2e-3;
   EXPECT_NEAR(fit[0].radius, limb.radius, near);
   EXPECT_NEAR(fit[0].length(), limb.length(), 2.0 * near);
@@ -89,7 +89,7 @@ TEST(Capsule, FitsHoldAllPoints) {
   }
 }
 
-// An angle of two limbs, 0.4 m each, is cut; the whole would take a ball of 0.2 m and more.
+// A bend of two limbs, 0.4 m each, is split; one capsule would need a radius above 0.2 m.
 TEST(Capsule, WhatIsBentIsCut) {
   Random random(seed);
   const Capsule one{{0.0, 0.0, 0.0}, {0.4, 0.0, 0.0}, 0.04},

@@ -45,8 +45,8 @@ TEST(CapturePoint, IsTakenAboutTheCentreOfPressure) {
               capture_point(end.position, end.velocity, omega), exact);
 }
 
-// Under the CoM a horizontal impulse J of the ground lends angular momentum, dH = (0, 0, -z) x J,
-// and speed, J / m. Where the capture point comes to rest is not changed by it.
+// A horizontal ground impulse J below the CoM adds angular momentum, dH = (0, 0, -z) x J, and
+// velocity, J / m. It does not change the capture point at rest.
 TEST(CapturePoint, AtRestTakesBackWhatAFlywheelLent) {
   constexpr double mass = 33.0;  // kg
   const Vec<double, 3> com(0.02, -0.03, 0.55), velocity(0.2, -0.4, 0.1);
@@ -59,7 +59,7 @@ TEST(CapturePoint, AtRestTakesBackWhatAFlywheelLent) {
   const Vec<double, 2> spinning =
       capture_point_at_rest(com, velocity + impulse / mass, arm.cross(impulse), mass, omega);
   EXPECT_LT((spinning - still).norm(), exact);
-  // On a step of the ground the height that counts is above it.
+  // On a ground step, the pendulum height is measured from the step.
   const Vec<double, 3> raised(com[0], com[1], com[2] + 0.1);
   const Vec<double, 2> on_a_step =
       capture_point_at_rest(raised, velocity + impulse / mass, arm.cross(impulse), mass, omega);

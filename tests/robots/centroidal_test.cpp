@@ -53,7 +53,7 @@ TEST(Centroidal, StandingStillIsAnEquilibrium) {
   EXPECT_LT(centroidal_dynamics(mass, gamma, feet).norm(), 1e-13);
   const Vec<double, 9> pushed = centroidal_dynamics(mass, gamma, feet, Vec3(0, -66, 0));
   EXPECT_NEAR(pushed[4], -2.0, 1e-13);
-  EXPECT_NEAR(pushed.norm(), 2.0, 1e-13);  // nothing else moves
+  EXPECT_NEAR(pushed.norm(), 2.0, 1e-13);  // no other component changes
 }
 
 TEST(Centroidal, ForceThroughTheSoleTurnsAboutTheCom) {
@@ -115,7 +115,8 @@ TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
 }
 
 TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
-  // d/dt (H + c x m v) = sum tau_i + x_i x f_i + c x m g about the origin, whatever the CoM c does.
+  // d/dt (H + c x m v) = sum tau_i + x_i x f_i + c x m g about the origin, for any motion of the
+  // CoM c.
   const double mass = 33.0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Sample s(seed);
@@ -129,8 +130,8 @@ TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
   }
 }
 
-// Of the left foot, which is turned by 90 degrees: its x is the world's y. The right one is in the
-// air.
+// The left foot is rotated by 90 degrees: its x axis is the world's y axis. The right foot is in
+// the air.
 TEST(CentroidalPlant, AFootThatStandsExertsWhatIsCommandedInItsOwnAxes) {
   const double mass = 2.0;
   Vec<double, 9> start = Vec<double, 9>::Zero();
@@ -153,7 +154,8 @@ TEST(CentroidalPlant, AFootThatStandsExertsWhatIsCommandedInItsOwnAxes) {
             rounding);
   EXPECT_LT((plant.state().segment<3>(3) - t * acceleration).norm(), rounding);
   // About the CoM, which moves by a t^2 / 2: (0, 0, -0.5) x (0, 4, .) = (2, 0, 0), the torque of
-  // 3 about the world's -x, and the weight beside the CoM. The integral of t^2 / 2 is t^3 / 6.
+  // 3 about the world's -x, and the moment of the vertical force. The integral of t^2 / 2 is t^3
+  // / 6.
   const Vec3 weight(0.0, 4.0, mass * standard_gravity);
   const Vec3 momentum =
       t * Vec3(2.0 - 3.0, 0.0, 0.0) - t * t * t / 6.0 * acceleration.cross(weight);

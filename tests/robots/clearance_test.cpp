@@ -69,8 +69,8 @@ TEST_F(Limbs, SpeedsAreThoseOfTheDistance) {
   }
 }
 
-// Balls have no closest points that wander: at rest the second derivative is exact, in motion what
-// is left out is not negative.
+// The closest points of balls do not move: at rest the second derivative is exact, in motion the
+// omitted term is not negative.
 TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
   for (FloatingRobot::Body& body : robot.bodies)
     for (LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
@@ -101,7 +101,7 @@ TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
   }
 }
 
-// All pairs by their own loop: the nearest come first, and none is missed.
+// Compares with a plain loop over all pairs: the nearest come first, and none is missing.
 TEST_F(Limbs, TheNearestAreKept) {
   Random random(seed);
   const WholeBodyState state = random_state(random);
@@ -148,7 +148,7 @@ TEST_F(Limbs, NeighboursMayTouchAndOthersMayNot) {
   EXPECT_TRUE(apart("l_foot", "r_foot"));
   EXPECT_TRUE(apart("l_hand", "head"));
   EXPECT_FALSE(apart("l_upper_leg", "l_lower_leg"));  // a joint between them
-  EXPECT_FALSE(apart("l_hip_1", "l_upper_leg"));      // one in the other by construction
+  EXPECT_FALSE(apart("l_hip_1", "l_upper_leg"));      // overlap by construction
 }
 
 TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
@@ -158,7 +158,7 @@ TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
         << name;
   }
   WholeBodyState folded = start;
-  folded.q[robot.joint_index("l_hip_roll")] = -0.3;  // both legs inwards
+  folded.q[robot.joint_index("l_hip_roll")] = -0.3;  // both legs inward
   folded.q[robot.joint_index("r_hip_roll")] = -0.3;
   try {
     expect_apart(robot, folded, "folded");
@@ -171,7 +171,7 @@ TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
   }
 }
 
-// The figures of the built-in file against the meshes, where these are at hand.
+// Compares the built-in file with the meshes if they are available.
 TEST_F(Limbs, CapsulesOfTheFileAreThoseOfTheMeshes) {
   for (const UrdfLink& link : urdf->links())
     for (const UrdfShape& visual : link.visuals)
@@ -186,7 +186,7 @@ TEST_F(Limbs, CapsulesOfTheFileAreThoseOfTheMeshes) {
   for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
     const auto& expected = fitted.bodies[b].capsules;
     ASSERT_EQ(robot.bodies[b].capsules.size(), expected.size()) << robot.bodies[b].name;
-    // The file has tenths of a millimetre; processors may end the search a step apart.
+    // The file is rounded to 0.1 mm; the search may end one iteration apart on other processors.
     constexpr double same = 1e-3;
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const Capsule& c = robot.bodies[b].capsules[i].capsule;

@@ -22,7 +22,7 @@ Vec<double, 6> wrench(double fx, double fy, double fz, double tx = 0, double ty 
   return w;
 }
 
-// The sentence of the DefinitionError that the options cause.
+// Message of the DefinitionError that the options cause.
 std::string complaint(const ContactConeOptions& options) {
   try {
     contact_cone(options);
@@ -141,7 +141,7 @@ TEST(ContactCone, CornersExertAllThatItsCornersCanAndNoMore) {
             force_at(x, y, fz, mu * fz * part(random), mu * fz * part(random));
         all += one;
         EXPECT_LT(cone.violation(one), 1e-12);
-        // On one corner there is no torsion but that of the force.
+        // On one corner, the only torsion is that of the force.
         const Vec<double, 6> turning = wrench(0, 0, 0, 0, 0, k % 2 == 0 ? 1e-3 : -1e-3);
         EXPECT_NEAR(cone.violation(one + turning), 1e-3, 1e-12);
         EXPECT_LT(without.violation(one + turning), 1e-12);

@@ -1,6 +1,6 @@
-// From sensors to an estimate: readings of the size, rate and delay that were asked for, the
-// filter's models against differences, its errors as large as it says they are, and iCub standing
-// in DART by nothing else.
+// Estimation from sensors: noise, rate and delay of the readings, the filter's Jacobians against
+// differences, consistency of its errors with its covariance, and iCub balancing in DART on the
+// estimate alone.
 #include "saltus/robots/whole_body/estimator.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ constexpr double dt = 1e-3;  // s, of the engine
 
 Vec<double, 3> some_vector(Random& random, double size) { return size * random.vector(3); }
 
-double normal(Random& random) {  // twelve uniform ones: deviation 1
+double normal(Random& random) {  // sum of twelve uniform numbers: deviation 1
   double sum = 0.0;
   for (int i = 0; i < 12; ++i) sum += random.uniform(-0.5, 0.5);
   return sum;
@@ -119,8 +119,8 @@ TEST(ContactInertialState, TheMismatchOfASoleIsLinearInTheError) {
   }
 }
 
-// A base that sways and turns above two feet, known exactly; sampled between its ends so that the
-// mean readings are exact.
+// A base that sways and rotates above two feet, known exactly. Sampled inside each step so
+// that mean readings are exact.
 struct Sway {
   static State at(double t) {
     State s;
@@ -144,16 +144,17 @@ struct FilterRun {
   State::Matrix covariance;
 };
 
-// All errors drawn as the filter believes them to be.
+// All errors are drawn from the distributions that the filter assumes.
 FilterRun run_filter(int seed, double seconds) {
   Random random(seed);
   BaseEstimatorOptions o;
-  // A gyroscope and an accelerometer worse than iCub's, lest rounding and linearisation count.
+  // Gyroscope and accelerometer noise above iCub's, so that rounding and linearisation are
+  // negligible.
   o.gyroscope_noise = 1e-3;
   o.accelerometer_noise = 5e-3;
   o.foot_walk = o.foot_turn_walk = 0.0;
   o.ground_slope = 2e-3;
-  o.level_noise = 1e3;  // it is not told that the ground is level
+  o.level_noise = 1e3;  // the filter does not assume level ground
   o.gyroscope_walk = o.accelerometer_walk = 1e-6;
   State truth = Sway::at(0.0);
   truth.b_gyroscope = noise(random, o.gyroscope_bias);
@@ -165,7 +166,7 @@ FilterRun run_filter(int seed, double seconds) {
     first.segment<3>(State::velocity) = noise(random, o.velocity);
     first.segment<3>(State::position) = noise(random, o.position);
     State wrong = truth;
-    wrong.v.setZero();  // what reset() takes it for
+    wrong.v.setZero();  // the velocity that reset() assumes
     Eigen::Isometry3d slope = truth.sole(Side::left);
     slope.linear() = exp_so3(
         Vec<double, 3>(o.ground_slope * normal(random), o.ground_slope * normal(random), 0.0));
@@ -203,9 +204,9 @@ FilterRun run_filter(int seed, double seconds) {
   return {filter.state(), truth, filter.covariance()};
 }
 
-// Of 40 runs, 15 entries each (base and biases): the mean of the normalised squares has the
-// deviation sqrt(2 / 600) = 5.8 % of one. The band is four times that, and wider below because the
-// velocity's start is taken for better than it is told to be.
+// 40 runs with 15 entries each (base and biases): the mean of the normalised squares has the
+// deviation sqrt(2 / 600) = 5.8 %. The band is four times that, and wider below because the
+// initial velocity is better than the filter assumes.
 TEST(BaseEstimator, ErrorsAreAsLargeAsItSays) {
   constexpr int runs = 40;
   std::vector<int> entries;
@@ -231,12 +232,12 @@ TEST(BaseEstimator, ThePinStaysWhereItIs) {
   const FilterRun run = run_filter(3, 2.0);
   EXPECT_LT(run.estimate.sole(Side::left).translation().norm(), 1e-12);  // rounding
   const Mat<double, 3, 3> R = run.estimate.sole(Side::left).linear();
-  // Its heading changes by products of small tilts only.
+  // The heading changes only by products of small tilts.
   EXPECT_LT(std::abs(std::atan2(R(1, 0), R(0, 0))), 1e-4);
 }
 
 // q = a t^2 / 2: the velocity is that of the lag before.
-// At rest on one foot, with the bias of a gyroscope of which nothing is known.
+// At rest on one foot, with an unknown gyroscope bias.
 TEST(BaseEstimator, ASoleThatRestsTellsTheBiasOfTheGyroscope) {
   const auto error_after_a_second = [](bool rests) {
     Random random(4);
@@ -284,9 +285,9 @@ TEST(SensorDevice, SamplesAtItsRateAndIsLate) {
     device.reset(VectorXd::Constant(1, -1.0));
     for (int k = 1; k <= 40; ++k) {
       device.observe(VectorXd::Constant(1, k));
-      const int sampled = (k - 6) / 4 * 4;  // every fourth step, six late
+      const int sampled = (k - 6) / 4 * 4;  // every fourth step, with a delay of six
       EXPECT_EQ(device.is_new(), sampled >= 4 && (k - 6) % 4 == 0) << k;
-      // Of the steps k - 3 to k the mean is 1.5 less.
+      // The mean over the steps k - 3 to k is 1.5 below the last.
       const double expected = k < 10 ? -1.0 : sampled - (averages ? 1.5 : 0.0);
       EXPECT_EQ(device.reading()[0], expected) << k;
     }
@@ -308,7 +309,7 @@ TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
   }
   const VectorXd mean = sum / samples;
   const double spread = std::sqrt(((squares / samples) - mean.cwiseAbs2()).mean());
-  // Five deviations: of 200 biases 5 % each, of 40000 samples 0.35 %.
+  // Five deviations: 5 % each for 200 biases, 0.35 % for 40000 samples.
   EXPECT_NEAR(std::sqrt(mean.squaredNorm() / entries), bias, 0.25 * bias);
   EXPECT_NEAR(spread, deviation, 0.0175 * deviation);
 
@@ -321,7 +322,7 @@ TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
   EXPECT_EQ(coarse.reading()[0], 1.5);
 }
 
-// A sample has the noise of the rate at which there are samples: that of the engine at most.
+// The noise of a sample follows from the actual sampling rate, which the engine step limits.
 TEST_F(IcubBody, NoiseOfRatesIsThatOfTheSamplesThatThereAre) {
   SensorOptions options;
   options.gyroscope = {.rate = 1e5, .noise = 1e-3, .bias = 0.0, .delay = 0.0};
@@ -337,10 +338,10 @@ TEST_F(IcubBody, NoiseOfRatesIsThatOfTheSamplesThatThereAre) {
   EXPECT_NEAR(std::sqrt(squares / samples), deviation, 0.03 * deviation);  // five deviations
 }
 
-// Sees a robot that its test moves.
+// A plant whose state the test sets.
 class PuppetPlant final : public Plant {
  public:
-  /// Pressed in the middle of the left sole's frame, or elsewhere (m).
+  /// Contact force at the origin of the left sole's frame, or at an offset (m).
   explicit PuppetPlant(const WholeBodyState& state, double x = 0.0, double y = 0.0)
       : state_(state) {
     constexpr double force = 300.0;  // N
@@ -366,7 +367,7 @@ class PuppetPlant final : public Plant {
   double time_ = 0.0;
 };
 
-// An engine whose state an estimator finds from sensors alone.
+// An engine and an estimator that uses only sensors.
 class EstimatedRobot {
  public:
   EstimatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
@@ -460,14 +461,14 @@ TEST_F(Estimated, SolesByTheLegsAreThoseOfTheModel) {
   }
 }
 
-// Where a sole is pressed decides whether it can turn, and so whether the gyroscope's bias is
-// known: 5 mm inside of each edge.
+// The centre of pressure decides whether a sole can rotate, and so whether the gyroscope's bias is
+// observable: 5 mm inside each edge.
 TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
   SensorOptions sensors;
   sensors.gyroscope.bias = 0.01;  // rad/s
   sensors.force_torque = {
       .force_noise = 0.0, .torque_noise = 0.0, .force_bias = 0.0, .torque_bias = 0.0};
-  // What is left of the bias of roll and pitch when the robot has stood still for a second.
+  // Remaining bias of roll and pitch after one second at rest.
   const auto turns = [&](double x, double y) {
     EstimatedRobot plant(std::make_unique<PuppetPlant>(start, x, y), robot, sensors, {});
     Vec<double, 2> sum(0.0, 0.0);
@@ -493,7 +494,7 @@ TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
   }
 }
 
-// The same sole as a box that lies on its side, and with a wider one above it.
+// The same sole as a box rotated onto its side, and with a wider box above it.
 TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
   FloatingRobot turned = robot, topped = robot;
   for (const FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
@@ -519,7 +520,7 @@ TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
   EXPECT_LT((after_a_second(topped) - twist).norm(), 1e-9);
 }
 
-// Forces that are read late do not make the foot that it stands on go.
+// A delay of the forces does not end the contact of the stance foot.
 TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
   SensorOptions sensors;
   sensors.force_torque.delay = 0.1;
@@ -545,7 +546,7 @@ TEST_F(Estimated, NonsenseIsRefused) {
                DefinitionError);
 }
 
-// One foot, one push, nothing but what the sensors tell; compared with the truth relative to the
+// One foot, one push, sensors only. Compares the estimate with the simulated state relative to the
 // sole.
 TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
   std::unique_ptr<Plant> engine = make_dart_plant(robot, {});
@@ -562,7 +563,7 @@ TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
   balance_on_the_left_foot(
       robot, *model, plant, *controller, tasks, {3.0, 1.0, 0.1, 4.0},
       [&](const WholeBodyCommand&, double t) {
-        if (t < 0.25) return;  // it finds the first tilt
+        if (t < 0.25) return;  // the estimator converges to the initial tilt
         true_model->update(truth.state());
         const auto over_the_sole = [](const DynamicsModel& m) {
           return Vec<double, 3>(m.com() - m.sole(Side::left).pose.translation());

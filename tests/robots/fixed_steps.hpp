@@ -1,4 +1,4 @@
-// A biped without prediction that takes given steps, for tests of what runs and reports it.
+// A biped without prediction that takes given steps, for tests of the simulation and the reports.
 #pragma once
 
 #include <memory>
@@ -10,13 +10,13 @@
 
 namespace saltus::walking {
 
-/// Says the same in every tick.
+/// Returns the same plan in every tick.
 class FixedPlan final : public StepPlanner {
  public:
   explicit FixedPlan(const StepPlan& plan) { plan_ = plan; }
 };
 
-/// iCub on both feet until `end` (s), whose wrenches the capture-point controller finds.
+/// iCub on both feet until `end` (s), with the capture-point controller.
 class FixedSteps final : public BipedProblem {
  public:
   FixedSteps(const StepPlan& plan, double end) : plan_(plan), end_(end) {

@@ -1,4 +1,4 @@
-// The ground with a step: where its upper faces are.
+// Upper faces of the ground, level or with a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-// Height of the ground at (0, y), -infinity where there is none.
+// Height of the ground at (0, y), -infinity if there is none.
 double height_at(const PlantOptions& options, double y) {
   double height = -infinity;
   for (const GroundBox& box : ground_boxes(options)) {
@@ -27,7 +27,7 @@ TEST(Ground, IsLevelByDefault) {
   for (const double y : {-9.0, -0.2, 0.0, 0.2, 9.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
 }
 
-// At a quarter of a metre per second.
+// Walking speed 0.25 m/s.
 TEST(Ground, IsThereAfterAnHourOfWalking) {
   for (const double y : {-900.0, 900.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
   EXPECT_EQ(ground_boxes({}).front().size[0], ground_boxes({}).front().size[1]);
@@ -48,7 +48,7 @@ TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
     }
 }
 
-// The two halves reach as far as the level one, and no farther.
+// Both halves together have the extent of the level ground.
 TEST(Ground, StepDoesNotChangeItsSize) {
   const double size = ground_boxes({}).front().size[1];
   PlantOptions options;

@@ -44,7 +44,7 @@ class IcubBody : public testing::Test {
   std::unique_ptr<UrdfModel> urdf;
   RobotDescription description;
   FloatingRobot robot;
-  WholeBodyState start;  ///< at rest in the posture that the robot begins with
+  WholeBodyState start;  ///< at rest in the initial posture
 };
 
 }  // namespace saltus

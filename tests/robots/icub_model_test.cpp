@@ -62,7 +62,7 @@ TEST_F(IcubModel, IsTakenFromTheCacheWithoutAWord) {
   EXPECT_EQ(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), urdf);
 }
 
-// What cannot be fetched is one sentence that names the way out.
+// A failed download gives one sentence with a remedy.
 TEST_F(IcubModel, WithoutTheScriptOrTheNetworkOneSentence) {
   fs::create_directories(cache_ / "robots/icub");
   const fs::path script = cache_ / "robots/icub/fetch_icub_model";

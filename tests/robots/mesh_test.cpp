@@ -81,7 +81,7 @@ TEST(Mesh, OutsideOfTheRobotsFoldersIsOpenedOnlyWhenAsked) {
   EXPECT_EQ(find_mesh(foreign.string(), urdf), foreign);
 }
 
-// The top of the file system is in no robot's folders, whatever package is asked for.
+// The root of the file system is not in any robot's folders, for any package name.
 TEST(Mesh, APackageIsNotAtTheTopOfTheFileSystem) {
   const TemporaryFolder folder;
   const auto file = folder.file("t.stl", tetrahedron);
@@ -117,7 +117,7 @@ TEST(Mesh, CornersAreReadFromThreeFormatsAndFromNothingElse) {
                        "nested more than 100 deep"));
 }
 
-// Found by the fuzzer: Assimp's reader of OBJ writes where it has no memory.
+// Found by fuzzing: Assimp's OBJ reader writes out of bounds.
 TEST(Mesh, AReaderThatBreaksDownIsASentence) {
   const TemporaryFolder folder;
   const std::filesystem::path input =

@@ -14,7 +14,7 @@ namespace {
 constexpr double step = 1e-3;  // s
 constexpr double rounding = 1e-12;
 
-// From 1 to 3 Nm: the mean torque in the last of the steps.
+// Command step from 1 to 3 Nm: mean torque in the last engine step.
 double after(const MotorOptions& options, int steps) {
   Motors motors(options, 1, step);
   motors.command(VectorXd::Constant(1, 1.0));
@@ -34,8 +34,8 @@ TEST(Motors, FollowWithTheirBandwidth) {
   }
 }
 
-// A first-order lag is behind a ramp by 1 / (2 pi bandwidth), whatever the engine's step; what is
-// asked for in steps is half of one behind on average.
+// A first-order lag follows a ramp with the delay 1 / (2 pi bandwidth), for any engine step. A
+// command in steps adds half a step on average.
 TEST(Motors, AreBehindARampByTheLag) {
   constexpr double rate = 100.0;  // Nm/s
   for (const double bandwidth : {20.0, 50.0, 200.0}) {

@@ -1,5 +1,5 @@
-// MuJoCo as a second engine: it must see the same robot as DART, obey the laws of motion, and agree
-// on what comes of a push. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// MuJoCo as a second engine: it must have the same robot model as DART, obey the laws of motion,
+// and agree on the result of a push. Needs the URDF, whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ class Mujoco : public IcubBody {
     s.dq = random(robot.joints(), 1.0);
     return s;
   }
-  // Of the whole robot about the world's origin: (angular | linear).
+  // Momentum of the whole robot about the world's origin: (angular | linear).
   Vec<double, 6> momentum(const WholeBodyState& state) {
     dynamics->update(state);
     Vec<double, 6> h;
@@ -65,9 +65,9 @@ TEST_F(Mujoco, HasTheMassMatrixOfDart) {
     state.q += random(robot.joints(), 0.5);
     dynamics->update(state);
     const MatrixXd mass_matrix = mujoco_mass_matrix(robot, state);
-    // The sum of the bodies. The file's own sum is 33.0617 kg.
+    // The sum over the bodies. The sum over the URDF is 33.0617 kg.
     EXPECT_NEAR(mass_matrix(3, 3), 33.0617, 5e-5);
-    // MuJoCo rounds where it diagonalises the inertias: measured 1.2e-8 of 33 kg.
+    // MuJoCo diagonalises the inertias with rounding: measured 1.2e-8 of 33 kg.
     EXPECT_LT((mass_matrix - dynamics->mass_matrix()).cwiseAbs().maxCoeff(), 1e-6);
   }
 }
@@ -96,7 +96,7 @@ TEST_F(Mujoco, AcceleratesAsDartDoes) {
   const auto dart = make_dart_plant(robot, dart_options);
   for (int trial = 0; trial < 3; ++trial) {
     const WholeBodyState state = flying();
-    const VectorXd torques = random(robot.joints(), 100.0);  // beyond the limits, too
+    const VectorXd torques = random(robot.joints(), 100.0);  // also beyond the limits
     const Vec<double, 3> force = random(3, 50.0), point = random(3, 0.2);
     const int chest = robot.body_index("chest");
     VectorXd acceleration[2];
@@ -128,15 +128,15 @@ TEST_F(Mujoco, FallsFreely) {
   for (int k = 0; k < 100; ++k) plant->step();
   EXPECT_NEAR(plant->time(), 0.1, 1e-12);
   const Vec<double, 6> twist = plant->state().base_twist;
-  // Gravity moves all bodies alike, so that no joint moves, to rounding.
+  // Gravity accelerates all bodies equally, so no joint moves except for rounding.
   EXPECT_NEAR(twist[5], -standard_gravity * 0.1, 1e-9);
   EXPECT_LT(twist.head<5>().cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT(plant->state().dq.cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_FALSE(plant->contact(Side::left).touches);
 }
 
-// The robot lands on its left foot, slipping, turning and with slack joints: what the soles report
-// must be what changes its momentum, linear and angular.
+// The robot lands on its left foot, slips and rotates, without joint torques. The reported sole
+// wrenches must equal the change of its linear and angular momentum.
 TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
   PlantOptions options;
   options.step = 1e-4;
@@ -173,7 +173,7 @@ TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
     }
     impulse += options.step * rate;
   }
-  EXPECT_GT(options.step * normal, 5.0);  // Ns: there was a landing worth the name
+  EXPECT_GT(options.step * normal, 5.0);  // Ns: the landing was significant
   EXPECT_GT(tangential, 0.1 * normal);    // and friction
   EXPECT_EQ(allocations, 0);
   expected += impulse;
@@ -210,7 +210,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
     if (k >= steps - last) mean += plant->contact(Side::left).wrench / last;
   }
   dynamics->update(plant->state());
-  // What the ground carries is the weight, but for what still moves: measured 3e-7 of it, and a
+  // The ground carries the weight except for residual motion: measured 3e-7 of it, and a
   // CoM 0.02 mm away at 0.004 mm/s. The limits leave room for another release of MuJoCo.
   EXPECT_NEAR(mean[2], weight, 1e-4 * weight);
   EXPECT_LT(mean.head<2>().norm(), 1e-4 * weight);
@@ -258,7 +258,7 @@ TEST(WithoutMujoco, ThePlantSaysSo) {
   }
 }
 
-// Capsules in both engines.
+// Both engines, with capsules.
 class LimbsOfBothEngines : public Mujoco {
  protected:
   void SetUp() override {
@@ -277,8 +277,8 @@ class LimbsOfBothEngines : public Mujoco {
   }
 };
 
-// In the air the right arm is drawn to the body. Limbs that meet stop, and what they do to each
-// other changes no momentum.
+// In the air, torques pull the right arm to the body. Limbs in contact stop, and their contact
+// forces do not change the momentum.
 TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
   WholeBodyState state = start;
   state.base.translation()[2] += 3.0;
@@ -317,7 +317,7 @@ TEST_F(LimbsOfBothEngines, DetectorsWithoutCapsulesAreRefused) {
   }
 }
 
-// Soles are boxes: a capsule of a foot is there for other limbs, however low it reaches.
+// Soles are boxes. A foot's capsule only touches other limbs, however low it is.
 TEST_F(LimbsOfBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
   FloatingRobot low = robot;
   const FloatingRobot::Frame& sole = low.left_sole;
@@ -339,7 +339,7 @@ TEST_F(LimbsOfBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
   }
 }
 
-// Without torques it falls on its face; nothing but its feet may then be below the ground.
+// Without torques the robot falls forward. Then only its feet may be below the ground.
 TEST_F(LimbsOfBothEngines, WhatFallsLiesOnTheGround) {
   const VectorXd torques = VectorXd::Zero(robot.joints());
   for (const auto& plant : plants(true)) {

@@ -1,5 +1,5 @@
-// Prints what the project says of a robot in random states, as JSON lines, for a comparison with
-// another library: print_dynamics URDF STATES SEED. The robot is iCub's (icub.yaml).
+// Prints the dynamics of a robot in random states as JSON lines, for a comparison with another
+// library: print_dynamics URDF STATES SEED. The robot is iCub's (icub.yaml).
 #include <fmt/format.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Contacts from a plan of steps, the rule that makes such plans, and lists of pushes.
+// Contacts from a step plan, the rule that makes step plans, and lists of pushes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ Scene on_two_feet() {
   return scene;
 }
 
-// Above the middle of the feet, with this capture point.
+// CoM above the middle of the feet, with this capture point.
 StepSituation with_capture_point(double x, double y, double t = 1.0) {
   StepSituation now;
   now.time = t;
@@ -132,7 +132,7 @@ TEST(Pushes, AListAddsToTheFirst) {
   EXPECT_NEAR(pushes[2].direction[1], 1.0, 1e-12);
 }
 
-// push.impulse=0 says that there is no first push: nothing begins with it, and none is in its way.
+// push.impulse=0 means that there is no first push. Its time then has no effect on other pushes.
 TEST(Pushes, OfNothingIsNoneUnlessThereIsNoOther) {
   Push none;
   none.impulse = 0.0;

@@ -1,5 +1,5 @@
 // A recorded run: per line the readings of a robot, whether its swing foot has landed, and the
-// torques with which the controller has answered.
+// torques that the controller has computed.
 #pragma once
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ inline std::string to_csv(const RecordedLine& line) {
   return text + "\n";
 }
 
-/// A robot with so many joints wrote the file.
+/// Reads the file of a robot with this number of joints.
 inline std::vector<RecordedLine> read_recorded_run(const std::string& file, int joints) {
   std::ifstream in(file);
   std::vector<RecordedLine> lines;

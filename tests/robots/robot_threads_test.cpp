@@ -1,4 +1,4 @@
-// Descriptions of robots are read by several threads at once, as docs/promise.md says.
+// Several threads read robot descriptions at the same time, as docs/promise.md promises.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Settling of forces, and the line of progress.
+// Settling of forces, and the progress line.
 #include "saltus/robots/walking/settling.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(Settling, ADecayIsInTheBandWhenTheExponentialSays) {
 }
 
 TEST(Settling, TheLastTimeInTheBandCounts) {
-  // Inside, out again for one sample at 3.0 s, inside.
+  // Inside the band, outside for one sample at 3.0 s, inside again.
   const Signal s = sampled(6.0, [](double t) { return std::abs(t - 3.0) < 1e-6 ? 2.0 : 0.0; });
   EXPECT_NEAR(s.settling(1.0, 1.0), 2.0 + period, rounding);
 }
@@ -79,7 +79,8 @@ RunLog landing_at(double touchdown) {
     s.capture_point.setZero();
     s.wrenches.setZero();
     s.push.setZero();
-    // 5 % of the weight are 14.7 N; the left foot is further away until 0.5 s after the landing.
+    // 5 % of the weight are 14.7 N; the left foot is outside the band until 0.5 s after the
+    // landing.
     s.wrenches[2] = s.time < touchdown + 0.5 - same_instant ? 300.0 : 150.0;
     s.wrenches[8] = s.time < touchdown + 0.2 - same_instant ? 0.0 : 140.0;
     log.samples.push_back(s);
@@ -109,8 +110,8 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheInstantThatIsGiven) {
   EXPECT_EQ(force_settling(log, 2.0).planned[0], infinity);
 }
 
-// On the whole body what was planned stands with the body, and what is measured as a mean over the
-// filter; the torques and all other forces never settle.
+// The log of a whole body contains planned forces, and measured ones as filtered means. The torques
+// and all other forces never settle.
 TEST(Settling, ForcesOfAWholeBodyArePlannedAndMeasured) {
   RunLog log = landing_at(2.0);
   for (std::size_t i = 0; i < log.samples.size(); ++i) {
@@ -170,7 +171,7 @@ TEST(Progress, OneLineOnATerminal) {
   const std::string text = shown(true);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
   EXPECT_EQ(text.front(), '\r');
-  EXPECT_GT(text.find_last_of('\r'), 0u);  // the end is shown even if the eye could not follow
+  EXPECT_GT(text.find_last_of('\r'), 0u);  // the end is always shown, despite the limited rate
   EXPECT_NE(text.find("t =  2.50 s"), std::string::npos);
 }
 

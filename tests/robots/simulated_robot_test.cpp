@@ -1,4 +1,4 @@
-// The simulated robot: noise of the size that was asked for, torques that act late.
+// The simulated robot: noise of the requested size, delayed torques.
 #include "saltus/robots/simulation/simulated_robot.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr int joints = 4;
 
-// Stands still, and remembers the torques of every step.
+// A plant at rest that records the torques of every step.
 class StillPlant final : public Plant {
  public:
   explicit StillPlant(std::vector<double>* acting = nullptr) : acting_(acting) {
@@ -55,7 +55,7 @@ MeasurementNoise some_noise() {
   return noise;
 }
 
-// Control is due in every second step of the engine.
+// The control period is two engine steps.
 SimulatedRobot robot_with(const MeasurementNoise& noise, int delay_ticks = 0,
                           std::vector<double>* acting = nullptr) {
   PlantSettings settings;
@@ -100,12 +100,12 @@ TEST(SimulatedRobot, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
     }
     for (int i = 0; i < 6; ++i)
       force.add(robot.read().ideal->left.wrench[i] / still.contact(Side::left).wrench[i] - 1.0);
-    ASSERT_TRUE(robot.read().ideal->right.wrench.isZero());  // nothing in the air stays nothing
+    ASSERT_TRUE(robot.read().ideal->right.wrench.isZero());  // a foot in the air has no noise
     ASSERT_EQ((robot.engine().state().q - t.q).norm(), 0.0);
     ASSERT_EQ((robot.engine().state().base.matrix() - t.base.matrix()).norm(), 0.0);
   }
-  // Of 12000 samples and more the deviation is known to 0.7 %, the mean to 0.9 % of it: five times
-  // that.
+  // 12000 samples or more give the deviation to 0.7 % and the mean to 0.9 % of it. The limits are
+  // five times that.
   constexpr double deviation_error = 0.035, mean_error = 0.045;
   const auto check = [&](const Spread& s, double wanted, const char* what) {
     EXPECT_NEAR(s.deviation(), wanted, deviation_error * wanted) << what;
@@ -155,7 +155,7 @@ TEST(SimulatedRobot, TorquesActWholeTicksLate) {
     }
     ASSERT_EQ(acting.size(), 16u);
     for (int k = 0; k < 8; ++k) {
-      const double expected = 10.0 + std::max(0, k - delay);  // the first ones hold up to then
+      const double expected = 10.0 + std::max(0, k - delay);  // the first command holds until then
       EXPECT_EQ(acting[2 * k], expected) << "delay " << delay << ", tick " << k;
       EXPECT_EQ(acting[2 * k + 1], expected) << "delay " << delay << ", tick " << k;
     }

@@ -70,7 +70,7 @@ TEST(StandingBound, IsTheLimitOfTheLinearProgram) {
     const double exact = least_peak_angular_momentum(impulse, icub);
     const double coarse = by_linear_program(impulse, icub, 100);
     const double fine = by_linear_program(impulse, icub, 400);
-    // A coarse control is a special case of a fine one, and both of the continuous one.
+    // Coarse controls are a subset of fine ones, and both are a subset of continuous ones.
     EXPECT_GE(coarse, fine - 1e-7) << impulse << " N s";
     EXPECT_GE(fine, exact - 1e-7) << impulse << " N s";
     EXPECT_LT(fine, 1.005 * exact) << impulse << " N s";

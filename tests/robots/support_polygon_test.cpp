@@ -40,7 +40,7 @@ TEST(SupportPolygon, OfOneFootIsTheFoot) {
 
 TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
   const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.03)};
-  // The instance of the published step-recovery cases: hull x [-0.05, 0.1], y [-0.15, 0.1].
+  // Instance of the published step-recovery cases: hull x [-0.05, 0.1], y [-0.15, 0.1].
   const SupportPolygon polygon =
       SupportPolygon::under({{flat_sole({0, 0.07, 0}), foot}, {flat_sole({0, -0.12, 0}), foot}});
   ASSERT_EQ(polygon.size(), 4);  // the four inner corners lie on its sides

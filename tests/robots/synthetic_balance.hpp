@@ -1,4 +1,4 @@
-// The synthetic biped, which puts its right foot down, with a controller that needs no simulator.
+// The synthetic biped, which lowers its right foot, with a controller that needs no simulator.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace saltus::walking {
 
-/// Plans one step of the right foot, which hangs in the air at the start, to the place below it.
+/// Plans one step of the right foot, initially in the air, to the place below it.
 class RightFootDown final : public StepPlanner {
  public:
   explicit RightFootDown(const Vec<double, 3>& place) {

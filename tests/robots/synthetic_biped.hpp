@@ -34,7 +34,7 @@ struct SyntheticBiped {
     return text + "</robot>\n";
   }
 
-  /// Its configuration file; `more` is put at the end.
+  /// Its configuration file, with `more` appended.
   std::string yaml(const std::string& more = "") const {
     // Legs of length l cos(bend), hips and ankles turned by `lean`, the pelvis level.
     const double bend = 0.30, reach = (thigh + shin) * std::cos(bend);
@@ -75,7 +75,7 @@ struct SyntheticBiped {
     return text;
   }
 
-  // A box of even density, and drawn as one.
+  // A link with the inertia and the visual of a homogeneous box.
   static std::string link(const std::string& name, double mass, const Vec3& size,
                           const Vec3& centre, const std::string& more = "") {
     const Vec3 s = size.cwiseProduct(size) * mass / 12.0;

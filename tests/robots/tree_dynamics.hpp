@@ -14,7 +14,7 @@
 
 namespace saltus {
 
-/// After construction nothing allocates.
+/// Does not allocate after construction.
 class TreeDynamics final : public DynamicsModel {
  public:
   explicit TreeDynamics(const FloatingRobot& robot)
@@ -61,7 +61,7 @@ class TreeDynamics final : public DynamicsModel {
   }
 
  private:
-  // Motion of the origin of a body, world axes.
+  // Motion of the origin of a body in world axes.
   struct Link {
     Eigen::Isometry3d pose;
     Vec<double, 3> axis, omega, v, alpha, a;
@@ -72,7 +72,7 @@ class TreeDynamics final : public DynamicsModel {
   void move(const WholeBodyState& state) {
     const Vec<double, 3> omega = state.base_twist.head<3>(), v = state.base_twist.tail<3>();
     links_[0] = {state.base,    Vec<double, 3>::Zero(), omega, v, Vec<double, 3>::Zero(),
-                 omega.cross(v)};  // the components of nu are along axes that turn
+                 omega.cross(v)};  // the components of nu are along rotating axes
     for (int i = 1; i <= joints(); ++i) {
       const FloatingRobot::Body& body = robot_.bodies[i];
       const Link& parent = links_[body.parent];
@@ -99,7 +99,7 @@ class TreeDynamics final : public DynamicsModel {
     const Mat<double, 3, 3> R = links_[i].pose.linear();
     return R * robot_.bodies[i].inertia * R.transpose();
   }
-  // Of a point of body i.
+  // Computes the Jacobian of a point of body i.
   void jacobian(int i, const Vec<double, 3>& point) {
     Jc_.setZero();
     Jw_.setZero();

@@ -201,9 +201,9 @@ TEST(UrdfModel, RefusesBodiesThatCannotBe) {
   expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "-0.1"))), "link \"leg\" has an");
   expect_has(complaint(one_leg(foot_box, inertia("0", "0", "0"))), "is not positive");
   expect_has(complaint(one_leg(foot_box, inertia("0", "0.1", "0.1"))), "is not positive");
-  EXPECT_EQ(complaint(one_leg(foot_box, inertia("0.1", "0.2", "0.3"))), "");  // flat, still a body
+  EXPECT_EQ(complaint(one_leg(foot_box, inertia("0.1", "0.2", "0.3"))), "");  // flat, but valid
   expect_has(complaint(one_leg(foot_box, good_inertia, "-3")), "\"body\" has the negative mass -3");
-  // urdfdom does not read numbers that are not finite, and would go on without them.
+  // urdfdom does not read non-finite numbers and would continue without them.
   expect_has(complaint(one_leg(foot_box, inertia("nan", "0.1", "0.1"))), "element for Link [leg]");
   expect_has(complaint(one_leg(foot_box, good_inertia, "nan")), "mass [nan] is not a float");
   expect_has(complaint(one_leg(foot_box, good_inertia, "inf")), "element for Link [body]");

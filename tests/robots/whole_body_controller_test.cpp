@@ -1,5 +1,5 @@
-// What every whole-body controller must do, and what each one promises. Needs the URDF, whose file
-// SALTUS_ICUB_URDF names.
+// Requirements on all whole-body controllers, and properties of each one. Needs the URDF, whose
+// file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ class Controllers : public IcubBody {
   WholeBodyState stand(const char* posture) {
     return standing_state(robot, *urdf, description, description.posture(posture));
   }
-  // The wrenches that carry the robot at rest on both feet or on the left one, its momentum kept.
+  // Tasks at rest on both feet or on the left one: wrenches that carry the weight at zero momentum.
   WholeBodyTasks rest_tasks(const WholeBodyState& state, bool both) {
     model->update(state);
     WholeBodyTasks tasks;
@@ -61,7 +61,7 @@ class Controllers : public IcubBody {
     return tasks;
   }
 
-  // The same, every joint and the base under way, with what a stance foot hardly does.
+  // The same posture with velocities of all joints and the base, so that stance feet move too.
   WholeBodyState moving(const char* posture) {
     WholeBodyState state = stand(posture);
     for (int i = 0; i < robot.joints(); ++i) state.dq[i] = 0.1 * std::sin(1.0 + i);
@@ -77,7 +77,7 @@ class Controllers : public IcubBody {
   std::unique_ptr<WholeBodyController> inverse_dynamics, momentum;
 };
 
-// At rest the torques are those that hold every link against gravity: h less what the feet carry.
+// At rest the torques balance gravity on every link: h minus the contact forces.
 TEST_F(Controllers, AtRestTorquesBalanceGravity) {
   for (const bool both : {false, true}) {
     const WholeBodyState state = stand(both ? "two_feet" : "left_stance");
@@ -116,9 +116,9 @@ TEST_F(Controllers, NothingAllocates) {
   }
 }
 
-// Motors that can exert half of what the task would take: in the first call no torque has a row,
-// and those that would pass their limits get one; in the second they have it from the start, and
-// the program is the same.
+// The motors can exert half of the required torque. In the first call no torque has a row, and
+// those above their limits get one. In the second call these rows exist from the start, and the
+// program is the same.
 TEST_F(Controllers, TorquesThatWouldPassTheirLimitsAreBoundedWhenTheyDo) {
   const WholeBodyState state = moving("two_feet");
   WholeBodyTasks tasks = rest_tasks(state, true);
@@ -202,7 +202,7 @@ TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
     constexpr double tolerance = 1e-5;  // regularisation, 1e-12, by the least of Lambda^2, 0.03
     EXPECT_LT((command.torques - expected).cwiseAbs().maxCoeff(), tolerance);
 
-    // The ground then answers with f: the motion of the robot whose stance feet are held.
+    // The ground then exerts f: the motion of the robot with fixed stance feet.
     const VectorXd motion = inverse * (S * command.torques + force - h);
     EXPECT_LT((J * motion - a).cwiseAbs().maxCoeff(), 1e-5);
     EXPECT_LT((motion.tail(n) - command.joint_acceleration).cwiseAbs().maxCoeff(), 1e-5);
@@ -228,16 +228,16 @@ TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
       rate += wrench_to_momentum(model->sole(side), model->com()) *
               command.wrenches.segment<6>(side == Side::left ? 0 : 6);
     rate[2] -= model->mass() * standard_gravity;
-    // The other weights pull at the rate: some 1e-3 of its weight.
+    // The other weights affect the rate, by about 1e-3 of its weight.
     EXPECT_LT((rate.head<3>() - tasks.force).norm(), 0.5) << i;
     EXPECT_LT((rate.tail<3>() - tasks.torque).norm(), 0.05) << i;
     EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);
     EXPECT_LE(contact_cone(right).violation(command.wrenches.tail<6>()), 1e-5);
     norms[i] = command.torques.norm();
   }
-  EXPECT_LT(norms[1], 0.95 * norms[0]);  // two feet leave the freedom to spare torque
+  EXPECT_LT(norms[1], 0.95 * norms[0]);  // two feet leave freedom to reduce the torques
 
-  // More than one foot can give: what is lacking is said by the wrenches, which stay in the cone.
+  // More than one foot can exert: the wrenches stay in the cone and show the deficit.
   tasks.right_stands = false;
   tasks.force = {0.0, -300.0, 0.0};
   const WholeBodyCommand& command = momentum->control(*model, state, tasks);
@@ -258,7 +258,7 @@ TEST_F(Controllers, MomentumTorquesAreCutAndCounted) {
     if (std::abs(command.torques[i]) == robot.bodies[i + 1].effort) ++at_limit;
   }
   EXPECT_EQ(at_limit, command.torques_cut);
-  EXPECT_GT(command.stance_slip, 0.1);  // m/s^2: then the feet cannot all be obeyed, and it says so
+  EXPECT_GT(command.stance_slip, 0.1);  // m/s^2: conflicting foot tasks are reported
 }
 
 TEST_F(Controllers, MomentumOptionsThatMakeNoSenseAreRefused) {
@@ -282,15 +282,15 @@ TEST_F(Controllers, MomentumControlBalancesAPush) {
                            {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});
 }
 
-// Asked to stand on a corner of the edge about which it has tipped, the sole is turned back: the
-// centre of pressure of the wrench keeps off that edge. In its middle it may stay.
+// A sole that has tipped about an edge is turned back if the wrench acts on a corner: the centre of
+// pressure keeps a distance to that edge. In the middle of the edge it may stay.
 TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
   WholeBodyGains gains;
   gains.tipped_reserve = 10.0;
   const Bounds ends = left.foot.x;
   for (const double tilt : {0.0, 0.004, -0.004, 0.03})  // rad, positive: the toe is lifted
     for (const double y : {0.0, left.foot.y.lower - 0.005, left.foot.y.upper + 0.005}) {
-      const bool on_corner = y != 0.0;  // and not short of it, as a compromise with other tasks
+      const bool on_corner = y != 0.0;  // exactly, without a compromise with other tasks
       const auto controller = make_inverse_dynamics_controller(robot, left, right, {}, gains);
       WholeBodyState state = stand("left_stance");
       model->update(state);
@@ -304,7 +304,7 @@ TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
       tasks.wrenches[4] = -edge * tasks.wrenches[2];
       const Vec<double, 3> turning(tasks.wrenches[3], tasks.wrenches[4], 0.0);
       tasks.torque = model->sole(Side::left).pose.linear() * turning;
-      controller->control(*model, state, tasks);  // that it stands on a corner it knows from this
+      controller->control(*model, state, tasks);  // the first call detects the corner
       const WholeBodyCommand& command = controller->control(*model, state, tasks);
       EXPECT_EQ(command.status, QpStatus::optimal);
       const double pressure = -command.wrenches[4] / command.wrenches[2];
@@ -317,7 +317,7 @@ TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
     }
 }
 
-// Every entry of the tasks at rest, but joints that run and limbs that close in.
+// All tasks at rest, except for moving joints and approaching limbs.
 TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
   add_capsules(robot, *urdf, description);
   WholeBodyGains gains;
@@ -328,7 +328,7 @@ TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
   const double fastest = robot.bodies[static_cast<std::size_t>(elbow) + 1].velocity;
   ASSERT_EQ(fastest, 7.64);
   state.dq[elbow] = fastest;  // above the margin
-  state.q[roll] = 0.35;       // the hand near the thigh, and drawn on
+  state.q[roll] = 0.35;       // hand near the thigh, moving towards it
   state.dq[roll] = -1.0;
   WholeBodyTasks tasks = rest_tasks(state, false);
   tasks.posture[elbow] += 10.0;
@@ -358,8 +358,8 @@ TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
   }
 }
 
-// Six times too fast, the elbow is braked with all that its motor has: what it may have to keep off
-// its other limit, and what its largest speed asks for, exclude each other.
+// At six times its speed limit, the elbow brakes with the full motor torque. The constraints of its
+// position limit and of its speed limit exclude each other.
 TEST_F(Controllers, AJointFarAboveItsLargestSpeedIsBraked) {
   WholeBodyGains gains;
   gains.speed_limits = true;
@@ -371,7 +371,7 @@ TEST_F(Controllers, AJointFarAboveItsLargestSpeedIsBraked) {
   const WholeBodyTasks tasks = rest_tasks(state, false);
   const WholeBodyCommand& command = keeping->control(*model, state, tasks);
   EXPECT_EQ(command.status, QpStatus::optimal);
-  constexpr double solved = 1e-4;  // Nm: to which the program is solved
+  constexpr double solved = 1e-4;  // Nm, accuracy of the program
   EXPECT_NEAR(command.torques[elbow], -body.effort, solved);
 }
 

@@ -39,19 +39,19 @@ TEST_F(WholeBody, HasTheLooksOfTheLinksThatAreDrawn) {
 TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
   const auto model = make_dart_dynamics(robot);
   model->update(start);
-  // Left contact frame at the origin: the CoM as the description has it, computed from the URDF.
+  // Left contact frame at the origin: the CoM of the description, computed from the URDF.
   EXPECT_LT((model->com() - description.default_posture().com).norm(), 1e-9);
   EXPECT_LT((model->sole(Side::left).pose.matrix() - MatrixXd::Identity(4, 4)).norm(), 1e-9);
   EXPECT_LT((model->sole(Side::right).pose.translation() - description.default_posture().other_foot)
                 .norm(),
             1e-9);
-  // The base carries the weight, in its own axes; the linear block of M is the mass.
+  // The base carries the weight, in base axes; the linear block of M is the mass.
   const Vec<double, 3> weight = model->bias().segment<3>(3);
   EXPECT_NEAR(weight.norm(), urdf->total_mass() * standard_gravity, 1e-9);
   EXPECT_NEAR(model->mass_matrix()(3, 3), urdf->total_mass(), 1e-9);
 }
 
-// Twists and drifts against differences along a motion.
+// Compares twists and drifts with differences along a motion.
 TEST_F(WholeBody, SolesMoveAsTheirJacobiansSay) {
   const auto model = make_dart_dynamics(robot);
   WholeBodyState state = start;
@@ -86,7 +86,7 @@ TEST_F(WholeBody, AnyLinkOfTheUrdfHasAFrame) {
   EXPECT_THROW(link_frame(robot, *urdf, "no_such_link"), InputError);
 }
 
-// In the air: the force gives the momentum it must, about the CoM too.
+// In the air, the force changes the linear and the angular momentum exactly.
 TEST_F(WholeBody, APushActsAtItsPoint) {
   const auto model = make_dart_dynamics(robot);
   const auto plant = make_dart_plant(robot, {});
@@ -97,7 +97,7 @@ TEST_F(WholeBody, APushActsAtItsPoint) {
   frame.pose.translate(Vec<double, 3>(0.1, 0.05, -0.02));
   const FloatingRobot::Frame body = link_frame(robot, *urdf, robot.bodies[frame.body].name);
   ASSERT_EQ(body.body, frame.body);
-  // Where that body is: from the base, through the joints of the posture.
+  // Pose of that body from the base through the joints of the posture.
   const Eigen::Isometry3d pose =
       start.base * urdf->link_pose(robot.bodies[frame.body].name, robot.bodies[0].name,
                                    description.default_posture().joints);
@@ -108,7 +108,7 @@ TEST_F(WholeBody, APushActsAtItsPoint) {
   model->update(plant->state());
   const double dt = 1e-3;  // s, one step
   const Vec<double, 3> weight(0.0, 0.0, -model->mass() * standard_gravity);
-  // A step of an explicit integrator: what is neglected is of second order in it.
+  // One step of an explicit integrator: the error is of second order.
   constexpr double second_order = 1e-4;
   EXPECT_LT((model->mass() * model->com_velocity() - dt * (force + weight)).norm(), second_order);
   EXPECT_LT((model->angular_momentum() - dt * arm.cross(force)).norm(), second_order);
@@ -182,7 +182,7 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
   swing.start(1.0, 1.6);
   swing.aim(1.6, {0.0, -0.25, 0.0});
   double highest = 0.0;
-  Vec<double, 3> last = swing.reference();  // up to 2 ms before the landing
+  Vec<double, 3> last = swing.reference();  // at most 2 ms before the landing
   double speed = 0.0;
   for (int k = 1; k < 300; ++k) {
     swing.advance(1.0 + 0.002 * k);
@@ -195,7 +195,7 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
   EXPECT_LT(speed, 0.02);
 }
 
-// On its way down it does not rise again when it is to land a little later.
+// On the way down, the foot does not rise again if the landing is slightly delayed.
 TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
   SwingFoot swing;
   swing.hold(Eigen::Isometry3d::Identity());
@@ -211,7 +211,7 @@ TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
   EXPECT_LT(height, 1e-4);
 }
 
-// It does not go below the ground, for any late change of the landing time.
+// The foot stays above the ground for any late change of the landing time.
 TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
   for (const int told : {110, 130, 150, 170, 185, 195, 199})
     for (const double later : {0.02, 0.1, 0.3, 1.0}) {
@@ -231,7 +231,7 @@ TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
     }
 }
 
-// Told on the way that it lands in half of the time, it comes down as slowly as if it had known.
+// If the remaining time is halved during the swing, the landing is as slow as with an early plan.
 TEST(SwingFoot, TurnsDownSoonerWhenItShallLandSooner) {
   const auto fastest_descent = [](double first_landing) {
     SwingFoot swing;

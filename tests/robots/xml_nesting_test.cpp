@@ -1,4 +1,4 @@
-// Is what parsers nest counted as they count?
+// Counts nested XML elements as parsers do.
 #include "saltus/robots/model/xml_nesting.hpp"
 
 #include <gtest/gtest.h>
@@ -27,13 +27,13 @@ TEST(XmlNesting, CountsOpenElements) {
   EXPECT_TRUE(xml_nesting_error(times(allowed + 1, "<a b='c'>")));
 }
 
-// What does not close an element, although it looks as if it did.
+// Text that looks like a closing tag but does not close an element.
 TEST(XmlNesting, IsNotToldOtherwiseByWhatIsNoTag) {
   for (const char* other : {"<![CDATA[</a></a>]]>", "<!-- </a></a> -->", "<!--> </a></a> -->",
                             "<a b='</a></a>'/>", "<a b=\"/>\"></a>"})
     EXPECT_TRUE(xml_nesting_error("<r>" + times(allowed + 1, std::string("<a>") + other))) << other;
   EXPECT_TRUE(xml_nesting_error(times(allowed + 1, "<a b='/>'>")));
-  // And what looks as if it opened one.
+  // Text that looks like an opening tag.
   for (const char* other :
        {"<![CDATA[<a><a>]]>", "<!-- <a><a> -->", "<a b='<a><a>'/>", "<a b='>'/>"})
     EXPECT_FALSE(xml_nesting_error("<r>" + times(allowed + 1, other))) << other;

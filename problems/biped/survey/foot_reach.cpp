@@ -20,12 +20,13 @@
 namespace saltus::survey {
 namespace {
 
-constexpr double lowest_trunk = 0.92;    // of its height when it stands: legs that reach bend
+constexpr double lowest_trunk =
+    0.92;  // fraction of its standing height; leaves room to bend the legs
 constexpr double between_limbs = 0.005;  // m
-constexpr double farthest = 0.8;         // of the trunk's height: beyond any step
-constexpr int halvings = 5;              // of that: to 1 cm
+constexpr double farthest = 0.8;         // fraction of the trunk's height; longer than any step
+constexpr int halvings = 5;              // bisections of that distance, to about 1 cm
 
-// With the shapes of its limbs, if it has any: without, joint limits alone tell.
+// The body with the shapes of its limbs. Without shapes, only joint limits restrict the reach.
 FloatingRobot body_with_limbs(const UrdfModel& model, const RobotDescription& robot) {
   FloatingRobot body = floating_robot(model, robot);
   try {
@@ -51,7 +52,7 @@ class Search {
     FootReach reach;
     const Point2 beside(0.0, apart_), beneath(0.0, 0.5 * apart_);
     const auto from_foot = [&](const Point2& to) { return reaches(to, 0.5 * to); };
-    // The foot that stands is the one that reaches: the CoM goes backwards where it shall be ahead.
+    // The reach is that of the left foot, which is fixed: if it is ahead, the CoM is behind it.
     const auto from_com = [&](const Point2& to) {
       const Point2 com(-to[0], to[1]);
       return reaches(com + beneath, com);
@@ -67,14 +68,15 @@ class Search {
   }
 
  private:
-  // Of the root link above the left sole, m.
+  // Height of the root link above the left sole, m.
   double trunk_height(const Posture& joints) const {
     const std::vector<Eigen::Isometry3d> poses = model_.link_poses(joints);
     Eigen::Isometry3d sole = poses[static_cast<std::size_t>(model_.link_index(robot_.left_sole))];
     sole.translate(Vec<double, 3>(0.0, 0.0, robot_.contact_plane_offset));
     return sole.inverse().translation().z();
   }
-  // With the other foot and the CoM there, (forward, away) of a left foot that stands.
+  // True if a posture exists with the left foot on the ground and the other foot and the CoM at
+  // these places, (forward, away) relative to it.
   bool reaches(const Point2& other_foot, const Point2& com) const {
     PostureWish wish;
     wish.stance = Side::left;
@@ -105,7 +107,7 @@ class Search {
   double apart_ = 0.0, trunk_ = 0.0;  // m
 };
 
-// FNV-1a over all that the search reads.
+// FNV-1a hash of all inputs of the search.
 class Fingerprint {
  public:
   void add(std::string_view text) {
@@ -121,7 +123,7 @@ class Fingerprint {
 std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
                           const FloatingRobot& body) {
   Fingerprint print;
-  print.add("reach 2 ");  // of the method: another one counts anew
+  print.add("reach 2 ");  // version of the method: a new version searches again
   std::ifstream file(model.source(), std::ios::binary);
   print.add(std::string(std::istreambuf_iterator<char>(file), {}));
   print.add(robot.left_sole);
@@ -139,7 +141,7 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
       print.add(joint);
       print.add(q);
     }
-  // Limbs, from the description or from meshes that may come later.
+  // Limb shapes, from the description or from meshes that may be installed later.
   for (const FloatingRobot::Body& limb : body.bodies)
     for (const LinkCapsule& c : limb.capsules) {
       for (const Vec<double, 3>& end : {c.capsule.from, c.capsule.to})
@@ -163,15 +165,15 @@ bool read(const std::filesystem::path& path, FootReach& reach) {
   return true;
 }
 
-// To the digits of the file, so that the run that finds it is that of those that read it, to the
-// bit.
+// Rounds to the digits of the file. The run that searches and runs that read the file then agree
+// to the bit.
 void round_to_file(FootReach& reach) {
   constexpr double per_metre = 1e6;
   for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
     for (Point2& corner : *corners) corner = (corner * per_metre).array().round() / per_metre;
 }
 
-// Whole or not at all, whoever writes at the same time.
+// Writes the file atomically, also if several processes write it at the same time.
 void write(const std::filesystem::path& path, const FootReach& reach) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);

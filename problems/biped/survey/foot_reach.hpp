@@ -1,5 +1,5 @@
-// Where can a robot put its feet? From its kinematics: joint limits, legs that must not meet, a
-// trunk that keeps its height as far as walking pendulums let it.
+// Reachable places of a robot's feet from its kinematics: joint limits, no collision of the legs,
+// and a trunk near its standing height, as the pendulum model of walking assumes.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +12,22 @@
 
 namespace saltus::survey {
 
-/// Places of the origin of a contact frame, (forward, away from the other leg), m; corners in the
-/// order of the directions in which they were looked for. Inner approximations: each corner was
-/// reached, and so was the middle.
+/// Reachable places of the origin of a contact frame, (forward, away from the other leg), m.
+/// Corners are in the order of the search directions. The polygons are inner approximations: the
+/// search reached each corner and the middle.
 struct FootReach {
-  std::vector<Point2> from_foot;  ///< relative to the other foot, CoM above the middle of both
-  std::vector<Point2> from_com;   ///< relative to the CoM, the other foot beneath it
+  std::vector<Point2> from_foot;  ///< relative to the other foot, CoM above the midpoint
+  std::vector<Point2> from_com;   ///< relative to the CoM, other foot below the CoM
 };
 
 inline constexpr int reach_directions = 8;
 
-/// Looks for both along `reach_directions` rays by bisection, inverse kinematics at each place
-/// (posture_search.hpp): some seconds. Nothing where the robot does not reach its own usual place.
+/// Finds both by bisection along `reach_directions` rays, with inverse kinematics at each place
+/// (posture_search.hpp). Takes seconds. Empty if the robot does not reach its own nominal place.
 std::optional<FootReach> find_foot_reach(const UrdfModel& model, const RobotDescription& robot);
 
-/// The same from a file of the folder, if it is that of this URDF and description; else it is
-/// found and written there. A folder that cannot be written to costs the search every time.
+/// Reads the reach from a file in the folder if it matches this URDF and description. Otherwise
+/// searches and writes the file. If the folder is not writable, every call searches.
 std::optional<FootReach> cached_foot_reach(const UrdfModel& model, const RobotDescription& robot,
                                            const std::filesystem::path& folder);
 

@@ -26,8 +26,8 @@ class Survey {
         poses_(model.link_poses({})),
         group_(rigid_leaders(model.links())) {}
 
-  // Turns everything about the vertical, such that y points along `left`; by quarters of a turn if
-  // those are meant.
+  // Rotates everything about the vertical so that y points along `left`. Rounds the angle to a
+  // multiple of 90 degrees if it is close to one.
   void face(const Vec<double, 3>& left) {
     constexpr double quarter = std::numbers::pi / 2.0, meant = 0.02;  // rad
     double yaw = std::atan2(-left.x(), left.y());
@@ -40,17 +40,17 @@ class Survey {
   const std::vector<UrdfLink>& links() const { return links_; }
   const UrdfLink& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
   const Eigen::Isometry3d& pose(int i) const { return poses_[static_cast<std::size_t>(i)]; }
-  /// Links fixed to each other move as one; the group is known by its first link.
+  /// Links joined by fixed joints form a group, identified by its first link.
   int group(int i) const { return group_[static_cast<std::size_t>(i)]; }
 
-  // Of what moves with the group's first link, in the root's frame.
+  // Hull points of all links of the group, in the root's frame.
   Points points_of_group(int group) const {
     Points points = rigid_hull_points(model_, group);
     for (Vec<double, 3>& p : points) p = pose(group) * p;
     return points;
   }
 
-  // Of the link and all that it carries, kg.
+  // Mass of the link and of all its descendants, kg.
   double carried_mass(int first) const {
     std::vector<bool> carried(links_.size(), false);
     double mass = 0.0;
@@ -62,7 +62,7 @@ class Survey {
     return mass;
   }
 
-  // A joint's axis in the root's frame.
+  // Axis of a joint in the root's frame.
   Vec<double, 3> axis(int i) const { return pose(i).linear() * link(i).joint.axis; }
 
  private:
@@ -78,7 +78,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-// Among the links fixed to the foot, one that stands as the foot does; sole before foot before any.
+// A link of the foot's group with x forward, y left, z up. Prefers names with "sole", then "foot".
 int sole_link(const UrdfModel& model, const Survey& survey, int group) {
   constexpr double parallel = 1e-3;  // rad
   int best = -1, best_rank = -1;
@@ -126,7 +126,7 @@ FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group)
     r.x = between(std::min(r.x.lower, p.x()), std::max(r.x.upper, p.x()));
     r.y = between(std::min(r.y.lower, p.y()), std::max(r.y.upper, p.y()));
   }
-  constexpr double least = 0.01;  // m, of a foot's edge
+  constexpr double least = 0.01;  // m, shortest edge of a foot
   if (r.x.upper - r.x.lower < least || r.y.upper - r.y.lower < least)
     throw InputError(fmt::format(
         "{}: the foot of \"{}\" touches the ground with {:.1f} mm by {:.1f} mm only; give it a "
@@ -136,9 +136,9 @@ FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group)
   return foot;
 }
 
-// The two groups that are lowest.
+// The two lowest groups.
 std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
-  constexpr double level = 0.02;  // m between the two
+  constexpr double level = 0.02;  // m, largest height difference of the two
   std::vector<std::pair<double, int>> lowest;
   for (std::size_t i = 0; i < survey.links().size(); ++i) {
     const int link = static_cast<int>(i);
@@ -161,7 +161,7 @@ bool moves(const UrdfLink& link) {
   return link.parent >= 0 && link.joint.motion == UrdfJoint::Motion::revolute;
 }
 
-// From the root to the foot.
+// Joints from the root to the foot.
 std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) {
   std::vector<int> joints;
   for (int i = group; i >= 0; i = survey.link(i).parent) {
@@ -185,7 +185,7 @@ bool is_of_left(const Mirror& mirror, const std::string& joint) {
   return joint.find(mirror.left) != std::string::npos;
 }
 
-// The pair of words that turns most names of joints into each other's.
+// The pair of words whose exchange maps the most joint names onto each other.
 Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
   constexpr std::array<std::pair<const char*, const char*>, 8> words{{{"left", "right"},
                                                                       {"Left", "Right"},
@@ -222,7 +222,7 @@ Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
 }  // namespace
 
 Limbs find_limbs(const UrdfModel& model) {
-  // Lighter than this part of the robot is a hand's, a head's or a toy's matter: those are frozen.
+  // Fraction of the robot's mass. Lighter parts, such as hands and heads, are frozen.
   constexpr double least_mass = 0.012;
   Survey survey(model);
   Limbs limbs;
@@ -247,7 +247,7 @@ Limbs find_limbs(const UrdfModel& model) {
   std::set<int> legs;
   for (const int foot : {left, right})
     for (const int joint : chain(model, survey, foot)) legs.insert(joint);
-  // Limbs are what comes in pairs and has weight; what carries them has a motor too.
+  // Limbs are paired joints that carry enough mass. Motors of joints that carry limbs are kept too.
   std::set<int> kept = legs;
   for (const auto& [name, i] : joints) {
     if (!is_paired(i) || survey.carried_mass(i) < least_mass * model.total_mass()) continue;
@@ -288,7 +288,7 @@ Limbs find_limbs(const UrdfModel& model) {
     bool is_leg = false;
     for (int k = static_cast<int>(i); k >= 0; k = survey.link(k).parent)
       is_leg = is_leg || legs.contains(k);
-    // The root carries the legs; people push what is above.
+    // Half weight for the root, which carries the legs: pushes act on the link above it.
     const double weight = mass_of_group[i] * (survey.links()[i].parent < 0 ? 0.5 : 1.0);
     if (is_leg || weight <= heaviest) continue;
     heaviest = weight;

@@ -1,8 +1,8 @@
-// What does a URDF say of a humanoid that nobody has described yet: which are its feet, which
-// joints move its limbs, and how are left and right named?
+// Finds the feet of a humanoid, the joints of its limbs, and the names of left and right from its
+// URDF alone.
 //
-// Everything is read with all joints at zero, z of the root link up. Forward is where left is to
-// the left: the names say which foot that is.
+// The search uses the pose with all joints at zero and z of the root link up. The names tell which
+// foot is the left one; its side defines the forward direction.
 #pragma once
 
 #include <string>
@@ -13,25 +13,25 @@
 
 namespace saltus::survey {
 
-/// A foot as its shapes show it.
+/// A foot, as found from its collision shapes.
 struct FoundFoot {
-  std::string sole;                   ///< link whose axes are those of the foot
-  FootRectangle rectangle;            ///< of the lowest faces, in the contact frame, m
-  double contact_plane_offset = 0.0;  ///< of the contact plane along z of `sole`, m
-  Vec<double, 3> origin;  ///< of the contact frame, x forward, from the root's origin, m
+  std::string sole;                   ///< link with the axes of the foot
+  FootRectangle rectangle;            ///< extent of the lowest faces, contact frame, m
+  double contact_plane_offset = 0.0;  ///< contact plane along z of `sole`, m
+  Vec<double, 3> origin;  ///< contact frame, x forward, relative to the root's origin, m
 };
 
 struct Limbs {
   FoundFoot left, right;
-  std::vector<std::string> joints;  ///< that carry a limb and have a motor, parents first
-  std::vector<std::string> legs;    ///< those among them between root and soles
+  std::vector<std::string> joints;  ///< actuated joints that carry a limb, parents first
+  std::vector<std::string> legs;    ///< those of them between root and soles
   Mirror mirror;
-  std::string trunk;               ///< the heaviest link that no joint of a leg moves, for pushes
-  std::vector<std::string> notes;  ///< what was assumed, sentences
+  std::string trunk;               ///< heaviest link that no leg joint moves; pushes act on it
+  std::vector<std::string> notes;  ///< assumptions, one sentence each
 };
 
-/// Throws InputError, one sentence with a remedy: no two feet are lowest, legs that are no chain of
-/// joints, a joint of a leg without limits or motor, names that show no left and right.
+/// Throws InputError with a remedy if there are no two lowest feet, a leg is not a chain of joints,
+/// a leg joint has no limits or no motor, or the names do not show left and right.
 Limbs find_limbs(const UrdfModel& model);
 
 }  // namespace saltus::survey

@@ -11,10 +11,10 @@
 namespace saltus::survey {
 namespace {
 
-// Weights of residuals in m and rad: what must be, what shall be, what may be.
+// Weights of residuals in m and rad, from hard requirements to weak preferences.
 constexpr double place_weight = 1e3, apart_weight = 100.0, upright_weight = 3.0,
                  height_weight = 10.0, rest_weight = 0.1;
-constexpr int nearest_pairs = 8;  // of limbs, that are kept apart
+constexpr int nearest_pairs = 8;  // number of limb pairs that are kept apart
 constexpr int errors_count = 11;
 
 struct Range {
@@ -32,8 +32,8 @@ class Search {
         sole_(model.link_index(robot.sole(wish.stance))),
         other_(model.link_index(robot.sole(saltus::other(wish.stance)))),
         to_contact_(0.0, 0.0, robot.contact_plane_offset) {
-    constexpr double margin = 0.02;     // rad, to the limits
-    constexpr double full_turn = 3.14;  // of joints without limits, rad
+    constexpr double margin = 0.02;     // rad, distance to the joint limits
+    constexpr double full_turn = 3.14;  // range of joints without limits, rad
     for (int i = 0; i < body.joints(); ++i) {
       const Bounds& limits = driven(i).position;
       Range range{std::max(limits.lower + margin, -full_turn),
@@ -95,7 +95,7 @@ class Search {
   }
 
  private:
-  // What joint i moves.
+  // Body that joint i moves.
   const FloatingRobot::Body& driven(int i) const {
     return body_.bodies[static_cast<std::size_t>(i) + 1];
   }
@@ -121,12 +121,12 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
   for (const auto& [joint, position] : start) rest[body.joint_index(joint)] = position;
   rest = search.clamped(rest);
 
-  // Levenberg and Marquardt; steps end at the limits, and a joint that is held there rests.
+  // Levenberg-Marquardt method. Steps are clipped at the limits; joints held there do not move.
   VectorXd q = rest;
   VectorXd r = search.residual(q, rest);
   double damping = 1.0;
   constexpr int most_iterations = 300;
-  constexpr double difference = 1e-6;  // rad, of central differences
+  constexpr double difference = 1e-6;  // rad, step of central differences
   constexpr double converged = 1e-10;  // rad
   constexpr double hopeless = 1e12;
   for (int k = 0; k < most_iterations && damping < hopeless; ++k) {
@@ -141,7 +141,7 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
     const VectorXd gradient = J.transpose() * r;
     const VectorXd free_end = search.clamped(q - 1e-3 * gradient.cwiseSign());
     for (int i = 0; i < n; ++i)
-      if (free_end[i] == q[i]) J.col(i).setZero();  // at a limit that it is pressed against
+      if (free_end[i] == q[i]) J.col(i).setZero();  // at a limit, with the step directed outwards
     MatrixXd H = J.transpose() * J;
     const VectorXd diagonal = H.diagonal();
     double moved = 0.0;

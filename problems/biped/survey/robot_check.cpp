@@ -40,7 +40,7 @@ class Check {
  private:
   using Level = Finding::Level;
 
-  // Good if nothing else was said about the subject.
+  // Reports `good` at the end if there was no other finding on the subject.
   class Subject {
    public:
     Subject(Check& check, std::string name) : check_(check), name_(std::move(name)) {}
@@ -74,8 +74,9 @@ class Check {
     } catch (const InputError& error) {
       Subject(*this, "limbs").note(error.what());
     }
-    constexpr double trifle = 1e-4;  // of the robot's mass: ill-conditions its mass matrix
-    constexpr double spread = 0.6;   // of the robot's height: no link is so large
+    constexpr double trifle =
+        1e-4;  // of the robot's mass; a lighter body makes the mass matrix ill-conditioned
+    constexpr double spread = 0.6;  // of the robot's height; no link is that large
     for (const FloatingRobot::Body& b : body_.bodies) {
       if (b.mass < trifle * body_.total_mass)
         masses.note(
@@ -155,7 +156,7 @@ class Check {
         millimetres * (left.y.upper - left.y.lower), robot_.left_sole, robot_.right_sole));
   }
 
-  // Runs begin with the first posture on a foot or on both; the others are there for other uses.
+  // Runs start from the first posture on that foot, or on both. Other postures have other uses.
   bool is_a_start(const StandingPosture& posture) const {
     return &posture == &*std::find_if(robot_.postures.begin(), robot_.postures.end(),
                                       [&](const auto& p) { return p.stance == posture.stance; });
@@ -197,7 +198,7 @@ class Check {
                              millimetres * margin));
   }
 
-  // Between limbs that must not touch.
+  // Checks the clearance between limbs that must not touch.
   void clearance(const StandingPosture& p, const WholeBodyState& state, Subject& subject) {
     if (!has_capsules_) return;
     Clearance limbs(body_, 1);
@@ -233,7 +234,7 @@ class Check {
     std::string missed;
     for (const double x : {-forward, 0.0, forward})
       for (const double y : {sideways.lower, sideways.upper}) {
-        if (x != 0.0 && y == sideways.upper) continue;  // the corner itself is not asked for
+        if (x != 0.0 && y == sideways.upper) continue;  // the corner itself is not required
         wish.other_foot = {x, -y, 0.0};
         wish.com = 0.5 * wish.other_foot.head<2>();
         const FoundPosture found = find_posture(model_, robot_, body_, wish, posture->joints);

@@ -1,4 +1,4 @@
-// Is a robot described well enough to be stood, pushed and stepped with?
+// Checks that the description of a robot suffices for standing, pushes and steps.
 #pragma once
 
 #include <span>
@@ -10,21 +10,21 @@
 
 namespace saltus::survey {
 
-/// One thing that was looked at.
+/// Result of one check.
 struct Finding {
   enum class Level { good, note, wrong };
   Level level = Level::good;
   std::string subject;  ///< "masses", "feet", ...
-  std::string text;     ///< what was found, and the remedy if it is not good
+  std::string text;     ///< the finding, and a remedy unless it is good
 };
 
-/// Masses and inertias, limits of the joints, meshes, feet, every posture with the CoM over what
-/// stands and limbs apart, and reach: whether the legs get to the edges of the region of steps
-/// (`forward` and `sideways`, m). Throws InputError only for what cannot be read at all.
+/// Checks masses, inertias, joint limits, meshes and feet. In every posture the CoM must be above
+/// the support and limbs apart. The legs must reach the edges of the step region (`forward` and
+/// `sideways`, m). Throws InputError only for files that cannot be read.
 std::vector<Finding> check_robot(const UrdfModel& model, const RobotDescription& robot,
                                  double forward, Bounds sideways);
 
-/// A line per finding, the wrong ones with their remedy.
+/// One line per finding; `wrong` ones include their remedy.
 std::string describe(std::span<const Finding> findings);
 
 }  // namespace saltus::survey

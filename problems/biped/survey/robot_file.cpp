@@ -22,7 +22,7 @@ const UrdfLink& link_of(const UrdfModel& model, const std::string& joint) {
                        [&](const UrdfLink& link) { return link.joint.name == joint; });
 }
 
-// Knees bent the way they bend, and arms a little off the body: where the search begins.
+// Start of the search: knees bent in their natural direction, arms slightly away from the body.
 Posture start_of(const UrdfModel& model, const Limbs& limbs) {
   constexpr double bent = 0.5, off = 0.2;  // rad
   constexpr double one_sided = 0.25;       // of a knee's range, how far it goes the other way
@@ -42,7 +42,7 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
       if (std::abs(axis.y()) > along && std::isfinite(large) && small < one_sided * large)
         start[name] = range.upper > -range.lower ? bent : -bent;
     } else if (std::abs(axis.x()) > along && limbs.mirror.namesake(name) != name) {
-      // The first joint of an arm that lifts it to the side.
+      // The first joint of an arm that moves it sideways.
       const bool is_left = poses[index].translation().y() > 0.0;
       bool& done = is_left ? left_arm_done : right_arm_done;
       if (!done) start[name] = (is_left ? off : -off) * (axis.x() > 0.0 ? 1.0 : -1.0);
@@ -55,16 +55,17 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
 StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
                            const SurveyedRobot& robot, const char* name, Stance stance) {
   const Limbs& limbs = robot.limbs;
-  // The feet as far apart as with straight legs; the root link lower by this part of its height.
+  // Feet as far apart as with straight legs. The root link is lowered by this fraction of its
+  // height.
   constexpr double lower = 0.04;
-  constexpr double lift = 0.01;  // of the foot that does not stand, of the same height
+  constexpr double lift = 0.01;  // height of the swing foot, as a fraction of the same height
   const double height = -0.5 * (limbs.left.origin.z() + limbs.right.origin.z());
   PostureWish wish;
   wish.stance = stance == Stance::right ? Side::right : Side::left;
   const double away = wish.stance == Side::left ? -1.0 : 1.0;
   wish.trunk_height = (1.0 - lower) * height;
   FoundPosture found;
-  // Feet whose shapes overlap stand further apart.
+  // Increase the distance if the shapes of the feet overlap.
   double apart = limbs.left.origin.y() - limbs.right.origin.y();
   constexpr int most_tries = 4;
   for (int k = 0; k < most_tries; ++k) {
@@ -87,7 +88,7 @@ StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
   StandingPosture posture;
   posture.name = name;
   posture.stance = stance;
-  constexpr double rounding = 1e-6;  // rad: digits that the file has
+  constexpr double rounding = 1e-6;  // rad, resolution of the file
   for (const auto& [joint, q] : found.joints)
     if (std::abs(q) > rounding) posture.joints[joint] = std::round(q / rounding) * rounding;
   return posture;

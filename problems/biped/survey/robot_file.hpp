@@ -1,4 +1,4 @@
-// The configuration file of a robot that nobody has described yet, from its URDF alone.
+// Generates the configuration file of a robot from its URDF alone.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,15 @@ namespace saltus::survey {
 struct SurveyedRobot {
   RobotDescription description;
   Limbs limbs;
-  std::vector<std::string> notes;  ///< what was assumed, sentences
+  std::vector<std::string> notes;  ///< assumptions, one sentence each
 };
 
-/// Feet, joints, sides and three postures: on the left foot, on the right one and on both, the CoM
-/// above the middle of what stands, knees bent. Throws InputError for what the URDF lacks, or a
-/// posture that its joints do not reach.
+/// Finds feet, joints, sides and three postures: on the left foot, on the right foot and on both,
+/// with bent knees and the CoM above the middle of the support. Throws InputError if the URDF lacks
+/// data or the joints do not reach a posture.
 SurveyedRobot survey_robot(const UrdfModel& model);
 
-/// As a file that read_robot_description() reads back.
+/// Text of the configuration file. read_robot_description() reads it back.
 std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model);
 
 }  // namespace saltus::survey

@@ -66,7 +66,7 @@ Request parse(std::span<const std::string> arguments) {
   return request;
 }
 
-// Fitted to the robot's size.
+// The problem with its settings scaled to the robot's size.
 std::unique_ptr<ConfigurableBiped> fitted(const ConfigurableBiped& defaults,
                                           const RobotDescription& robot) {
   std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
@@ -74,7 +74,7 @@ std::unique_ptr<ConfigurableBiped> fitted(const ConfigurableBiped& defaults,
   return problem;
 }
 
-// What `check` prints; false if something is wrong.
+// Prints the findings of `check`. Returns false if one of them is `wrong`.
 bool print_check(const UrdfModel& model, const RobotDescription& robot,
                  const ConfigurableBiped& problem) {
   const walking::Step& step = problem.settings().step;
@@ -95,7 +95,7 @@ std::string run_settings(const ConfigurableBiped& defaults, const SurveyedRobot&
                          const fs::path& urdf, const fs::path& config) {
   const std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
   Settings keys;
-  problem->declare(keys);  // what stands in it now are the defaults
+  problem->declare(keys);  // the present values become the defaults
   problem->scale(walking::scale_of(robot.description));
   BipedSettings& settings = problem->settings();
   settings.robot.urdf = urdf.string();
@@ -104,7 +104,7 @@ std::string run_settings(const ConfigurableBiped& defaults, const SurveyedRobot&
   return keys.changes_to_yaml();
 }
 
-// Of a folder below the present one, that is not hidden.
+// True for the name of a visible folder directly in the current one.
 bool is_folder_name(const std::string& name) {
   return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
          printable(name) == name;

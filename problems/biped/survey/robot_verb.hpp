@@ -8,8 +8,8 @@
 
 namespace saltus::survey {
 
-/// `saltus robot check` and `saltus robot new`. The latter writes settings for `problem`, as `run`
-/// names it, fitted from these defaults to the robot's size.
+/// `saltus robot check` and `saltus robot new`. The latter writes settings for `problem` (its name
+/// in `saltus run`), scaled from these defaults to the robot's size.
 Verb robot_verb(const std::string& problem, const walking::ConfigurableBiped& defaults);
 
 }  // namespace saltus::survey

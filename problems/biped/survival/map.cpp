@@ -21,9 +21,9 @@
 namespace saltus::walking {
 namespace {
 
-// No run takes this long, s: the whole body needs a few seconds, ten times as many with Ipopt.
+// Time limit of a run, s. A whole-body run takes a few seconds, and ten times as long with Ipopt.
 constexpr double run_time_limit = 600.0;
-constexpr double report_period = 30.0;  // where nobody watches, s
+constexpr double report_period = 30.0;  // without a terminal, s
 constexpr double live_period = 0.5;     // on a terminal, s
 
 std::string duration_text(double seconds) {
@@ -46,7 +46,7 @@ class MapProgress {
     std::fflush(stdout);
     shown_ = live_;
   }
-  // The line that stands on the terminal is over.
+  // Ends the progress line on the terminal.
   void end_line() {
     if (shown_) fmt::print("\n");
     shown_ = false;
@@ -61,7 +61,7 @@ class MapProgress {
   WallClock::time_point begin_ = WallClock::now(), last_ = begin_;
 };
 
-// What would be wrong in every run is said before anything is written.
+// Checks what is common to all runs before any file is written.
 RobotDescription checked_robot(const BipedSettings& settings) {
   RobotDescription robot = robot_of(settings);
   if (settings.plant.is_whole_body()) {
@@ -121,7 +121,7 @@ class MapRun {
   const MapPlan& plan() const { return plan_; }
 
  private:
-  // The robot, too, decides about the outcome.
+  // The settings that identify the map. The outcome also depends on the robot.
   std::string settings() const {
     return fmt::format("# Robot: {}, {} kg ({})\n{}", robot_.name, robot_.mass, robot_.source,
                        request_.settings);
@@ -134,7 +134,7 @@ class MapRun {
     return bound_.largest_impulse(angle, cell.step_time);
   }
 
-  // In a process of its own.
+  // Runs a cell in the child process.
   std::string run_cell(const MapCell& cell) const {
     const std::unique_ptr<ConfigurableBiped> problem = request_.problem->clone();
     problem->settings() = with_cell(problem->settings(), cell);
@@ -163,7 +163,7 @@ class MapRun {
 
   void take(const WorkResult& work, MapProgress& progress) {
     using End = WorkResult::End;
-    // What is wrong with the first is wrong with all.
+    // If the first run is refused, all runs would be refused.
     if (work.end == End::refused && runs_ == 0) throw InputError(work.text);
     const auto found = under_way_.find(work.id);
     const MapCell cell = found->second;

@@ -26,7 +26,7 @@ std::optional<Enum> find_name(const std::array<const char*, n>& names, std::stri
   return std::nullopt;
 }
 
-// A unit vector; exact on the axes, so that a push to the side has no trace of a forward one.
+// Unit vector. Exact on the axes, so that a sideways push has no forward component.
 Vec<double, 3> unit_vector(double degrees) {
   const double quarter = degrees / 90.0;
   if (quarter == std::round(quarter)) {
@@ -129,7 +129,7 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
                 : verdict.recovered                           ? MapOutcome::recovered
                                                               : MapOutcome::not_recovered;
   row.reason = verdict.reason;
-  // A hop is no recovery without a step; a bow is, if the base comes up again.
+  // Without a step, a hop does not count as a recovery. A bow does if the base ends upright.
   if (cell.controller == MapController::none && verdict.recovered && verdict.body &&
       (verdict.body->feet_moved >= standing_move || verdict.body->tilt_end >= standing_tilt)) {
     row.outcome = MapOutcome::not_recovered;
@@ -144,7 +144,7 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
   const Vec<double, 2> along = push.direction.normalized().head<2>();
   for (const Sample& s : log.samples) {
     const double distance = along.dot(s.capture_point);
-    if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // the first: NaN
+    if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // first: NaN
   }
   row.stepped = !log.steps.empty();
   row.failed_solves =

@@ -13,7 +13,7 @@
 
 namespace saltus::walking {
 
-enum class MapController { mpc, capture_point, none };  ///< none: the MPC without a step
+enum class MapController { mpc, capture_point, none };  ///< none: MPC without steps
 /// Outcome of a cell.
 enum class MapOutcome {
   recovered,
@@ -26,38 +26,38 @@ enum class MapOutcome {
 std::string name_of(MapController controller);
 /// Name in tables.
 std::string name_of(MapOutcome outcome);
-/// The controller of this name. Throws InputError that suggests the nearest name.
+/// The controller of this name. Otherwise throws InputError that suggests the nearest name.
 MapController map_controller(const std::string& name);
 
-/// One push. Cells compare by value, which the same arithmetic always reproduces.
+/// One push. Cells compare by exact value; the same arithmetic always reproduces it.
 struct MapCell {
   MapController controller = MapController::mpc;  ///< controller of the robot
-  double step_time = 0.0;  ///< s; 0 without a step, or if the step planner chooses it
+  double step_time = 0.0;  ///< s; 0 without a step, or if the step planner chooses the time
   double direction = 0.0;  ///< deg, counter-clockwise seen from above; 0 is forward, 90 left
   double impulse = 0.0;    ///< N s
 
   auto operator<=>(const MapCell&) const = default;
 };
 
-/// The settings of that run.
+/// The settings of the run of a cell.
 BipedSettings with_cell(BipedSettings settings, const MapCell& cell);
 
 /// Results of a cell. Quantities without a value are NaN, and empty in the CSV.
 struct MapRow {
-  MapCell cell;                              ///< what was run
-  MapOutcome outcome = MapOutcome::not_run;  ///< how it ended
-  double bound;                              ///< of the plain pendulum, N s
-  std::string reason;                        ///< if not recovered
+  MapCell cell;                              ///< push and controller
+  MapOutcome outcome = MapOutcome::not_run;  ///< outcome of the run
+  double bound;                              ///< the plain pendulum's bound, N s
+  std::string reason;                        ///< why the push was not recovered
   double angular_momentum_max;               ///< Nms
   double com_height_min, com_height_max;     ///< m
   double icp_settling;                       ///< s
-  double icp_furthest;                       ///< m: of the capture point along the push
-  double touchdown;                          ///< s after the push began
-  double final_com_error;                    ///< m
-  bool stepped = false;                      ///< a step was triggered
-  int failed_solves = 0;                     ///< ticks whose solver failed
-  double seconds = 0.0;                      ///< wall clock, s
-  std::string known_from;  ///< "step 0.6": no step was triggered there, so its time is of no matter
+  double icp_furthest;     ///< m, largest distance of the capture point along the push
+  double touchdown;        ///< s after the push began
+  double final_com_error;  ///< m
+  bool stepped = false;    ///< a step was triggered
+  int failed_solves = 0;   ///< control periods in which the solver failed
+  double seconds = 0.0;    ///< wall clock, s
+  std::string known_from;  ///< "step 0.6": copied from that cell, as no step was triggered there
 
   MapRow();
 };

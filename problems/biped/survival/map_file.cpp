@@ -32,7 +32,7 @@ std::string content_of(const fs::path& file) {
   return file_content(file);
 }
 
-// "weights.gamma: [0, 0]" of a nested "  gamma: [0, 0]  # unit"; comments are left out.
+// Flattens nested YAML: "  gamma: [0, 0]  # unit" becomes "weights.gamma: [0, 0]".
 std::vector<std::string> flat_lines(const std::string& yaml) {
   std::vector<std::string> lines, sections;
   std::istringstream stream(yaml);
@@ -50,7 +50,7 @@ std::vector<std::string> flat_lines(const std::string& yaml) {
   return lines;
 }
 
-// The first setting that differs, there and here.
+// The first setting that differs between the stored map and this one.
 std::string difference(const std::string& there, const std::string& here) {
   const std::vector<std::string> old_lines = flat_lines(there), new_lines = flat_lines(here);
   const auto lacks = [](const std::vector<std::string>& lines, const std::string& line) {
@@ -94,7 +94,7 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0)
     throw InputError(fmt::format("cannot write '{}': {}", path_.string(), std::strerror(errno)));
-  // The children of a process that was killed end a moment later.
+  // The child processes of a killed process end slightly later and hold the lock until then.
   bool is_ours = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
   for (int tries = 0; !is_ours && tries < 10; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

@@ -9,17 +9,17 @@
 
 namespace saltus::walking {
 
-inline constexpr const char* map_csv = "map.csv";           ///< the table, in the map's folder
-inline constexpr const char* map_settings = "config.yaml";  ///< the settings of all its runs
+inline constexpr const char* map_csv = "map.csv";           ///< table in the map's folder
+inline constexpr const char* map_settings = "config.yaml";  ///< settings of all runs
 
 /// `map.csv` in a folder, together with the settings of its runs. If a cell occurs twice, the last
 /// line counts.
 class MapFile {
  public:
-  /// Creates both files, or continues the map that is there; one without a cell is begun anew.
-  /// `settings` is all that decides about an outcome besides the cell, as YAML. Throws InputError
-  /// if the folder cannot be used, holds a map with other settings (the first difference is named)
-  /// or of another version, or if another process is at work on it.
+  /// Creates both files, or continues an existing map. A map without cells is created again.
+  /// `settings`: all settings except those of the cell, as YAML. Throws InputError if the folder
+  /// cannot be used, or holds a map with other settings (the message names the first difference)
+  /// or of another version, or if another process uses it.
   MapFile(const std::filesystem::path& folder, const std::string& settings);
   ~MapFile();
   MapFile(const MapFile&) = delete;
@@ -28,7 +28,7 @@ class MapFile {
   /// Rows in the file when it was opened. An incomplete last line of a killed process is removed.
   const std::vector<MapRow>& rows() const { return rows_; }
 
-  /// Writes a row, which then survives the end of this process. Throws InputError if the disk is
+  /// Writes a row, which survives a crash of this process. Throws InputError if the disk is
   /// full.
   void append(const MapRow& row);
 

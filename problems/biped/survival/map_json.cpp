@@ -1,4 +1,4 @@
-// What is known of a survival map, for programs to read.
+// The known cells of a survival map as JSON.
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <string>

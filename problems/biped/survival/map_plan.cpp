@@ -8,7 +8,8 @@
 namespace saltus::walking {
 
 std::vector<double> directions_far_apart(int n) {
-  // Multiples of the angle with most factors of two first; within those, opposite ones together.
+  // Multiples of the angle with the most factors of two come first. Opposite directions are
+  // adjacent.
   std::vector<int> order;
   for (int stride = n; stride >= 1; stride = stride == 1 ? 0 : std::max(1, stride / 2)) {
     std::vector<int> fresh;
@@ -70,7 +71,7 @@ std::vector<MapRow> MapPlan::resume() {
 
 std::optional<MapCell> MapPlan::next() {
   for (const Ray& ray : rays_) {
-    // One at a time, upwards: whether a cell is given up depends on those below it.
+    // One cell of a ray at a time, in ascending order: smaller pushes decide whether it is skipped.
     if (ray.given_up || (!grid_.all && is_under_way(ray))) continue;
     for (const double impulse : grid_.impulses) {
       const MapCell cell = cell_of(ray, impulse);

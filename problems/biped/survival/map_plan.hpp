@@ -1,10 +1,10 @@
-// In which order are the cells of a survival map run, and which need no run?
+// Order of the runs of a survival map, and the cells that need no run.
 //
-// A ray is a controller, a step time and a direction, its cells the impulses from small to large.
-// Rays far apart come first, so that a map that is stopped early is a coarse one. Survival is not
-// monotone, so every cell is run, with two exceptions:
-//  - where no step was triggered, its time is of no matter: the other step times are known;
-//  - three failures in a row, all beyond the pendulum's bound, give up the rest of the ray.
+// A ray is a controller, a step time and a direction. Its cells are the impulses, ascending.
+// Rays far apart come first, so that a map that is stopped early is a coarse map. Survival is not
+// monotone in the impulse, so every cell is run, with two exceptions:
+//  - if no step was triggered, the result holds for all other step times;
+//  - after three consecutive failures above the pendulum's bound, the rest of the ray is skipped.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@
 
 namespace saltus::walking {
 
-/// After this number of consecutive failures beyond the pendulum's bound, larger pushes are
+/// After this number of consecutive failures above the pendulum's bound, larger pushes are
 /// skipped.
 inline constexpr int failures_that_give_up = 3;
 
@@ -25,20 +25,20 @@ inline constexpr int failures_that_give_up = 3;
 struct MapGrid {
   std::vector<double> directions;          ///< deg
   std::vector<double> impulses;            ///< N s, ascending
-  std::vector<double> step_times;          ///< s; empty: the planner of steps decides
+  std::vector<double> step_times;          ///< s; empty: the step planner decides
   std::vector<MapController> controllers;  ///< in the order of the table
   bool all = false;                        ///< skip nothing
 };
 
-/// n directions, equally far apart, from forward on (deg), in the order in which they are run:
-/// opposite ones first, then those half-way between.
+/// n equally spaced directions (deg) that start with forward, in the order of the runs: opposite
+/// directions first, then those half-way between.
 std::vector<double> directions_far_apart(int n);
 
 /// Order of the runs. It is deterministic: skipped cells do not depend on the number of parallel
 /// runs.
 class MapPlan {
  public:
-  /// `bound` is the pendulum's, N s.
+  /// `bound` returns the pendulum's bound for a cell, N s.
   MapPlan(MapGrid grid, std::function<double(const MapCell&)> bound);
 
   /// Adds a cell of an earlier map in the same folder. Failed and skipped cells do not count as
@@ -48,7 +48,7 @@ class MapPlan {
   /// finish).
   std::vector<MapRow> resume();
 
-  /// The next cell to run, from now on under way; none if what is left waits for what is under way.
+  /// The next cell to run, now marked as running. None if all remaining cells must wait.
   std::optional<MapCell> next();
 
   /// Records the result of a cell; returns the rows to keep: this one and those that follow from
@@ -62,8 +62,8 @@ class MapPlan {
   /// True if no cell is left to run.
   bool is_complete() const { return known() == cells_; }
 
-  /// Wall clock that is left, s, from the mean of the cells of the same impulse and controller so
-  /// far (those that needed no run count with nothing); none before the first has ended.
+  /// Estimated wall-clock time left, s: from the mean over finished cells of the same impulse and
+  /// controller, where cells without a run count as zero. None before the first cell has ended.
   std::optional<double> seconds_left(int jobs) const;
 
   /// Known rows of the grid, by cell.
@@ -73,7 +73,7 @@ class MapPlan {
 
  private:
   struct Ray {
-    MapCell first;  // of impulse zero
+    MapCell first;  // cell with impulse zero
     bool given_up = false;
   };
   static MapCell cell_of(const Ray& ray, double impulse);

@@ -1,4 +1,4 @@
-// What a survival map comes to, as text.
+// Summary of a survival map as text.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,12 +16,12 @@ struct Column {
   std::string title, bound_title;
 };
 
-// What is known of a column in one direction.
+// Results of a column in one direction.
 struct Ray {
-  double largest = 0.0;  // up to which all were recovered, N s
-  double bound = 0.0;    // of the pendulum, N s; 0: not known
+  double largest = 0.0;  // all pushes up to this one were recovered, N s
+  double bound = 0.0;    // the pendulum's bound, N s; 0: unknown
   bool is_beyond = false, is_complete = true;
-  bool is_open = false;  // nothing larger was asked for
+  bool is_open = false;  // the grid contains no larger impulse
 };
 
 Ray ray_of(const MapPlan& plan, const Column& column, double direction) {
@@ -60,7 +60,7 @@ std::vector<Column> columns_of(const MapGrid& grid) {
   return columns;
 }
 
-// Of the polygon with these radii, evenly spread.
+// Area of the polygon whose corners have these radii at equally spaced angles.
 double area(const std::vector<double>& radii) {
   double products = 0.0;
   for (std::size_t i = 0; i < radii.size(); ++i)
@@ -83,7 +83,7 @@ std::string largest_text(const Ray& ray, double smallest) {
   return ray.is_complete ? fmt::format("below {}{}", smallest, star) : "?";
 }
 
-// Per direction the sector, in all the polygon.
+// Shares of the sector per direction, and of the whole polygon.
 std::string shares(const std::vector<Column>& columns, const std::vector<double>& directions,
                    const std::vector<std::vector<Ray>>& rays) {
   std::vector<std::string> titles{"direction"};
@@ -98,7 +98,7 @@ std::string shares(const std::vector<Column>& columns, const std::vector<double>
                           : "?");
     text += line(cells);
   }
-  constexpr std::size_t fewest = 3;  // that have an area
+  constexpr std::size_t fewest = 3;  // smallest number of directions with an area
   if (directions.size() < fewest) return text;
   std::vector<std::string> cells{"all, (N s)^2"};
   for (std::size_t j = 0; j < columns.size(); ++j) {

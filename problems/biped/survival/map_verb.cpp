@@ -21,10 +21,10 @@ namespace {
 constexpr const char* summary =
     "which pushes are recovered, over size, direction and step time: a table and a polar picture";
 
-// The controllers need this long to bring the CoM from the posture's to above the sole, s.
+// Time in which the controllers move the CoM from the initial posture to above the sole, s.
 constexpr double map_push_start = 1.0;
 
-// What the map varies, and what is of no matter to it.
+// Settings that the map varies, and settings that do not affect it.
 constexpr std::array varied{"controller", "stepping", "push.impulse", "push.direction",
                             "step.duration"};
 
@@ -68,7 +68,7 @@ std::vector<double> numbers(const std::string& flag, const std::string& text) {
     if (!(step > 0.0 && last >= first && (last - first) / step < most))
       throw InputError(fmt::format(
           "{}: '{}' is no range; use FIRST:STEP:LAST with at most {} numbers", flag, text, most));
-    constexpr double rounding = 1e-9;  // of the last, as a fraction of the step
+    constexpr double rounding = 1e-9;  // allowance for the last value, as a fraction of the step
     for (int i = 0; first + i * step <= last + rounding * step; ++i)
       values.push_back(first + i * step);
   } else {
@@ -104,7 +104,7 @@ void refuse_varied(const std::vector<Assignment>& assignments) {
           a.location, a.key));
 }
 
-// Varied settings stand at their defaults, whatever the file said.
+// The settings as YAML. Varied settings have their defaults, whatever the file contains.
 std::string stamp(const ConfigurableBiped& problem) {
   const std::unique_ptr<ConfigurableBiped> stamped = problem.clone();
   BipedSettings& settings = stamped->settings();

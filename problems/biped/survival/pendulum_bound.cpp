@@ -11,11 +11,11 @@
 namespace saltus::walking {
 namespace {
 
-// Mean of e^(-omega t), t from the start of the push, weighted with its force; by parts, as the
-// impulse given up to t is what is known: e^(-omega T) + omega integral e^(-omega t) fraction(t)
-// dt.
+// Mean of e^(-omega t) weighted with the force, t from the start of the push. Integration by parts
+// uses the known impulse fraction up to t:
+// e^(-omega T) + omega integral e^(-omega t) fraction(t) dt.
 double mean_decay(const Push& push, double omega) {
-  constexpr int intervals = 200;  // of Simpson's rule: error below 1e-9 for all shapes
+  constexpr int intervals = 200;  // Simpson's rule: error below 1e-9 for all shapes
   const double h = push.duration / intervals;
   double integral = 0.0;
   for (int i = 0; i <= intervals; ++i) {

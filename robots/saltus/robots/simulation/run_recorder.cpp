@@ -121,7 +121,7 @@ RunLog RunRecorder::finish(const Vec<double, 12>& applied, const TrueState& trut
   return std::move(log_);
 }
 
-// Records what stands, if that has changed.
+// Records the contacts with the ground if they have changed.
 void RunRecorder::note_ground(double t) {
   const Scene& scene = planner_.scene();
   const auto placed = [&](Side side) {
@@ -150,7 +150,7 @@ void RunRecorder::keep_unmet(double t) {
     unmet_.keep("wrenches", t, missed, planner_.planner().controller().shooting());
 }
 
-// The pendulum stands on the ground below the stance foot.
+// The base of the pendulum is on the ground at the height of the stance foot.
 Vec<double, 2> RunRecorder::capture_point_of(const Vec<double, 9>& gamma) const {
   const double omega = lipm_frequency(gamma[2] - planner_.scene().stance.position[2]);
   return capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega);

@@ -1,4 +1,4 @@
-// Records the closed loop of a biped and says when it is over, whatever simulates it.
+// Records the closed loop of a biped and decides when it is over, for any simulator.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace saltus::walking {
 
-/// State of the simulation without errors of measurement.
+/// Simulated state, without measurement noise.
 struct TrueState {
   double time = 0.0;                              ///< s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
@@ -24,35 +24,35 @@ struct TrueState {
   const Vec<double, 3>& sole(Side side) const { return soles[side == Side::left ? 0 : 1]; }
 };
 
-/// Called in this order: note_tick() if the planners have run, note_landing() if a foot has landed
-/// otherwise, note_sample() before and note_step() after the plant moves on, is_over().
+/// Call order: note_tick() if the planners have run, note_landing() if a foot has landed between
+/// ticks, note_sample() before and note_step() after the plant advances, is_over().
 class RunRecorder {
  public:
   RunRecorder(const BipedProblem& problem, const RobotDescription& robot, BalancePlanner& planner,
               const Observer& observer);
 
-  /// True if the run is over at t: enough was seen, a fall, or the user's wish.
+  /// True if the run is over at t: end time, a fall, or a stop requested by the user.
   bool is_over(double t);
-  /// The planners have run; `step_seconds`: of the planner of steps.
+  /// Records that the planners have run. `step_seconds`: time of the step planner.
   void note_tick(double t, const BalancePlanner::StepChange& change, bool has_landed,
                  double step_seconds, const TrueState& truth);
-  /// The swing foot has landed.
+  /// Records the landing of the swing foot.
   void note_landing(double t, const TrueState& truth);
-  /// What acts from t on, and the mean push until the next sample.
+  /// Records the wrenches that act from t on, and the mean push until the next sample.
   void note_sample(double t, const Vec<double, 12>& applied, const Vec<double, 3>& push,
                    const TrueState& truth);
-  /// The run ends with an error, described in one sentence.
+  /// Ends the run with an error, described in one sentence.
   void note_failure(const std::string& failure);
-  /// The plant has moved on, or says in a sentence why it could not.
+  /// Records a step of the plant. `failure` is not empty if the plant could not advance.
   void note_step(const std::string& failure, const TrueState& truth);
 
   /// True after a fall or an error.
   bool has_stopped() const { return log_.stopped_early; }
-  /// All pushes, in the order of time.
+  /// All pushes, in chronological order.
   const std::vector<Push>& pushes() const { return pushes_; }
-  /// The log, for values that only the plant knows.
+  /// The log, to which the plant adds its own values.
   RunLog& log() { return log_; }
-  /// The complete log. `applied` and `truth` of the end.
+  /// Returns the complete log. `applied` and `truth` are those at the end.
   RunLog finish(const Vec<double, 12>& applied, const TrueState& truth);
 
  private:
@@ -68,10 +68,10 @@ class RunRecorder {
   BalancePlanner& planner_;
   const Observer& observer_;
   std::vector<Push> pushes_;
-  double push_end_ = 0.0;                   // of the last one, s
+  double push_end_ = 0.0;                   // end of the last push, s
   std::array<Vec<double, 3>, 2> stood_at_;  // true places of the last contacts, m
   double interrupted_at_ = infinity;        // end of the tick at which the user ended the run, s
-  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last sample
+  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // mean push of the last sample
   UnmetDecisions unmet_;
   RunLog log_;
 };
@@ -79,17 +79,17 @@ class RunRecorder {
 /// Runs the closed loop until the recorder says that it is over.
 void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& recorder);
 
-/// The planners of a problem, for the robot as its controllers know it.
+/// Creates the planners of a problem for the nominal robot model of the controllers.
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
                                       const Scene& scene);
 std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
                                                const RobotDescription& robot, const Scene& scene);
 
-/// Runs the exact centroidal dynamics.
+/// Runs the problem on the exact centroidal dynamics.
 RunLog simulate_centroidal(const BipedProblem& problem, const RobotDescription& robot,
                            const Observer& observer);
-/// Runs the whole body in DART or MuJoCo. Throws InputError for robot files that lack something or
-/// contradict themselves.
+/// Runs the whole body in DART or MuJoCo. Throws InputError for robot files that are incomplete or
+/// inconsistent.
 RunLog simulate_whole_body(const BipedProblem& problem, const RobotDescription& robot,
                            const Observer& observer);
 

@@ -6,8 +6,8 @@
 
 namespace saltus::walking {
 
-/// Runs the problem on the plant of its settings. Throws InputError for robot files that lack
-/// something or contradict themselves.
+/// Runs the problem on the plant of its settings. Throws InputError for robot files that are
+/// incomplete or inconsistent.
 RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
                 const Observer& observer = {});
 

@@ -12,10 +12,10 @@
 namespace saltus::walking {
 namespace {
 
-// The simulation is the reference: far tighter than anything that is compared with it.
+// The simulation is the reference. Its tolerance is far below that of all quantities compared.
 constexpr double plant_tolerance = 1e-11;
 
-// The two sides of the closed loop: planners that tick at their period, and the centroidal model.
+// Both sides of the closed loop: planners with their control period, and the centroidal model.
 class CentroidalRun final : LoopController, LoopPlant {
  public:
   CentroidalRun(const BipedProblem& problem, const RobotDescription& robot,
@@ -74,7 +74,7 @@ class CentroidalRun final : LoopController, LoopPlant {
 
   const HeldInput& tick(double t, const VectorRef&) override {
     CpuTime watch(recorder_.log().plan_seconds);
-    now_ = t;  // the same but for rounding
+    now_ = t;  // equal except for rounding
     double step_seconds = 0.0;
     BalancePlanner::StepChange change;
     {
@@ -93,7 +93,7 @@ class CentroidalRun final : LoopController, LoopPlant {
     return planner_.tick().input;
   }
 
-  // The swing foot lands at its time.
+  // The swing foot lands at the planned time.
   bool has_landed(double t) {
     if (!planner_.is_stepping() || t <= planner_.step().landing - same_instant) return false;
     plant_.foot(swing_side_) = {swing_sole_, true};
@@ -104,7 +104,7 @@ class CentroidalRun final : LoopController, LoopPlant {
   bool advance(const VectorRef& wrenches, double length) override {
     applied_ = wrenches;
     double end = now_ + length;
-    for (const InputPiece& piece : planner_.tick().input)  // without the rounding of the difference
+    for (const InputPiece& piece : planner_.tick().input)  // avoids the rounding of a difference
       if (std::abs(piece.start + piece.length - end) < same_instant)
         end = piece.start + piece.length;
     while (end - now_ > same_instant) {
@@ -126,7 +126,7 @@ class CentroidalRun final : LoopController, LoopPlant {
     return true;
   }
 
-  // Where the next push begins or ends or the foot lands, `end` at the latest.
+  // Time of the next start or end of a push, or landing; at most `end`.
   double next_cut(double end) const {
     double next = end;
     const auto cut = [&](double edge) {

@@ -1,4 +1,4 @@
-// The whole body: a BalanceController drives a SimulatedRobot.
+// Whole-body simulation: a BalanceController drives a SimulatedRobot.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,10 +19,10 @@
 namespace saltus::walking {
 namespace {
 
-// A foot has landed when the ground carries this fraction of the weight: 20 N of iCub's.
+// A foot has landed when it carries this fraction of the weight, 20 N for iCub.
 constexpr double landed_share = 20.0 / (mass_of_the_defaults * standard_gravity);
 
-// With capsules where limbs may not pass through each other, and where they cost nothing to have.
+// The body, with capsules if limbs may not pass through each other or if they cost nothing.
 FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
                         bool self_collision) {
   FloatingRobot robot = floating_robot(model, description);
@@ -49,7 +49,7 @@ std::vector<AppliedPush> applied_pushes(const std::vector<Push>& pushes, const F
   return applied;
 }
 
-// A controller that knows how late the velocities are that it gets.
+// Settings of the whole-body controller, with the delay of the measured velocities.
 WholeBodyControl control_of(const BipedSettings& settings) {
   WholeBodyControl control = settings.control;
   if (settings.plant.sensors == SensorChoice::measured) {
@@ -57,7 +57,7 @@ WholeBodyControl control_of(const BipedSettings& settings) {
     const EncoderOptions& encoder = settings.plant.sensor.encoder;
     const double period = sample_period(encoder.rate, step);
     const double delay = step * std::round(encoder.delay / step);
-    // Differences of two readings are half a period old at least, and held until the next.
+    // A difference of two readings is at least half a period old, and held until the next one.
     control.gains.velocity_age = delay +
                                  std::max(settings.plant.estimation.velocity_lag, 0.5 * period) +
                                  0.5 * (period - step);
@@ -86,7 +86,7 @@ BalanceController make_controller(const BipedProblem& problem, const RobotDescri
            landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
 }
 
-// No foot may stand at the start where the step of the ground is, nor be within it.
+// Throws if a foot initially stands on the ground's step or is inside it.
 void expect_room(const BalanceController& controller, const RobotDescription& robot,
                  const Scene& scene, const DartOptions& ground) {
   constexpr double slack = 1e-3;  // m
@@ -108,8 +108,8 @@ void expect_room(const BalanceController& controller, const RobotDescription& ro
   }
 }
 
-// The two sides of the closed loop: the controller, which ticks with the readings of the robot, and
-// the robot, which takes the steps of its engine.
+// Both sides of the closed loop: the controller, which runs on the readings of the robot, and the
+// robot, which advances by the steps of its engine.
 class WholeBodyRun final : LoopController, LoopPlant {
  public:
   WholeBodyRun(const BipedProblem& problem, const RobotDescription& robot, const Observer& observer,
@@ -187,7 +187,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
   }
 
   Vec<double, 6>& felt(Side side) { return felt_[side == Side::left ? 0 : 1]; }
-  // Without errors the controllers' model is the true one.
+  // Without model errors, the model of the controllers is the true one.
   const DynamicsModel& true_model() const {
     return true_model_ != nullptr ? *true_model_ : controller_.model();
   }
@@ -231,8 +231,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
     recorder_.log().body.push_back(std::move(b));
   }
 
-  // The mean force since the last sample, its first step included: an engine may have far higher
-  // forces in a single step.
+  // Records the mean force since the last sample, including its first step. An engine may have far
+  // higher forces in a single step.
   void end_sample() {
     BodySample& b = recorder_.log().body.back();
     b.left = felt(Side::left) / static_cast<double>(felt_steps_);
@@ -242,7 +242,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
   }
 
   const BipedSettings& settings_;
-  FloatingRobot body_, nominal_;  // as simulated, and as the controllers know it
+  FloatingRobot body_, nominal_;  // simulated body, and nominal body of the controllers
   WholeBodyState start_;
   Scene scene_;
   BalanceController controller_;

@@ -11,7 +11,7 @@
 namespace saltus::walking {
 namespace {
 
-// Steps of the engine by which torques are late.
+// Delay of the torques in steps of the engine.
 std::size_t delay_steps(const PlantSettings& settings, double control_period) {
   if (settings.delay_ticks < 0)
     throw DefinitionError(fmt::format(

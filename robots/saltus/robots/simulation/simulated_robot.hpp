@@ -1,5 +1,5 @@
-// A robot in a physics engine: engine, motors, sensors, noise, delays and pushes. Physics is here
-// and nowhere else.
+// A robot in a physics engine: engine, motors, sensors, noise, delays and pushes. No other class
+// contains simulated physics.
 #pragma once
 
 #include <memory>
@@ -19,18 +19,18 @@ struct AppliedPush {
   FloatingRobot::Frame at;
 };
 
-/// The same settings give the same motion to the bit. After construction nothing but the engine
+/// The same settings give the same motion to the bit. After construction only the engine
 /// allocates.
 class SimulatedRobot final : public Robot {
  public:
-  /// `engine` takes steps of `settings.engine.step`; `control_period` (s) counts the delay of the
-  /// torques. Throws DefinitionError for options of sensors, noise, motors and delay that are out
-  /// of range.
+  /// `engine` takes steps of `settings.engine.step`. `control_period` (s) is the unit of the torque
+  /// delay. Throws DefinitionError if options of sensors, noise, motors or delay are out of
+  /// range.
   SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
                  const PlantSettings& settings, double control_period,
                  std::vector<AppliedPush> pushes = {});
 
-  /// Starts again in `state` at time zero.
+  /// Restarts in `state` at time zero.
   void reset(const WholeBodyState& state);
 
   const SensorReadings& read() const override { return readings_; }
@@ -39,7 +39,7 @@ class SimulatedRobot final : public Robot {
   double period() const override { return step_; }
   std::string name() const override { return engine_->name(); }
 
-  /// The engine, whose state has no errors of measurement.
+  /// The engine. Its state has no measurement noise.
   const Plant& engine() const { return *engine_; }
 
  private:
@@ -47,16 +47,16 @@ class SimulatedRobot final : public Robot {
   void measure();
 
   std::unique_ptr<Plant> engine_;
-  double step_;  // of the engine, s
+  double step_;  // step of the engine, s
   long steps_ = 0;
   std::vector<AppliedPush> pushes_;
   bool has_motors_;
   Motors motors_;
   NoiseSource noise_;
-  std::optional<Sensors> sensors_;  // none: they are ideal
+  std::optional<Sensors> sensors_;  // empty: ideal sensors
   VectorXd commanded_;
-  std::vector<VectorXd> waiting_;  // a ring: torques of the next steps
-  std::size_t next_ = 0;           // those of the next step
+  std::vector<VectorXd> waiting_;  // ring buffer: torques of the next steps
+  std::size_t next_ = 0;           // index of the next step's torques
   bool is_first_ = true;           // no command yet
   WholeBodyEstimate measured_;
   SensorReadings readings_;

@@ -46,7 +46,7 @@ struct MomentumRate {
   }
 };
 
-// One interval, which determines the present wrenches.
+// Problem with one interval that determines the current wrenches.
 OptimalControlProblem wrench_problem(const PlannerSettings& settings,
                                      const ContactSettings& contact_settings,
                                      const RobotDescription& robot, const Scene& scene,
@@ -82,7 +82,7 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
   ocp.schedule(contacts).start_at(VectorXd::Zero(9)).then(phase);
-  ocp.costs(CostRule::nodes);  // the present rate of momentum, not its mean over the interval
+  ocp.costs(CostRule::nodes);  // the current rate of momentum, not its mean over the interval
   return ocp;
 }
 
@@ -91,7 +91,7 @@ struct Motion {
   Vec<double, 3> position, velocity, acceleration;
 };
 
-// After the time t (s) on the quintic from `start` to rest at `goal` in the time T.
+// Motion at time t (s) on the quintic from `start` to rest at `goal` after time T.
 Motion minimum_jerk(const Motion& start, const Vec<double, 3>& goal, double T, double t) {
   const double s = std::clamp(t / T, 0.0, 1.0);
   const Vec<double, 3> d = goal - start.position, v = start.velocity * T,
@@ -103,8 +103,8 @@ Motion minimum_jerk(const Motion& start, const Vec<double, 3>& goal, double T, d
           (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * (20.0 * c5)))) / (T * T)};
 }
 
-// From here to rest at `goal` in the time T with the least jerk: the acceleration at the start is
-// free, which makes the jerk there zero.
+// Start of the minimum-jerk motion to rest at `goal` in time T. The initial acceleration is free,
+// so the initial jerk is zero.
 Motion least_jerk_start(const Vec<double, 3>& com, const Vec<double, 3>& velocity,
                         const Vec<double, 3>& goal, double T) {
   return {com, velocity, 20.0 / 3.0 * (goal - com) / (T * T) - 4.0 * velocity / T};

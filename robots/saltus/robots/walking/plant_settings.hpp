@@ -18,8 +18,8 @@ enum class SensorChoice { ideal, measured };
 struct PlantSettings {
   PlantChoice choice = PlantChoice::centroidal;  ///< simulated system and engine
   /// Engine and ground. The controllers do not know the step in the ground. It begins `ground_edge`
-  /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot reaches to 0.17
-  /// m.
+  /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot extends to
+  /// 0.17 m.
   DartOptions engine{{.ground_edge = 0.18}};
   int delay_ticks = 0;                         ///< delay of the torques, control periods
   MotorOptions motors;                         ///< lag and rate limit of the torques
