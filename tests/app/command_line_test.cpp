@@ -1,4 +1,4 @@
-// The command line taken apart, and the program that acts on it.
+// Tests the parser of the command line and the program that acts on it.
 #include "saltus/app/program.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace saltus {
 namespace {
 
-// Colours of a terminal, a cleared screen: words from outside do not act on it.
+// Control characters in arguments, such as colours or a cleared screen, do not reach the terminal.
 TEST(Text, control_characters_are_shown_and_not_sent) {
   EXPECT_EQ(printable("a\tb\nc \x1b[2J\x7f"), "a\\tb\\nc \\x1b[2J\\x7f");
   EXPECT_EQ(printable("Grad \xc2\xb0"), "Grad \xc2\xb0");
@@ -53,7 +53,7 @@ TEST(RunRequest, all_forms_of_flags) {
 }
 
 TEST(RunRequest, what_belongs_together_stays_together) {
-  // The word after an unknown flag is its value, the flag after one is not.
+  // The word after an unknown flag is its value. A flag after an unknown flag is not.
   const RunRequest request =
       parse_run_request(Words{"--brisk", "--out", "dir", "hopper", "--height=-0.5", "--list",
                               "[1, 2]", "--set", "a=b=c", "--name"});

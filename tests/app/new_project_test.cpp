@@ -1,5 +1,5 @@
-// Projects from templates: whole or not at all, and names that CMake can live with. Whether they
-// build and run is seen by packaging.new.
+// Projects from templates are created completely or not at all, and their names are valid in CMake.
+// The test packaging.new checks that they build and run.
 #include "saltus/app/new_project.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ TEST(NewProject, is_complete_and_has_no_marks) {
     EXPECT_TRUE(contains(file_content(project / "CMakeLists.txt"), "project(" + kind.name));
     EXPECT_TRUE(contains(file_content(project / "README.md"), kind.summary));
   }
-  std::size_t entries = 0;  // nothing half made beside them
+  std::size_t entries = 0;  // no partial files next to them
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path())) ++entries;
   EXPECT_EQ(entries, project_kinds().size());
 }
@@ -42,7 +42,8 @@ TEST(NewProject, refuses_names_and_what_exists) {
     EXPECT_TRUE(contains(complaint(name), "is not a valid project name: expected a letter"));
   EXPECT_TRUE(contains(complaint("test"), "'test' is not a valid project name: CMake"));
   EXPECT_TRUE(contains(complaint(std::string(65, 'a')), "at most 64 characters"));
-  EXPECT_TRUE(contains(complaint("no/such/folder"), "cannot be created: No such file or directory"));
+  EXPECT_TRUE(
+      contains(complaint("no/such/folder"), "cannot be created: No such file or directory"));
   EXPECT_EQ(complaint("cart/"), "no complaint");
   EXPECT_TRUE(contains(complaint("cart"), "exists already; nothing was changed"));
   folder.file("taken", "mine");

@@ -1,4 +1,4 @@
-// Results on disk: refused early, complete or absent, exact.
+// Tests that results on disk are refused early, complete or absent, and exact.
 #include "saltus/app/program.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(OutputFolder, comes_into_being_with_the_first_file) {
   EXPECT_EQ(std::distance(begin(files), end(files)), 3) << "temporary files are left behind";
 }
 
-// What is begun has a name that nobody guesses, is of this user alone, and follows no link.
+// A temporary file has an unpredictable name, is accessible to this user only, and follows no link.
 TEST(OutputFolder, begun_files_are_private) {
   const TemporaryFolder folder;
   const fs::path file = folder / "x.txt", one = temporary_path(file), two = temporary_path(file);
@@ -68,7 +68,7 @@ TEST(OutputFolder, begun_files_are_private) {
   EXPECT_EQ(fs::status(file).permissions(), static_cast<fs::perms>(0666U & ~mask));
 }
 
-// On a shared disk a process of another machine may be active that has no process number here.
+// On a shared disk, the owner can be a process on another machine, with no process number here.
 TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_machine) {
   const TemporaryFolder folder;
   const pid_t child = ::fork();

@@ -1,4 +1,4 @@
-// Signals and limits of the system: what ends a process, and in which words.
+// Tests signals and system limits: how a process ends and with which message.
 #include "saltus/app/process_limits.hpp"
 
 #include <gtest/gtest.h>
@@ -23,14 +23,14 @@
 namespace saltus {
 namespace {
 
-constexpr unsigned patience = 10;  // s, after which a child that waits for ever is ended
+constexpr unsigned patience = 10;  // s, timeout after which a hanging child is killed
 
 struct End {
   int status = 0;
-  std::string error;  // what it wrote to the error stream
+  std::string error;  // text on the error stream
 };
 
-// How a child ends that does this.
+// Runs `work` in a child process and returns how the child ends.
 End end_of(const std::function<void()>& work) {
   int ends[2];
   EXPECT_EQ(::pipe(ends), 0);
@@ -136,7 +136,7 @@ TEST(ProcessLimits, too_little_for_python_is_a_sentence) {
             "memory, and the limit is 300 MB (ulimit -v)");
 }
 
-// Without room for the stack of a further thread, as with a limited number of threads.
+// Without memory for the stack of another thread, as under a limit on the number of threads.
 TEST(ThreadPool, threads_that_cannot_be_started_are_an_exception) {
   const End end = end_of([] {
     const rlimit addresses{std::size_t{1} << 29U, std::size_t{1} << 29U};

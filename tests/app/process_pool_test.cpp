@@ -1,4 +1,4 @@
-// Does work in other processes come back, and does a crash stay where it happens?
+// Tests that results from other processes arrive and that a crash stays in its process.
 #include "saltus/app/process_pool.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 using End = WorkResult::End;
 
-constexpr double ample = 30.0;  // s, for work that takes milliseconds
+constexpr double ample = 30.0;  // s, timeout for work that takes milliseconds
 
 std::map<long, WorkResult> finish_all(ProcessPool& pool) {
   std::map<long, WorkResult> all;
@@ -34,7 +34,7 @@ WorkResult result_of(const std::function<std::string()>& work, double time_limit
 }
 
 TEST(ProcessPool, TextsComeBackWhole) {
-  const std::string large(1'000'000, 'x');  // more than a pipe holds
+  const std::string large(1'000'000, 'x');  // exceeds the capacity of a pipe
   ProcessPool pool(3, ample);
   pool.start(1, [] { return std::string("one, with a\nline"); });
   pool.start(2, [&] { return large; });

@@ -1,4 +1,4 @@
-// What the program does around a run: print its settings, make it again, complete words.
+// Tests the commands around a run: print its settings, repeat it, complete words.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -25,7 +25,7 @@ void declare_settings(Settings& settings, DropConfig& config) {
   settings.choice("ground", config.ground, {"hard", "soft"}, "where it falls");
 }
 
-double drift = 0.0;  // what makes a run differ from the one before
+double drift = 0.0;  // makes a run differ from the previous one
 int runs = 0;
 
 ExitStatus drop(const DropConfig& config, const RunContext& context) {
@@ -96,7 +96,7 @@ TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
   EXPECT_TRUE(contains(printed, "summary.json: the same to the bit"));
   EXPECT_FALSE(fs::exists(folder / "first.again"));
 
-  drift = 1e-16;  // a last digit
+  drift = 1e-16;  // one unit in the last digit
   EXPECT_EQ(run({"rerun", out}), 5);
   EXPECT_TRUE(contains(printed, "trajectory.csv: differs first in row 2, column 'height [m]'"));
   EXPECT_TRUE(contains(printed, "not the same; the new results are in"));
@@ -105,7 +105,7 @@ TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
   EXPECT_TRUE(contains(complaint, "first.again' exists already; give another folder with --out"));
 }
 
-// What the run before left is neither drawn nor compared; what others left stays.
+// Results of the previous run are neither drawn nor compared. Other files stay.
 TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
   const fs::path out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--ground", "soft", "--out", out}), 0);
@@ -121,7 +121,7 @@ TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
     EXPECT_TRUE(fs::exists(out / kept)) << kept;
   EXPECT_EQ(run({"rerun", out}), 0) << printed << "mine.csv is of no run";
 
-  // A run.json of elsewhere removes nothing outside of the folder, and nothing that no run writes.
+  // A foreign run.json removes no file outside the folder, and no file that no run writes.
   const fs::path beside = folder.file("beside.csv", "mine"),
                  tool = folder.file("first/tool.sh", "mine");
   folder.file("first/run.json", R"({"files": ["../beside.csv", "tool.sh", "..", "", 7, {}]})");
@@ -129,12 +129,12 @@ TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
   EXPECT_TRUE(fs::exists(beside) && fs::exists(tool));
 }
 
-// Pictures, other formats and a movie of the run before would lie beside the tables of this one.
+// Pictures, other formats and a movie of the previous run must not remain next to the new tables.
 TEST_F(VerbsTest, what_verbs_add_goes_with_the_run) {
   const fs::path out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
   folder.file("first/mine.png", "mine");
-  // In place of a python3 that has the packages.
+  // Stands in for a python3 with the required packages.
   fs::create_directories(folder / "python");
   const std::string folder_name = folder.path();
   const fs::path writer = folder.file("writer",
@@ -156,7 +156,7 @@ TEST_F(VerbsTest, what_verbs_add_goes_with_the_run) {
     EXPECT_TRUE(fs::exists(out / kept)) << kept;
 }
 
-// Whose files a folder has is not known without run.json, or by one of an older version.
+// Without run.json, or with one of an older version, the owner of each file is unknown.
 TEST_F(VerbsTest, what_is_added_to_no_run_is_of_none) {
   const auto add = [&](const char* name) {
     const AddedFiles added(folder.path());
@@ -211,7 +211,7 @@ TEST_F(VerbsTest, rerun_names_the_entry_that_differs) {
   EXPECT_EQ(difference(R"({"a": {}})", R"({"a": {"key": 1}})"), "differs first at a.key is new");
 }
 
-// Of a run on the whole body that another version made without it.
+// A whole-body run that another version made without the whole body.
 TEST_F(VerbsTest, a_robot_is_compared_where_both_have_it) {
   for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
   folder.file("one/robot.json", "{}");

@@ -1,4 +1,4 @@
-// Settings: what is understood, and that every kind of mistake gives one sentence and no change.
+// Tests which settings are accepted. Each kind of mistake gives one sentence and changes nothing.
 #include "saltus/app/settings.hpp"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ struct SettingsTest : testing::Test {
     settings.apply(assignments);
   }
 
-  // What the user is told; a mistake must leave the configuration as it was.
+  // Returns the error message. A mistake must leave the configuration unchanged.
   std::string complaint(const std::function<void()>& action) {
     const Config before = config;
     try {
@@ -235,7 +235,7 @@ TEST_F(SettingsTest, one_mistake_and_nothing_is_assigned) {
 TEST_F(SettingsTest, rules_between_settings_roll_back) {
   EXPECT_EQ(complaint_about({"push.impulse=1", "contact.fz_min=600", "solver=sparse"}),
             "--set contact.fz_min=600: contact.fz_min exceeds contact.fz_max");
-  set({"contact.fz_min=600", "contact.fz_max=700"});  // both together are fine
+  set({"contact.fz_min=600", "contact.fz_max=700"});  // both together are valid
   EXPECT_EQ(config.fz_max, 700.0);
 }
 
@@ -274,11 +274,11 @@ TEST_F(SettingsTest, written_configuration_reads_back_exactly) {
   settings.apply(file, {});
   EXPECT_TRUE(config == written) << settings.to_yaml();
   EXPECT_TRUE(contains(settings.to_yaml(), "push:\n  impulse: 0.1  # N s\n  direction: ["));
-  EXPECT_TRUE(contains(settings.to_yaml(), ", 1.0e-300, -7]"));  // for readers of YAML 1.1
+  EXPECT_TRUE(contains(settings.to_yaml(), ", 1.0e-300, -7]"));  // for YAML 1.1 readers
 }
 
 TEST_F(SettingsTest, description_names_default_unit_range_and_flag) {
-  set({"push.impulse=3"});  // defaults are those at declaration
+  set({"push.impulse=3"});  // the defaults are the values at declaration
   const std::string text = settings.describe();
   EXPECT_TRUE(contains(text, "push.impulse=7 N s"));
   EXPECT_TRUE(contains(text, "size of the push (at least 0)"));
@@ -307,7 +307,7 @@ TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new
                        }),
                        "'push.impulse' was already given"));
   EXPECT_EQ(config.impulse, 5.0);
-  EXPECT_FALSE(contains(settings.describe(), "push.size"));  // nobody learns it any more
+  EXPECT_FALSE(contains(settings.describe(), "push.size"));  // no code reads it any more
   double number = 1.0;
   EXPECT_THROW(settings.number("push.size", number, "", ""), DefinitionError);
   EXPECT_THROW(settings.renamed("x", "no.such.key", "0.4"), DefinitionError);
@@ -320,7 +320,7 @@ TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
   settings.preset("preset", {"soft"}, {"push.impulse=7", "stepping=true", "plant=centroidal"});
   settings.preset("preset", {"hard"}, {"push.impulse=9", "stepping=false", "plant=dart"});
   EXPECT_TRUE(contains(settings.describe(), "hard: push.impulse=9, stepping=false, plant=dart"));
-  set({"push.impulse=3"});  // no preset is given, none acts
+  set({"push.impulse=3"});  // no preset is given, so none applies
   EXPECT_EQ(config.impulse, 3.0);
   EXPECT_TRUE(config.stepping);
   set({"stepping=true", "preset=hard"});  // in any order
@@ -357,7 +357,7 @@ TEST_F(SettingsTest, presets_are_lists_that_trigger_no_list) {
   set({"plant=dart"});
   EXPECT_EQ(name, "hard");
   EXPECT_EQ(config.impulse, 9.0);
-  EXPECT_TRUE(config.stepping);  // what the list names is not looked up again
+  EXPECT_TRUE(config.stepping);  // the listed value is not looked up again
   set({"plant=dart", "push.impulse=3"});
   EXPECT_EQ(config.impulse, 3.0);
   EXPECT_TRUE(contains(settings.describe(), "; dart: preset=hard, push.impulse=9"));

@@ -1,5 +1,5 @@
-// What the tests of this folder share: a folder and variables that live as long as a test, and
-// texts.
+// Shared helpers for the tests of this folder: a temporary folder, temporary environment variables
+// and text comparisons.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 
 namespace saltus {
 
-/// Created empty, under a name of its own; removed with everything in it at the end.
+/// A temporary folder with a unique name. It is created empty and removed with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -46,7 +46,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// A variable of the environment has this value, or is not set (null), as long as the object lives.
+/// Sets an environment variable, or unsets it (null), for the lifetime of the object.
 class Variable {
  public:
   Variable(const char* name, const char* value) : name_(name) {
@@ -66,13 +66,13 @@ class Variable {
   std::optional<std::string> before_;
 };
 
-/// Shows the whole text when `part` is missing.
+/// Checks that a text contains `part`. Shows the whole text on failure.
 inline testing::AssertionResult contains(const std::string& text, const std::string& part) {
   if (text.find(part) != std::string::npos) return testing::AssertionSuccess() << text;
   return testing::AssertionFailure() << "'" << part << "' is not in '" << text << "'";
 }
 
-/// What an InputError that `action` throws says.
+/// Message of the InputError that `action` throws.
 inline std::string complaint_of(const std::function<void()>& action) {
   try {
     action();

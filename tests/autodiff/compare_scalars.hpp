@@ -1,4 +1,4 @@
-// Compares scalars with all their derivatives, and makes scalars whose derivatives all differ.
+// Compares scalars with all their derivatives. Makes scalars with distinct derivatives.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,10 +10,10 @@
 
 namespace saltus {
 
-// Rounding of a handful of operations on numbers of order one.
+// Rounding error of a few operations on numbers of order one.
 inline constexpr double rounding = 1e-14;
 
-// Every number in a scalar, so that laws compare derivatives too.
+// All components of a scalar, so that laws compare derivatives too.
 inline void flatten(double x, std::vector<double>& numbers) { numbers.push_back(x); }
 template <class T, int N>
 void flatten(const Dual<T, N>& x, std::vector<double>& numbers) {
@@ -30,7 +30,7 @@ void expect_same(const S& a, const S& b, double tolerance = rounding) {
     EXPECT_NEAR(left[i], right[i], tolerance * (1.0 + std::abs(right[i]))) << "component " << i;
 }
 
-// A number all of whose components differ.
+// A scalar whose components all differ.
 inline void fill(double& x, double start) { x = start; }
 template <class T, int N>
 void fill(Dual<T, N>& x, double start) {

@@ -1,4 +1,4 @@
-// Laws that hold for every dual number, whatever its width and nesting.
+// Laws that hold for every dual number of any width and nesting.
 #include "saltus/autodiff/dual.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TYPED_TEST(Laws, ring_and_division) {
 TYPED_TEST(Laws, functions_and_their_inverses) {
   using S = TypeParam;
   const S a = number<S>(0.7), b = number<S>(1.9);
-  const double loose = 1e-12;  // third derivatives of the nested types multiply rounding
+  const double loose = 1e-12;  // third derivatives of the nested types amplify rounding
   expect_same<S>(square(S(saltus::sin(a))) + square(S(saltus::cos(a))), S(1.0), loose);
   expect_same<S>(saltus::tan(a), saltus::sin(a) / saltus::cos(a), loose);
   expect_same<S>(saltus::exp(S(saltus::log(b))), b, loose);
@@ -90,7 +90,7 @@ TEST(Dual, second_derivatives_by_nesting) {
 TEST(Dual, constants_enter_by_themselves_and_numbers_do_not_leave) {
   using S = Dual<double, 3>;
   static_assert(std::is_convertible_v<double, S> && std::is_convertible_v<int, S>);
-  static_assert(!std::is_convertible_v<S, double>);  // double(s) says why: refused.cpp
+  static_assert(!std::is_convertible_v<S, double>);  // message: see refused.cpp
   static_assert(!std::is_constructible_v<bool, S>);
   const S c = 2;
   EXPECT_EQ(c.value, 2.0);

@@ -1,4 +1,4 @@
-// Duals inside Eigen: products of any size, and their memory.
+// Tests duals inside Eigen: products of any size and their memory.
 #include "tests/autodiff/in_eigen.hpp"
 #include "tests/support/count_allocations.hpp"
 

@@ -1,4 +1,4 @@
-// Duals inside Eigen: mixing with matrices of doubles.
+// Tests duals inside Eigen: expressions that mix duals with matrices of doubles.
 #include <Eigen/LU>
 
 #include "tests/autodiff/in_eigen.hpp"

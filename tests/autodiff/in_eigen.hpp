@@ -1,4 +1,4 @@
-// The scalars of the tests of Eigen, which are two files: one would take 850 MB to compile.
+// Scalars for the Eigen tests. The tests are two files because one takes 850 MB to compile.
 #pragma once
 
 #include <gtest/gtest.h>

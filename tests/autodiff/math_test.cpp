@@ -1,5 +1,5 @@
-// Every elementary function against differences, and the conventions where derivatives do not
-// exist.
+// Compares every elementary function with finite differences, and tests the conventions where
+// derivatives do not exist.
 #include "saltus/autodiff/math.hpp"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ void agrees_with_differences(const char* name, F f, std::initializer_list<double
   }
 }
 
-// Unqualified calls inside namespace saltus: the same text for double and for duals.
+// Unqualified calls inside namespace saltus compile for double and for duals.
 TEST(Math, of_one_argument) {
   agrees_with_differences("sin", [](auto x) { return sin(x); }, {-2.0, 0.0, 0.7, 3.0});
   agrees_with_differences("cos", [](auto x) { return cos(x); }, {-2.0, 0.0, 0.7, 3.0});
@@ -130,7 +130,7 @@ TEST(Math, switches) {
   EXPECT_EQ(select(std::nan(""), 2.0, 3.0), 3.0);
 }
 
-// Where the derivative does not exist or is infinite: the conventions at the top of math.hpp.
+// Conventions where the derivative does not exist or is infinite; see the top of math.hpp.
 template <class F>
 void is(const char* name, F f, double x, Jet expected) {
   SCOPED_TRACE(name);
@@ -164,7 +164,7 @@ TEST(Math, conventions_where_users_fall) {
   is("select at 0", [](auto x) { return select(x, 2.0 * x, -x); }, 0.0, {0, 2, 0});
 }
 
-// d2/dx dy, in the order of either nesting: the inner direction is x, the outer one y, or reversed.
+// d2/dx dy in both nesting orders: the inner direction is x and the outer one y, or reversed.
 template <class F>
 void mixed_is(const char* name, F f, double x, double y, double expected) {
   SCOPED_TRACE(name);
@@ -185,7 +185,7 @@ TEST(Math, of_powers_without_a_slope_along_the_exponent_the_mixed_derivative_is_
   mixed_is("1^3", power, 1.0, 3.0, 1.0);  // x^(y-1) (1 + y log x)
 }
 
-// Where x^2 + y^2 leaves the range of doubles.
+// Points where x^2 + y^2 leaves the range of doubles.
 TEST(Math, atan2_has_slopes_however_far) {
   const auto angle = [](double y) { return [y](auto x) { return atan2(x, decltype(x)(y)); }; };
   for (const double r : {1e-140, 1e-3, 1e160})
@@ -210,7 +210,7 @@ TEST(Math, norm_of_a_vector_at_rest_is_flat) {
 }  // namespace
 }  // namespace saltus
 
-// Outside the namespace: found by argument, or qualified.
+// Outside the namespace, argument-dependent lookup or a qualified name finds the functions.
 TEST(Math, is_found_by_its_argument) {
   using S = saltus::Dual<double, 2>;
   const auto formula = [](const auto& x) {
@@ -218,7 +218,7 @@ TEST(Math, is_found_by_its_argument) {
   };
   EXPECT_NEAR(formula(S(-0.5)).value,
               0.5 + std::sin(-0.5) - 0.5 + 0.25 + 0.5 * (1 + std::tanh(-0.5)), 1e-15);
-  EXPECT_EQ(saltus::abs(-0.5), 0.5);  // and not the integer abs of <cstdlib>, which gives 0
+  EXPECT_EQ(saltus::abs(-0.5), 0.5);  // not the integer abs of <cstdlib>, which gives 0
   EXPECT_EQ(saltus::min(1, 2.5), 1.0);
   EXPECT_EQ(saltus::norm(Eigen::Vector2d(3, 4)), 5.0);
 }

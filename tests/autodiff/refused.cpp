@@ -1,4 +1,4 @@
-// Formulas that must be refused by the compiler, one per CASE_ definition; none defined: all fine.
+// Formulas that the compiler must refuse, one per CASE_ definition. Without one, the file compiles.
 #include "saltus/model/make_function.hpp"
 
 using namespace saltus;

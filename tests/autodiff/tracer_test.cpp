@@ -1,4 +1,4 @@
-// The tracer's sets are exact: nothing missing and nothing more than the structure demands.
+// The tracer's sets are exact: no entry is missing and no entry is superfluous.
 #include "saltus/autodiff/tracer.hpp"
 
 #include <gtest/gtest.h>
@@ -133,7 +133,7 @@ TEST(Tracer, hundreds_of_inputs) {
   EXPECT_EQ(pairs(Tracer::input(299) * Tracer::input(7)), (Pairs{{299, 7}}));
 }
 
-// Eigen's own checks are assertions, which Release does not have.
+// Eigen's checks are assertions, which Release builds disable.
 template <class Use>
 void expect_beyond(const Use& use, long row, long rows, int first_input) {
   try {

@@ -1,4 +1,4 @@
-// A formula and its derivatives, for objects of different vector widths in one program.
+// A formula and its derivatives for objects of different vector widths in one program.
 #pragma once
 
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace saltus::two_widths {
 
-/// Products of six inputs: a Jacobian of several passes in narrow widths, of one in the widest.
+/// Products of six inputs. The Jacobian takes several passes at narrow widths and one at the
+/// widest.
 struct Product {
   template <class S>
   Vec<S, 2> operator()(const S& t, const Vec<S, 4>& x, const Vec<S, 2>& u) const {
@@ -19,12 +20,12 @@ struct Product {
 
 struct Derivatives {
   int lanes = 0;
-  std::string scalar;  // the name that the linker knows
+  std::string scalar;  // mangled name of the scalar type
   double value[2];
   std::vector<double> jacobian, hessian;  // entries of the patterns
 };
 
-// Of each object its own.
+// Each object defines its own version.
 static Derivatives derivatives_here() {
   const Function f = make_function<4, 2, 0>(Product{});
   const double z[7] = {0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, weights[2] = {1.0, -1.0};

@@ -1,5 +1,5 @@
-// A program and the library may be built for different processors: objects of two vector widths,
-// and a library of perhaps a third, link into one program and both compute what they should.
+// A program and the library can target different processors. Objects of two vector widths, and a
+// library of possibly a third, link into one program and compute correct results.
 #include <gtest/gtest.h>
 
 #include "two_widths.hpp"
@@ -11,13 +11,13 @@ namespace {
 void expect_right(const Derivatives& d) {
   EXPECT_EQ(d.value[0], 720.0);
   EXPECT_EQ(d.value[1], 6.0);
-  // Of both outputs row by row: dy0/d(x, u), then dy1/dt, x0, x2, u1.
+  // Row by row for both outputs: dy0/d(x, u), then dy1/dt, x0, x2, u1.
   const std::vector<double> jacobian{720.0, 360.0, 240.0, 180.0, 144.0, 120.0, 6.0, 3.0, 1.0, 0.5};
   double sum = 0.0, expected = 0.0;
   ASSERT_EQ(d.jacobian.size(), jacobian.size());
   for (std::size_t i = 0; i < jacobian.size(); ++i) sum += d.jacobian[i], expected += jacobian[i];
   EXPECT_EQ(sum, expected);
-  // 720 / (z_i z_j) for each pair of inputs of y0; of -y1: x0 x2 and t u1.
+  // 720 / (z_i z_j) for each pair of inputs of y0. The entries of -y1 are x0 x2 and t u1.
   const double inputs[6] = {1, 2, 3, 4, 5, 6};
   double curvature = -2.0, found = 0.0;
   for (int i = 0; i < 6; ++i)
@@ -32,7 +32,7 @@ TEST(TwoWidths, LinkIntoOneProgram) {
 #endif
   const Derivatives wide = derivatives_wide(), narrow = derivatives_narrow();
   EXPECT_GT(wide.lanes, narrow.lanes);
-  // The linker keeps one definition per name: code for one layout must not stand in for the other.
+  // The linker keeps one definition per name. Code for one layout must not replace the other.
   EXPECT_NE(wide.scalar, narrow.scalar);
   expect_right(narrow);
   expect_right(wide);

@@ -1,4 +1,4 @@
-// Built for the vectors of four doubles.
+// Compiled for vectors of four doubles.
 #include "two_widths.hpp"
 
 saltus::two_widths::Derivatives saltus::two_widths::derivatives_wide() {

@@ -175,7 +175,7 @@ class Scripts(unittest.TestCase):
                    "riccati,sparse,ipopt,piqp", "--repetitions", "1", "--out", self.path("n.jsonl"))
         verdicts = [(l["problem"], l["solver"], l["verdict"])
                     for l in self.lines("n.jsonl") if "solver" in l]
-        self.assertEqual(len(verdicts), 6)  # PIQP is not for them
+        self.assertEqual(len(verdicts), 6)  # PIQP does not apply to them
         self.assertEqual({v for *_, v in verdicts}, {"solved"})
 
     def test_an_optimum_that_is_not_the_best_is_a_miss(self):
@@ -257,7 +257,7 @@ class Scripts(unittest.TestCase):
         self.bench("map", "--merged", self.path("map.jsonl"), "--folder", self.path("again"))
         with open(self.path("map/map.csv"), encoding="utf-8") as file:
             rows = file.read().splitlines()
-        self.assertEqual(len(rows), 2)  # titles and the one cell
+        self.assertEqual(len(rows), 2)  # the header and the one cell
         with open(self.path("again/map.csv"), encoding="utf-8") as file:
             self.assertEqual(file.read().splitlines(), rows)
 
@@ -445,9 +445,9 @@ class Scripts(unittest.TestCase):
                     found[name] = Stages(read_nonlinear(self.path("p.json")))
                 except NotApplicable as why:
                     self.assertIn("coupled", str(why))
-        self.assertEqual(set(found), {"tank_on_ramp", "hanging_chain"})  # the others' times are free
+        self.assertEqual(set(found), {"tank_on_ramp", "hanging_chain"})  # the durations of the others are free
         self.assertEqual(found["tank_on_ramp"].sizes, [[0, 3, 2], *[[2, 1, 0]] * 399, [2, 0, 0]])
-        # The end of a linear input is the beginning of the next: a row that closes with the other sign.
+        # The end of a linear input is the start of the next. A row that closes with the other sign is an error.
         self.assertEqual(set(found["hanging_chain"].sign), {1.0, -1.0})
         self.assertEqual(sorted(found["hanging_chain"].order), list(range(123)))
 
@@ -496,7 +496,7 @@ class Scripts(unittest.TestCase):
             import peers
             for adapter in peers.all_peers():
                 if adapter.name == "aligator-proxddp" or peers.why_missing(adapter):
-                    continue  # the first is compiled at first use, which takes long
+                    continue  # the first includes compilation at first use, which is slow
                 try:
                     solver = adapter(qp, 1e-8)
                 except peers.NotApplicable:
@@ -526,7 +526,7 @@ class Scripts(unittest.TestCase):
             for name in ("tank_on_ramp", "hanging_chain"):
                 program.ask(do="export", problem="library/" + name, file=self.path(name))
         with self.assertRaises(peers.NotApplicable):
-            Intervals(read_nonlinear(self.path("hanging_chain")))  # its end is given
+            Intervals(read_nonlinear(self.path("hanging_chain")))  # its final state is fixed
         file = read_nonlinear(self.path("tank_on_ramp"))
         it, draws = Intervals(file), numpy.random.default_rng(1)
         inputs = draws.uniform(it.low, it.high, (it.N, it.nu))
@@ -554,9 +554,9 @@ class Scripts(unittest.TestCase):
         def largest(w, row, bound):
             return max(kkt_residual(qp, *(numpy.array([v]) for v in (w, row, bound))).values())
         self.assertEqual(largest(1.0, 0.0, 0.0), 0.0)
-        self.assertEqual(largest(0.5, 0.0, 0.5), 0.5)  # pushes against a side that is not there
+        self.assertEqual(largest(0.5, 0.0, 0.5), 0.5)  # nonzero multiplier of a missing bound
         self.assertEqual(largest(0.5, 0.5, 0.0), 0.5)
-        self.assertEqual(largest(2.0, 0.0, -1.0), 2.0)  # against a side that is two away
+        self.assertEqual(largest(2.0, 0.0, -1.0), 2.0)  # nonzero multiplier of a bound at distance two
         self.assertEqual(largest(-0.5, 0.0, 0.0), 1.5)
         for wrong in ((numpy.nan, 0.0, 0.0), (1.0, numpy.nan, 0.0), (1.0, 0.0, numpy.inf)):
             self.assertEqual(largest(*wrong), numpy.inf)

@@ -1,5 +1,4 @@
-// Does the benchmark suite hand the same program to everybody, and say what is wrong with a
-// request?
+// Tests that the benchmark suite gives every solver the same program and explains invalid requests.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -33,7 +32,7 @@ void expect_same_program(const StageQp& qp, StagePoint point) {
   const auto solver = make_riccati_solver(qp);
   ASSERT_EQ(solver->solve(qp, point, /*warm=*/false).status, QpStatus::optimal);
   const SparseQp flat = flatten(qp);
-  // Off the optimum, where every residual has something to say.
+  // A point away from the optimum, so that every residual is nonzero.
   for (const double off : {0.0, 0.1}) {
     for (StagePoint::AtStage& stage : point.stages) stage.u.array() += off;
     const PrimalDualPoint flat_point = flatten(qp, point);
@@ -80,8 +79,8 @@ TEST(FlatQp, RefusesSoftRows) {
   EXPECT_THROW(flatten(qp), DefinitionError);
 }
 
-// The controller has work to do: sides bind (of the chain at first only), and the plan of the tick
-// before is a start that saves iterations.
+// Bounds are active (for the chain only at first), and the plan of the previous tick is a warm
+// start that saves iterations.
 TEST(ClosedLoops, BindAtFirstAndAreSolvedColdAndWarm) {
   for (const auto& [name, late] : {std::pair("steps/chain", 30), std::pair("steps/car", 80)}) {
     const std::vector<QpProblem> problems = qp_problems();
@@ -159,7 +158,7 @@ TEST(Answerer, SaysWhatIsWrongWithARequest) {
     EXPECT_NE(error_of(wrong), "");
 }
 
-// Free durations, path constraints and two phases; a jump and a cost of the input.
+// A problem with free durations, path constraints, two phases, a jump and an input cost.
 constexpr std::array shooting_cases{"library/bryson_denham", "library/juggled_ball",
                                     "library/three_modes", "library/turbo_car",
                                     "library/low_ceiling_arcs"};

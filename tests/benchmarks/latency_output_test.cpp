@@ -1,4 +1,4 @@
-// Does the command line of `saltus bench latency` say what is wrong, and JSON hold what it should?
+// Tests the error messages and the JSON output of `saltus bench latency`.
 #include "benchmarks/latency_output.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Do the cases of `saltus bench latency` reach their optimum, every instance of them?
+// Tests that every instance of every case of `saltus bench latency` reaches its optimum.
 #include "benchmarks/latency.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace saltus::bench {
 namespace {
 
 #ifdef NDEBUG
-constexpr int solves = 100;  // as --quick
+constexpr int solves = 100;  // as with --quick
 #else
 constexpr int solves = 3;  // sanitizers are slow
 #endif
@@ -21,7 +21,7 @@ void expect_optimal(const std::string& only) {
   const LatencyReport report = measure_latency({.solves = solves, .only = only});
   for (const CaseResult& result : report.cases) {
     EXPECT_GT(result.n, 0) << result.name;
-    // A residual above 1e-8 is a failure whatever the solver says: see Measurement::count.
+    // A residual above 1e-8 is a failure for any solver status; see Measurement::count.
     for (const Failure& f : result.failures) {
       ADD_FAILURE() << result.name << " seed " << f.seed << ": " << describe(f.status) << ", "
                     << f.residual;

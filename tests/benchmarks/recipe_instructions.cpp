@@ -1,11 +1,11 @@
-// Solves the step recovery's programs with the structured solver, for compare_instructions.py to
-// count what that takes:
+// Solves the programs of step recovery with the structured solver. compare_instructions.py counts
+// the instructions:
 //
 //     recipe_instructions kI=7|no-impact|kI=0|binding|run-time-sizes|warm|one-foot|two-feet
 //
-// The last two are ticks of push recovery: changes of the wrenches cost, so that the previous ones
-// are states, and capture points may leave the hull for a price. It prints the compiler, then how
-// many solves and iterations there were.
+// The last two are ticks of push recovery. Changes of the wrenches have a cost, so the previous
+// wrenches are states. Capture points may leave the hull at a cost. The program prints the
+// compiler, then the numbers of solves and iterations.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -54,7 +54,7 @@ Count cold(const std::string& batch) {
   return count;
 }
 
-// The recorded sequence without its first, cold solve: that one is counted too, as one of 60.
+// The recorded sequence without its first, cold solve. The count includes that solve, one of 60.
 Count warm() {
   std::ifstream file(SALTUS_BENCHMARK_DATA "/step_recovery_sequence.json");
   const nlohmann::json problems = nlohmann::json::parse(file).at("problems");
@@ -82,15 +82,15 @@ Count warm() {
   return count;
 }
 
-// As those of make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
+// Same settings as make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
 constexpr qp::RiccatiKernel tick_kernels[] = {
     qp::riccati_kernel<0, 6, 15, true>(),   qp::riccati_kernel<15, 6, 15, true>(),
     qp::riccati_kernel<15, 6, 9>(),         qp::riccati_kernel<0, 12, 21, true>(),
     qp::riccati_kernel<21, 12, 21, true>(), qp::riccati_kernel<21, 12, 9>(),
     qp::riccati_kernel<9, 0, 0>()};
 
-// With the cost weight/2 |u_k - u_(k-1)|^2, u_(k-1) as further states, and rows on states soft; the
-// input before the first one is `applied`.
+// Adds the cost weight/2 |u_k - u_(k-1)|^2 with u_(k-1) as additional states, and makes rows on
+// states soft. `applied` is the input before the first one.
 StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
   const int N = plain.intervals();
   std::vector<StageCapacity> capacity;
@@ -137,9 +137,9 @@ StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
   return qp;
 }
 
-// A disturbed tick after another, warm, which the first one, cold, is counted with.
+// Disturbed, warm-started ticks in sequence. The count includes the first tick, which is cold.
 Count ticks(const std::string& batch) {
-  constexpr double weight = 1.0;  // as heavy as push recovery's, in units of 100 N
+  constexpr double weight = 1.0;  // same as in push recovery, in units of 100 N
   const int landing = batch == "two-feet" ? 0 : intervals + 1;
   CentroidalState start = nominal_start();
   start.segment<3>(3) *= 0.5;
@@ -159,7 +159,7 @@ Count ticks(const std::string& batch) {
     const VectorXd applied = point.stages[0].u;
     start = point.stages[1].x.head<9>();
     for (int i = 0; i < 9; ++i) start[i] += random.uniform(-1.0, 1.0) * (i < 3 ? 1e-4 : 1e-3);
-    qp = at(applied);  // from the point as it is, as a controller whose horizon stays the same
+    qp = at(applied);  // warm start from the unshifted point, as with a fixed horizon
   }
   return count;
 }

@@ -1,4 +1,5 @@
-// Are the stored problems what they claim to be, and are broken files refused?
+// Tests that the stored problems have their documented properties and that broken files are
+// refused.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -28,7 +29,7 @@ TEST(RecordedSequence, HoldsSixtyProblemsWhoseLandingCountsDown) {
   EXPECT_EQ(sequence.problems[0].start, nominal_start());
   for (int tick = 0; tick < 60; ++tick)
     EXPECT_EQ(sequence.problems[tick].landing, std::max(0, 22 - tick));
-  // The robot has been caught: the last state is nearly at rest above the feet.
+  // The robot is caught: the last state is nearly at rest above the feet.
   EXPECT_LT(sequence.problems[59].start.segment<3>(3).norm(), 0.05);
 }
 
@@ -49,7 +50,7 @@ TEST(RecordedProblems, BrokenFilesAreRefused) {
 TEST(HangingChain, ReferenceIsAtRest) {
   const ChainData data = read_chain(stored("hanging_chain.json"));
   const Vec<double, 21> rate = HangingChain{}(0.0, data.reference, Vec<double, 3>(0, 0, 0));
-  // Terms of the size of gravity, rounded.
+  // Rounding of terms of the size of gravity.
   EXPECT_LT(rate.cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(data.reference[HangingChain::end], HangingChain::end_position);
 }
@@ -78,7 +79,7 @@ TEST(PointShift, AppearingFootTakesTheGuessAndTheRestMovesOn) {
   EXPECT_EQ(out.stages[1].x[0], 2.0);
   EXPECT_EQ(out.stages[1].u[5], 12.0);
   EXPECT_EQ(out.stages[1].group[0][3], 102.0);
-  // Both feet stand in stage 3 only now.
+  // Both feet are in contact from stage 3 on.
   EXPECT_EQ(out.stages[3].u, guess.stages[3].u);
   EXPECT_EQ(out.stages[3].group[0][3], 103.0);
   EXPECT_EQ(out.stages[3].group[1][3], 0.0);

@@ -1,4 +1,4 @@
-// Is the program of the benchmark the one of the recipe?
+// Tests that the benchmark's program equals the program of the recipe.
 #include "benchmarks/step_recovery_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ constexpr int beyond = 1 << 20;
 
 struct Reference {
   int intervals, landing;
-  double optimum;  // nine digits are printed
+  double optimum;  // known to the nine printed digits
 };
 
 TEST(StepRecoveryQp, NominalOptimaAreThoseOfTheRecipe) {
@@ -35,7 +35,7 @@ TEST(StepRecoveryQp, NominalOptimaAreThoseOfTheRecipe) {
       const QpResult result = solver->solve(qp, point, false);
       EXPECT_EQ(result.status, QpStatus::optimal);
       EXPECT_LE(kkt_residual(qp, point).largest(), accepted_residual);
-      // Half a unit of the last digit printed, or 1e-8 of the value.
+      // Half a unit of the last printed digit, or 1e-8 of the value.
       const double tolerance = std::max(0.5e-8, 1e-8 * r.optimum);
       EXPECT_NEAR(objective(qp, point), r.optimum, tolerance)
           << "N = " << r.intervals << ", landing at " << r.landing;

@@ -1,11 +1,11 @@
-// Whole ticks of push recovery, from the measurement to the input, for compare_instructions.py to
-// count what they take:
+// Runs whole ticks of push recovery, from the measurement to the input. compare_instructions.py
+// counts the instructions:
 //
 //     tick_instructions one-foot|landing|two-feet
 //
-// The default weights on the numbers of case ICUB-1; the plan's own motion with disturbances is the
-// plant. It prints the compiler and the width of its vectors, then how many ticks and iterations
-// there were.
+// It uses the default weights on the numbers of case ICUB-1. The plant is the plan's own motion
+// with disturbances. The program prints the compiler and its vector width, then the numbers of
+// ticks and iterations.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ namespace {
 using namespace saltus;                 // NOLINT(google-build-using-namespace): one file
 using namespace saltus::push_recovery;  // NOLINT(google-build-using-namespace)
 
-// As those of make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
+// Same settings as make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
 constexpr qp::RiccatiKernel kernels[] = {
     qp::riccati_kernel<0, 6, 15, true>(),  qp::riccati_kernel<15, 6, 15, true>(),
     qp::riccati_kernel<15, 6, 9>(),        qp::riccati_kernel<15, 12, 21, true>(),
@@ -36,7 +36,7 @@ constexpr qp::RiccatiKernel kernels[] = {
 constexpr int ticks = 15;
 constexpr double period = 0.01;  // s
 
-// When the second foot lands, in s: after the last horizon, in each of them, before the first.
+// Landing time of the second foot in s: after the last horizon, in every horizon, before the first.
 double landing(const std::string& batch) {
   return batch == "one-foot" ? 10.0 : batch == "landing" ? ticks * period : 0.0;
 }

@@ -1,5 +1,5 @@
-// Forcing whose period fits the grid, and headings that turn many times within an interval: what a
-// scheme on the grid's nodes cannot see.
+// Forcing whose period divides the grid's interval, and headings that turn many times within an
+// interval. A scheme cannot see either at the grid's nodes.
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +13,7 @@ namespace {
 Instance forcing(Random& random) {
   const int n = random.chance(0.4) ? 30 : random.integer(5, 40);
   const double duration = random.log_uniform(0.3, 30.0), size = random.log_uniform(0.05, 5.0);
-  // In periods of the square per interval: those that fit alias, the others are merely fast.
+  // Periods of the square wave per interval. Integer numbers alias; the others are only fast.
   const double periods = random.chance(0.6) ? random.integer(1, 16) : random.uniform(0.3, 16.0);
   const double pulsation = std::numbers::pi * periods * n / duration;
   const double target = random.uniform(-2.0, 2.0);
@@ -34,7 +34,7 @@ Instance forcing(Random& random) {
   instance.problem.start_at({0.0}).then(twin.phase).costs(CostRule::integrated);
   instance.options.intervals_per_phase = n;
   instance.phases = {twin.outside};
-  instance.is_kkt_judged = false;  // its multiplier follows from the miss, which is judged
+  instance.is_kkt_judged = false;  // its multiplier follows from the miss, which the judge checks
   if (random.chance(0.3)) instance.options.integrator = runge_kutta8();
   return instance;
 }

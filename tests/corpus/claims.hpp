@@ -1,11 +1,11 @@
-// What a solution claims of itself.
+// Claims that a solution makes about itself.
 #pragma once
 
 #include <type_traits>
 
 namespace saltus::corpus {
 
-/// Whether second derivatives are said to be those of a minimum.
+/// Whether the solution claims second derivatives of a minimum.
 template <class S>
 bool claims_minimum(const S& solution) {
   if constexpr (requires { solution.curvature_checked; })
@@ -14,7 +14,7 @@ bool claims_minimum(const S& solution) {
     return solution.curvature == std::decay_t<decltype(solution.curvature)>::minimum;
 }
 
-/// The stated factor by which an error at the start grows; 0: nothing is said.
+/// Stated factor by which an error at the start grows. 0 if the solution states none.
 template <class S>
 double stated_growth(const S& solution) {
   if constexpr (requires { solution.verification; })

@@ -1,5 +1,5 @@
-// Rows of data alone and of time alone, met or violated: nothing in the plan can change them, so
-// that the answer is known before the solve.
+// Rows that depend on data or time only, satisfied or violated. The plan cannot change them, so the
+// answer is known before the solve.
 #include <algorithm>
 
 #include "saltus/integrators/runge_kutta.hpp"
@@ -24,7 +24,7 @@ struct Constant {
     return of_data * p[0] + of_time * t;
   }
 };
-// The same beside a row that the plan decides.
+// The same row together with a row that depends on the plan.
 struct Beside {
   Constant constant;
   template <class S>
@@ -38,14 +38,14 @@ struct Beside {
 
 Instance constant_rows(Random& random) {
   const double duration = random.uniform(0.5, 3.0), datum = random.uniform(-3.0, 3.0);
-  const int kind = random.integer(0, 2);  // of data, of time, of both
+  const int kind = random.integer(0, 2);  // reads data, time or both
   const Constant row{kind == 1 ? 0.0 : random.log_uniform(0.1, 10.0),
                      kind == 0 ? 0.0 : random.uniform(-2.0, 2.0)};
   const bool at_end = random.chance(0.4), is_equality = at_end && random.chance(0.4);
   const double first = row.of_data * datum, last = first + row.of_time * duration;
   const double low = at_end ? last : std::min(first, last),
                high = at_end ? last : std::max(first, last);
-  // Met with room to spare, or violated by more than the tolerance.
+  // Satisfied with a margin, or violated by more than the tolerance.
   const double amount = random.log_uniform(1e-3, 1e3);
   const bool is_met = random.chance(0.5);
   Bounds bounds;
@@ -73,7 +73,7 @@ Instance constant_rows(Random& random) {
   instance.options.intervals_per_phase = random.integer(5, 30);
   instance.phases = {twin.outside};
   instance.is_solvable = is_met;
-  if (random.chance(0.25)) {  // under control: the first tick
+  if (random.chance(0.25)) {  // in closed loop: the first tick
     const OptimalControlProblem problem = instance.problem;
     const double start = random.uniform(-0.1, 0.1);
     instance.run = [=](SolverChoice) -> Verdict {

@@ -1,11 +1,11 @@
-// Formulas that several classes use.
+// Formulas shared by several classes.
 #pragma once
 
 #include "tests/corpus/twin.hpp"
 
 namespace saltus::corpus {
 
-/// x' = u, n of each.
+/// x' = u, with n states and n inputs
 struct Integrators {
   template <class S, class X, class U>
   U operator()(const S&, const X&, const U& u) const {

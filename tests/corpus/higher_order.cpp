@@ -1,5 +1,5 @@
-// Costs whose start is a maximum or a saddle of second or higher order: a plan that stays there is
-// a KKT point, and must not be certified as a minimum.
+// Costs that have a maximum or a saddle of second or higher order at the start. A plan that stays
+// there is a KKT point and must not be certified as a minimum.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace saltus::corpus {
 namespace {
 
-// size (a x^n + b y^m + c x^2 y + d (x^3 - 3 x y^2)): products, never powers by a function.
+// size (a x^n + b y^m + c x^2 y + d (x^3 - 3 x y^2)). Powers are written as products.
 struct Surface {
   double size = 1.0;
   int n = 4, m = 4;
@@ -45,7 +45,7 @@ Instance higher_order(Random& random) {
       break;  // x^2 y
     case 4:
       f.a = 0.0, f.d = 1.0;
-      break;  // a monkey's saddle
+      break;  // a monkey saddle
     default:
       f.n = 3, f.m = 4, f.b = random.chance(0.5) ? 1.0 : -1.0;
       break;
@@ -58,7 +58,7 @@ Instance higher_order(Random& random) {
   instance.problem.start_at({0.0, 0.0}).then(twin.phase).costs(CostRule::integrated);
   instance.options.intervals_per_phase = random.integer(1, 30);
   instance.phases = {twin.outside};
-  // What the surface can change by within reach.
+  // Largest change of the surface within reach.
   for (int k = 0; k < 16; ++k) {
     const double angle = 0.39269908169872414 * k;
     const Vec<double, 2> x{duration * std::cos(angle), duration * std::sin(angle)};
@@ -70,8 +70,7 @@ Instance higher_order(Random& random) {
     if (!claims_minimum(solution)) return {};
     const VectorXd end = solution.trajectory.final_state();
     const double here = f(0.0, end);
-    // Within a tenth of what can be reached; the least range of the surface that counts is a
-    // millionth.
+    // Searches within a tenth of the reach. Ranges of the surface below 1e-6 do not count.
     double least = here;
     for (int k = 0; k < 64; ++k)
       for (const double radius : {0.02, 0.1}) {

@@ -1,6 +1,6 @@
-// Phases that end where a guard passes zero: guards that graze, that are never reached, that are
-// passed the wrong way or before, and two guards in a row. A thrown ball whose height is known;
-// judged by its path under CVODE.
+// Phases that end where a guard crosses zero: grazing guards, unreachable guards, guards crossed
+// earlier or in the wrong direction, and two guards in sequence. The system is a thrown ball with a
+// known height. The judge simulates its path with CVODE.
 #include <cmath>
 
 #include "tests/corpus/formulas.hpp"
@@ -25,8 +25,8 @@ struct Above {
   }
 };
 
-// The guard along each phase: it must be at zero at the end, pass in the declared direction, and
-// not before.
+// The guard along each phase. It must be zero at the end, cross in the declared direction, and not
+// cross earlier.
 std::string check_crossings(const std::vector<OutsidePhase>& phases,
                             const std::vector<double>& heights,
                             const std::vector<Crossing>& crossings, const Solution& solution) {
@@ -94,18 +94,18 @@ Instance hybrid_events(Random& random) {
           apex * (1.0 + random.log_uniform(1e-10, 1e-1) * (random.chance(0.5) ? 1.0 : -1.0)),
           Crossing::rising, up * random.uniform(0.5, 1.5), true);
       break;
-    case 1:  // falls through a height that it rises through first; a guess near either
+    case 1:  // falls through a height after it rises through it; the guess is near either crossing
       add("throw", apex * random.uniform(0.2, 0.95),
           random.chance(0.5) ? Crossing::rising : Crossing::falling, up * random.uniform(0.2, 2.0),
           true);
       break;
-    case 2:  // two guards in their order, or the second one passes first
+    case 2:  // two guards in order, or the second one is crossed first
       add("rise", apex * random.uniform(0.3, 0.9), Crossing::rising, up * random.uniform(0.3, 1.0),
           false);
       add("fall", apex * random.uniform(0.1, 0.9), Crossing::falling, up * random.uniform(0.3, 2.0),
           true);
       break;
-    default:  // a lower guard that must rise after it has been passed: only a wrong way is left
+    default:  // a lower guard that must rise after it was crossed: only the wrong direction remains
       add("rise", apex * random.uniform(0.5, 0.9), Crossing::rising, up * random.uniform(0.3, 2.0),
           false);
       add("rise again", apex * random.uniform(0.1, 0.4), Crossing::rising,

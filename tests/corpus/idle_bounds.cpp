@@ -1,5 +1,5 @@
-// Bounds of 1e3 to 1e30 that never act, on inputs, states, rows and durations, with nominal
-// magnitudes declared or not.
+// Bounds of 1e3 to 1e30 that are never active, on inputs, states, rows and durations, with or
+// without declared nominal magnitudes.
 #include <cmath>
 
 #include "tests/corpus/formulas.hpp"
@@ -24,7 +24,7 @@ void add_idle(Random& random, Twin<nx, nu>& twin) {
   if (which & 4) twin.keep("idle", Entry{random.integer(0, nx - 1)}, idle(random));
   if (random.chance(0.3)) twin.reach("idle end", Entry{0}, idle(random));
   if (random.chance(0.3)) twin.phase.nominal(VectorXd::Ones(nx), VectorXd::Ones(nu));
-  // An idle row must not decide the tolerance of the judge.
+  // An inactive row must not determine the tolerance of the judge.
   for (auto* rows : {&twin.outside.path, &twin.outside.ends})
     std::erase_if(*rows, [](const OutsideRow& row) {
       return row.name.starts_with("idle") || row.name.starts_with("state");

@@ -11,10 +11,10 @@
 namespace saltus::corpus {
 namespace {
 
-constexpr double promised_gain = 1e-3;  // relative, beyond which a plan is no KKT point
+constexpr double promised_gain = 1e-3;  // relative; a KKT point promises less
 constexpr double cost_agreement = 1e-3;
 constexpr double steady =
-    1e3;  // amplification up to which an open-loop miss is an error of the plan
+    1e3;  // amplification up to which an open-loop miss counts as an error of the plan
 
 std::vector<PlanPiece> plan_of(const Solution& solution) {
   std::vector<PlanPiece> plan;
@@ -46,10 +46,10 @@ std::string describe(const char* kind, const Miss& miss) {
 
 struct Notes {
   bool unsaid = false, imprecise = false;
-  bool is_coarse = false;  // beyond the accuracy that the framework asks of itself
+  bool is_coarse = false;  // exceeds the accuracy that the framework requires of itself
 };
 
-// Why the plan is not right; empty: it is.
+// Reason why the plan is wrong, or empty if it is right.
 std::string fault_of(const Instance& instance, const Solution& solution, Notes& notes) {
   const std::vector<PlanPiece> plan = plan_of(solution);
   if (!is_finite(plan)) return "the plan has no finite numbers";
@@ -62,7 +62,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   Miss open = check.open_loop_end;
   if (instance.amplification <= steady) {
     notes.imprecise = open.is_broken();
-    // Beyond the end's own tolerance, what is stated as the accuracy of the integration is allowed.
+    // The tolerance is that of the end plus the stated accuracy of the integration.
     open.tolerance = std::max(open.tolerance, 1e-3 * std::max(1.0, check.largest_state));
     if (open.is_broken()) return describe("open loop", open);
   } else {
@@ -70,7 +70,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   }
   if (!(std::abs(check.cost - solution.cost) <=
         cost_agreement * std::max(std::abs(check.cost), std::abs(solution.cost)) + 1e-9)) {
-    // A soft term's part of the cost is not known to the judge.
+    // The judge does not know the part of the cost from soft terms.
     if (instance.optimum == std::nullopt)
       return fmt::format("cost: {:.6g} said, {:.6g} along the plan", solution.cost, check.cost);
   }
@@ -79,7 +79,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
     if (!(std::abs(solution.cost - *instance.optimum) <= allowed))
       return fmt::format("cost: {:.8g} for {:.8g}", solution.cost, *instance.optimum);
   }
-  // A cost that agrees with the known optimum cannot fall by more.
+  // A cost equal to the known optimum cannot decrease further.
   const bool is_known = instance.optimum && std::abs(solution.cost - *instance.optimum) <=
                                                 promised_gain * std::abs(*instance.optimum);
   if (instance.is_kkt_judged && !is_known) {
@@ -106,7 +106,7 @@ Verdict judge(const Instance& instance, const Solution& solution) {
   }
   if (!instance.is_solvable || instance.may_be_either) return {Outcome::said, solution.message};
   const bool is_right = fault.empty() && !notes.unsaid;
-  // The grid does not do, and the status says so.
+  // The grid is too coarse, and the status reports it.
   if (solution.status == SolveStatus::coarse_grid && (!is_right || notes.is_coarse))
     return {Outcome::said, solution.message};
   if (is_right) return {Outcome::refused, solution.message};
@@ -118,7 +118,7 @@ Verdict judge(const Instance& instance, const Solution& solution) {
 Verdict run_trial(const CorpusClass& family, std::uint64_t seed,
                   std::optional<SolverChoice> choice) {
   try {
-    // The solver is drawn apart, so that the problem of a seed does not depend on it.
+    // The solver has a separate random draw, so that the problem of a seed does not depend on it.
     constexpr SolverChoice all[] = {SolverChoice::sparse, SolverChoice::riccati,
                                     SolverChoice::ipopt};
     const SolverChoice chosen = choice.value_or(all[seed % 3]);

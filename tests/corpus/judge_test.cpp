@@ -1,4 +1,4 @@
-// The judge itself: plans whose faults are known, and plans without any.
+// Tests the judge itself on plans with known faults and on plans without faults.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +12,8 @@ namespace {
 
 constexpr int intervals = 10;
 
-// From rest to rest by 1 m in 1 s with the least effort, u constant in each interval: by symmetry
-// and stationarity u_k = slope (0.5 - t_k), where t_k is the middle of the interval.
+// Least effort from rest to rest over 1 m in 1 s with piecewise constant u. By symmetry and
+// stationarity, u_k = slope (0.5 - t_k), where t_k is the middle of the interval.
 std::vector<PlanPiece> least_effort(double slope_change = 0.0) {
   const double h = 1.0 / intervals;
   double moment = 0.0;
@@ -50,7 +50,7 @@ TEST(Judge, FindsNothingAtTheOptimum) {
 }
 
 TEST(Judge, FindsAPlanThatIsNoKktPoint) {
-  // Alternating, so that the ends are met nearly as before, and the effort is larger.
+  // The perturbation alternates, so that the end errors barely change and the effort increases.
   EXPECT_GT(stationarity(problem(), least_effort(1.0)).residual, 1e-2);
 }
 
@@ -71,7 +71,7 @@ TEST(Judge, FindsAJumpThatIsNone) {
 }
 
 TEST(Judge, FindsAViolationBetweenTheNodes) {
-  // The speed is largest at a half, and a narrow wall between two nodes is passed at 0.4 m.
+  // The speed is largest at 0.5 s. The plan crosses a narrow wall between two nodes at 0.4 m.
   Twin<2, 1> twin("move", DoubleIntegrator{}, exactly(1.0));
   twin.keep(
       "wall",
@@ -87,8 +87,8 @@ TEST(Judge, FindsAViolationBetweenTheNodes) {
 }
 
 TEST(Judge, TakesAnInputAtItsBoundForAKktPoint) {
-  // x' = u, |u| <= 1, min -x(1): the gradient is held by the bounds, and by nothing where u is
-  // inside.
+  // x' = u, |u| <= 1, min -x(1): active bounds balance the gradient. Where u is inside its bounds,
+  // nothing does.
   Twin<1, 1> twin("run", Integrators{}, exactly(1.0));
   twin.bound_input(0, between(-1.0, 1.0)).minimise_at_end("way", [](const auto&, const auto& x) {
     return std::decay_t<decltype(x[0])>(-x[0]);

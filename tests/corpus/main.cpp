@@ -1,12 +1,12 @@
-// The adversarial corpus: random problems of kinds that solvers get wrong silently, judged from
-// outside.
+// The adversarial corpus: random problems of kinds that solvers often get wrong without notice,
+// checked by an independent judge.
 //
 //     saltus_corpus                          the full set, seeds from 1 on
 //     saltus_corpus --gate                   the sample of the gate
 //     saltus_corpus --class pillars --seed 17 [--solver riccati]
 //
-// Ends with status 1 if there is a silent wrong answer, or if more than 0.5 % of the right ones are
-// refused.
+// Exits with status 1 if any answer is silently wrong, or if more than 0.5 % of the right answers
+// are refused.
 #include <fmt/format.h>
 
 #include <array>

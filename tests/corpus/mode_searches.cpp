@@ -1,8 +1,9 @@
-// Searches over sequences of modes whose ends read the state and the time, beside the best of all
-// sequences.
+// Searches over mode sequences whose end conditions read the state and the time. The reference is
+// the best of all sequences.
 //
-// x' = b_m u + c_m, |u| <= 1, h_m seconds each, costs r_m / 2 u^2. For a sequence the end x(T) asks
-// for sum b h u = D, and u_k = clip(lambda b_k / r_k) is the least effort: lambda by bisection.
+// x' = b_m u + c_m, |u| <= 1, h_m seconds per mode, cost r_m / 2 u^2. For a given sequence, the end
+// x(T) requires sum b h u = D. The least effort is u_k = clip(lambda b_k / r_k), with lambda found
+// by bisection.
 #include <algorithm>
 #include <cmath>
 
@@ -36,10 +37,10 @@ struct Distance {
 
 struct Game {
   std::vector<Mode> modes;
-  double start, place, speed, weight;  // weight: of the end's square; 0: a constraint
+  double start, place, speed, weight;  // weight: of the squared end error; 0: a constraint
   bool is_inequality;
 
-  // Least cost of a sequence; infinite: none.
+  // Least cost of a sequence, or infinity if the end is unreachable.
   double cost(const std::vector<int>& path) const {
     double time = 0.0, drift = 0.0;
     for (const int m : path) time += modes[m].seconds, drift += modes[m].drift * modes[m].seconds;
@@ -81,7 +82,7 @@ struct Game {
       if (k == phases) return least;
     }
   }
-  // How far the nearest end that can be reached is from the one that is asked for.
+  // Distance between the required end and the nearest reachable one.
   bool is_clear_cut(int phases) const {
     for (const double change : {-1e-3, 1e-3}) {
       Game moved = *this;

@@ -1,4 +1,4 @@
-// Targets within and beyond what can be reached, by a part of 1e-9 to 1e-1 of the way.
+// Targets inside and outside the reachable set, by a relative distance of 1e-9 to 1e-1.
 #include <algorithm>
 #include <cmath>
 
@@ -32,8 +32,8 @@ Instance near_infeasible(Random& random) {
     twin.reach("there", Entry{0}, exactly(way));
     finish(twin, 1);
   }
-  instance.is_kkt_judged = false;  // the set of plans is a point, or nearly
-  // Nearer than the tolerances either answer is right.
+  instance.is_kkt_judged = false;  // the set of feasible plans is a point or nearly one
+  // Within the tolerances, either answer is right.
   const double scale = 1e-5 * std::max(1.0, std::max(largest, largest * duration * duration));
   instance.is_solvable = beyond < 0.0;
   if (std::abs(beyond) < scale) instance.is_solvable = true, instance.may_be_either = true;

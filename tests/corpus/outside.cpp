@@ -57,7 +57,7 @@ int right_side(sunrealtype t, N_Vector y, N_Vector rate, void* user) {
   return std::all_of(dx, dx + phase.nx + 1, [](double v) { return std::isfinite(v); }) ? 0 : 1;
 }
 
-// CVODE by Adams' method with fixed-point iteration for (x | cost), one object per interval.
+// CVODE with Adams' method and fixed-point iteration for (x | cost). One object per interval.
 class Cvode {
  public:
   Cvode(const OutsidePhase& phase, const PlanPiece& piece, const VectorXd& start,
@@ -99,7 +99,7 @@ class Cvode {
     SUNContext_Free(&context_);
   }
 
-  // One internal step; false at a failure. `t` is where it ends.
+  // One internal step to time `t`. Returns false on failure.
   bool step(double end, double& t) { return CVode(memory_, end, y_, &t, CV_ONE_STEP) >= 0; }
   // Dense output within the last step.
   void at(double t, double* x) {
@@ -121,13 +121,13 @@ double violation(const Bounds& bounds, double value) {
   return std::isnan(value) ? infinity : std::max({0.0, bounds.lower - value, value - bounds.upper});
 }
 
-// Keeps the worst relative to its tolerance.
+// Keeps the largest violation relative to its tolerance.
 void note(Miss& worst, double amount, double tolerance, const std::string& what) {
   if (amount / tolerance > worst.relative()) worst = {what, amount, tolerance};
 }
 
-// The largest violation of a row over [from, to]: samples, then golden sections around the largest
-// one.
+// Largest violation of a row over [from, to]: samples, then golden-section search around the
+// largest sample.
 double largest_within(double from, double to, const std::function<double(double)>& excess,
                       double& when) {
   constexpr int samples = 9;
@@ -165,7 +165,7 @@ void check_path(const OutsidePhase& phase, const PlanPiece& piece, double phase_
       y.resize(row.formula.rows);
       const auto excess = [&](double t) {
         z[0] = t;
-        at(t, z.data() + 1);  // its last entry is the cost, overwritten by the input
+        at(t, z.data() + 1);  // its last entry is the cost, which the input overwrites
         const VectorXd u = piece.input((t - piece.start) / piece.length);
         std::copy_n(u.data(), phase.nu, z.data() + 1 + phase.nx);
         row.formula.value(z.data(), y.data());
@@ -210,7 +210,7 @@ void check_node(const OutsidePhase& phase, const PlanPiece& piece, Miss& worst) 
   }
 }
 
-// The ends of a phase at x; adds the end costs.
+// End conditions of a phase at x. Adds the end costs.
 double check_end(const OutsidePhase& phase, const PlanPiece& piece, const VectorXd& x,
                  Miss& worst) {
   VectorXd z = VectorXd::Zero(1 + phase.nx + phase.nu);
@@ -256,7 +256,8 @@ bool flow(
     const std::function<void(double, double, const std::function<void(double, double*)>&)>& visit) {
   if (!(piece.length > 0.0)) return piece.length == 0.0;
   const std::vector<double> z = argument(phase, piece.start, x, piece.first_input);
-  // Errors count by the size of each state within the interval, those of the cost by its rate.
+  // Errors are relative to the size of each state within the interval. Cost errors are relative to
+  // the rate of the cost.
   VectorXd sizes(phase.nx + 1), rate(phase.nx);
   phase.field.value(z.data(), rate.data());
   for (int i = 0; i < phase.nx; ++i)
@@ -266,7 +267,7 @@ bool flow(
   if (!sizes.allFinite()) return false;
   const double largest = std::max(1e-6, sizes.head(phase.nx).maxCoeff());
   for (double& size : sizes)
-    if (size == 0.0) size = 1e-3 * largest;  // at rest where it is zero
+    if (size == 0.0) size = 1e-3 * largest;  // the state stays at zero
   Cvode cvode(phase, piece, x, sizes, 1e-11);
   const double end = piece.start + piece.length;
   double t = piece.start;
@@ -322,13 +323,12 @@ OutsideCheck check_outside(const std::vector<OutsidePhase>& phases,
     open = free.head(phase.nx);
     check.cost += x[phase.nx];
     for (int i = 0; i < phase.nx; ++i) {
-      // What the framework states as the accuracy of an integration: a thousandth of the state's
-      // size.
+      // Accuracy that the framework states for an integration: 1e-3 of the state's size.
       const double off = std::abs(x[i] - piece.end_state[i]);
       const std::string where =
           fmt::format("state {} of '{}' in the interval from {:.6g} s", i, phase.name, piece.start);
       note(check.defect, off, 1e-3 * std::max(1e-3, size[i]), where);
-      // What it asks of itself: a ten-thousandth of the state's size in the interval.
+      // Accuracy that the framework requires of itself: 1e-4 of the state's size in the interval.
       const double local = std::max(
           {std::min(1.0, size[i]), std::abs(piece.state[i]), std::abs(piece.end_state[i])});
       note(check.stated_defect, off, std::max(1e-8, 1e-4 * local), where);

@@ -1,4 +1,4 @@
-// Penalty weights of 1e-2 to 1e14 on ends that can and that cannot be reached, and on ceilings.
+// Penalty weights of 1e-2 to 1e14 on reachable and unreachable ends, and on ceilings.
 //
 // With x(T) = c'u + free and costs r/2 int u^2, G = sum c_k^2 / (r h): the end's multiplier for a
 // miss d of the free response is d / G. An L1 weight w gives min(w, d / G), an L2 weight d / (G + 1
@@ -60,7 +60,7 @@ Instance unreachable_end(Random& random) {
   const double largest = random.log_uniform(0.1, 10.0);
   const double beyond = random.log_uniform(1e-3, 10.0);
   const Penalty::Kind kind = random.chance(0.5) ? Penalty::L1 : Penalty::L2;
-  // The weight is large enough for the input to stay at its bound.
+  // The weight is large enough to keep the input at its bound.
   const double enough = kind == Penalty::L1 ? r * largest : r * largest / beyond;
   const double w = random.log_uniform(2.0 * enough, std::max(1e14, 4.0 * enough));
   Twin<1, 1> twin("run", Integrators{}, exactly(duration));
@@ -82,7 +82,7 @@ Instance unreachable_end(Random& random) {
   return instance;
 }
 
-// An L1 weight above the exact one: the plan of the hard ceiling.
+// An L1 weight above the exact one gives the plan of the hard ceiling.
 Instance ceiling(Random& random) {
   const double height = random.uniform(0.08, 0.16);
   Twin<2, 1> twin("throw", DoubleIntegrator{}, exactly(1.0));

@@ -1,5 +1,5 @@
-// One to four pillars on a way of 1 to 1000 m, of a radius between 0.3 and 15 % of it, on the line
-// or beside it.
+// One to four pillars along a path of 1 to 1000 m. Their radius is 0.3 to 15 % of its length. They
+// lie on the straight line or next to it.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace saltus::corpus {
 namespace {
 
-// Twice the position, twice the speed.
+// Position and velocity in two dimensions.
 struct PointMass {
   template <class S>
   Vec<S, 4> operator()(const S&, const Vec<S, 4>& x, const Vec<S, 2>& u) const {
@@ -42,8 +42,8 @@ Instance pillars(Random& random) {
   Instance instance;
   instance.options.intervals_per_phase = random.chance(0.5) ? 30 : random.integer(10, 60);
   const auto finish = [&](auto& twin, const VectorXd& start) {
-    // Most begin on the straight line or beside it; without a guess the search begins at the start
-    // throughout.
+    // Most guesses start on the straight line or next to it. Without a guess, the search starts
+    // with the start state everywhere.
     if (random.chance(0.75)) {
       const double aside = random.chance(0.5) ? 0.0 : way * random.uniform(-0.2, 0.2);
       twin.phase.guess_state(Guess::trajectory([=](double f) {

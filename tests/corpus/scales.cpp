@@ -1,5 +1,5 @@
-// The same small problems in units between 1e-6 and 1e8 of states, time, inputs and cost, nothing
-// declared.
+// The same small problems in units between 1e-6 and 1e8 for states, time, inputs and cost, without
+// declared magnitudes.
 #include <cmath>
 
 #include "tests/corpus/formulas.hpp"
@@ -8,7 +8,7 @@
 namespace saltus::corpus {
 namespace {
 
-// In the units given, s per unit of time and so on.
+// Numbers in the given units: units.time is in seconds per unit of time, and so on.
 struct Units {
   double state, time, input, cost;
 };
@@ -54,7 +54,7 @@ Instance scales(Random& random) {
   } else {
     twin.minimise("effort", Effort{units.input * units.input * units.time / units.cost});
   }
-  // A row's tolerance knows no unit: what is small beside 1e-6 is met by anything.
+  // The tolerance of a row has no unit: any plan satisfies a row whose values are far below 1e-6.
   if (way / units.state < 1e-4) instance.optimum.reset(), instance.is_kkt_judged = false;
   instance.problem.start_at({0.0, 0.0}).then(twin.phase).costs(CostRule::integrated);
   instance.phases = {twin.outside};

@@ -1,5 +1,5 @@
-// A problem in one to five phases, with state limits kept in neighbouring ones, fixed or free
-// durations: the plan must be a KKT point whichever way it is cut.
+// A problem in one to five phases, with state limits in adjacent phases and fixed or free
+// durations. The plan must be a KKT point for every division into phases.
 #include <cmath>
 
 #include "tests/corpus/formulas.hpp"
@@ -31,7 +31,7 @@ Instance split_phases(Random& random) {
     instance.problem.then(twin.phase);
     instance.phases.push_back(twin.outside);
   }
-  // With few intervals between the limits there may be no plan.
+  // With few intervals between the limits, the problem can be infeasible.
   instance.may_be_either = has_limit || instance.options.intervals_per_phase * parts < 6;
   return instance;
 }

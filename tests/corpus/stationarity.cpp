@@ -14,11 +14,11 @@ namespace {
 constexpr double complex_step = 1e-30;
 constexpr double active_within = 1e-4;  // relative to 1 and the bound
 
-// The plan's numbers that a solver decides, and their derivatives' direction.
+// Variables of the plan that the solver determines, as directions of derivatives.
 struct Variable {
   int piece = -1;  // inputs
   int input = 0;
-  bool at_end = false;  // the second coefficient of a linear input
+  bool at_end = false;  // selects the second coefficient of a linear input
   int phase = -1;       // a duration
   double value = 0.0, size = 1.0;
   Bounds bounds;
@@ -59,7 +59,7 @@ class SingleShooting {
 
   const std::vector<Variable>& variables() const { return variables_; }
 
-  // Cost and rows with an imaginary step in one variable; -1: none.
+  // Cost and rows with an imaginary step in one variable, or without a step for -1.
   Complex run(int stepped, std::vector<Row>* bounds, std::vector<Complex>& rows) const {
     rows.clear();
     Complex cost = 0.0;
@@ -142,7 +142,7 @@ class SingleShooting {
     return cost;
   }
 
-  // Eight steps of the classical Runge-Kutta method; returns the running costs.
+  // Eight steps of the classical Runge-Kutta method. Returns the running costs.
   Complex advance(const OutsidePhase& phase, Complex t, Complex length, std::vector<Complex>& x,
                   const std::vector<Complex>& first, const std::vector<Complex>& end) const {
     constexpr int steps = 8;
@@ -246,7 +246,7 @@ Stationarity stationarity(const std::vector<OutsidePhase>& phases,
   std::vector<Complex> values;
   const double cost = shooting.run(-1, &rows, values).real();
   VectorXd gradient(n);
-  MatrixXd slopes(rows.size(), n);  // in the sizes of the variables
+  MatrixXd slopes(rows.size(), n);  // scaled by the sizes of the variables
   for (int i = 0; i < n; ++i) {
     const double scale = shooting.variables()[i].size / complex_step;
     gradient[i] = shooting.run(i, nullptr, values).imag() * scale;

@@ -1,4 +1,4 @@
-// A wall of 5 to 12 mm half width across a way of 1 to 10 m: y >= height exp(-((x - place) / half
+// A wall of 5 to 12 mm half width across a path of 1 to 10 m: y >= height exp(-((x - place) / half
 // width)^2).
 #include <cmath>
 

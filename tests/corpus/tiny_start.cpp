@@ -1,5 +1,5 @@
-// The start is moved by 1e-12 to 1e-2: a car in two gears with its least time by quadrature, and a
-// pendulum.
+// The start moves by 1e-12 to 1e-2. The systems are a car with two gears, whose least time is known
+// by quadrature, and a pendulum.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace saltus::corpus {
 namespace {
 
-constexpr double drag = 0.01, loss = 0.97;  // 1/m, of the speed in the clutch
+constexpr double drag = 0.01, loss = 0.97;  // 1/m; factor on the speed at the clutch
 
 struct Gear {
   double thrust, braking;  // m/s^2
@@ -19,7 +19,7 @@ struct Gear {
   }
 };
 
-// Time and way from speed v to w at full thrust a, and from w to rest at full braking b.
+// Time and distance from speed v to w at full thrust a, and from w to rest at full braking b.
 double time_up(double a, double v, double w) {
   const double top = std::sqrt(a / drag);
   return (std::atanh(w / top) - std::atanh(v / top)) / std::sqrt(a * drag);
@@ -34,7 +34,7 @@ double way_down(double b, double w) { return std::log(1.0 + drag * w * w / b) / 
 
 struct Car {
   double first, second, braking, limit, distance;
-  // With the shift at speed s, s.
+  // Total time, s. The shift is at speed s.
   double time(double start, double s) const {
     const double after = loss * s, left = distance - way_up(first, start, s);
     double low = after, high = 0.999999 * std::sqrt(second / drag);
@@ -95,7 +95,7 @@ Instance pendulum(Random& random, double moved) {
   instance.problem.start_at({random.chance(0.5) ? moved : 0.0, -moved});
   instance.problem.then(swing.phase).costs(CostRule::integrated);
   instance.phases = {swing.outside};
-  instance.cost_scale = 0.1;  // the least cost may be zero, or a square of the start
+  instance.cost_scale = 0.1;  // the least cost can be zero or a square of the start
   return instance;
 }
 

@@ -1,5 +1,4 @@
-// One trial of the corpus: a problem, what is known of its answer, and the verdict on what the
-// solver said.
+// One trial of the corpus: a problem, its known answer, and the verdict on the solver's result.
 #pragma once
 
 #include <cstdint>
@@ -18,55 +17,55 @@ namespace saltus::corpus {
 
 /// Outcome of a trial.
 enum class Outcome {
-  right,    ///< ok() and right
-  said,     ///< not ok(), and rightly so: there is no solution, or the plan is not right
-  wrong,    ///< ok() and wrong: a silent wrong answer
-  unsaid,   ///< ok(), right at the nodes, and the flow enlarges errors so that the ends are missed;
-            ///< nothing says so
-  refused,  ///< not ok(), although the returned plan is right
-  unsolved,  ///< not ok(), the plan is not right, but there is a solution
+  right,     ///< ok() and the plan is right
+  said,      ///< not ok() and correct: there is no solution, or the plan is wrong
+  wrong,     ///< ok() and the plan is wrong: a silent wrong answer
+  unsaid,    ///< ok() and right at the nodes, but the flow amplifies errors and the ends are missed
+             ///< without any warning
+  refused,   ///< not ok(), although the returned plan is right
+  unsolved,  ///< not ok() and the plan is wrong, although a solution exists
 };
 
 struct Verdict {
   Outcome outcome = Outcome::said;
   std::string reason;  ///< one sentence
-  /// The ends are missed in open loop by more than their tolerance, within the stated accuracy of
-  /// the integration.
+  /// The open-loop end errors exceed their tolerance but are within the stated accuracy of the
+  /// integration.
   bool is_imprecise = false;
 };
 
-/// A problem with what the judge needs.
+/// A problem with the information for the judge.
 struct Instance {
   OptimalControlProblem problem;
   SolveOptions options;
   std::vector<OutsidePhase> phases;
-  bool is_solvable = true;          ///< false: not ok() is the right answer
-  bool may_be_either = false;       ///< neither answer is wrong as far as solvability goes
-  bool is_kkt_judged = true;        ///< false: single shooting means nothing (unstable flows)
-  std::optional<double> optimum;    ///< the least cost, by closed form
-  double optimum_tolerance = 1e-3;  ///< relative to it
-  double cost_scale = 0.0;          ///< of costs that may be zero at the plan
-  double amplification = 1.0;       ///< of an error at the start over the horizon
-  /// More to ask of an answer that is ok(); empty: right.
+  bool is_solvable = true;          ///< false: the right answer is not ok()
+  bool may_be_either = false;       ///< both answers about solvability are right
+  bool is_kkt_judged = true;        ///< false: single shooting is meaningless (unstable flows)
+  std::optional<double> optimum;    ///< the least cost in closed form
+  double optimum_tolerance = 1e-3;  ///< relative to the optimum
+  double cost_scale = 0.0;          ///< size of costs that can be zero at the plan
+  double amplification = 1.0;       ///< growth factor over the horizon of an error at the start
+  /// Additional check of an ok() answer. Returns the error, or empty if the answer is right.
   std::function<std::string(const Solution&)> further;
-  /// Replaces solve() and all of the above.
+  /// Replaces solve() and all checks above.
   std::function<Verdict(SolverChoice)> run;
 };
 
 /// A family of random problems.
 struct CorpusClass {
   const char* name;
-  const char* ranges;  ///< what is drawn, for the table
-  int full, gate;      ///< trials
+  const char* ranges;  ///< drawn ranges, for the table
+  int full, gate;      ///< numbers of trials
   Instance (*make)(Random& random);
 };
 const std::vector<CorpusClass>& corpus_classes();
 
-/// Solves and judges; never throws.
+/// Solves and judges. Never throws.
 Verdict run_trial(const CorpusClass& family, std::uint64_t seed,
                   std::optional<SolverChoice> choice);
 
-// --- the classes, a file each
+// --- the classes, one file each
 Instance tiny_start(Random& random);
 Instance idle_bounds(Random& random);
 Instance penalty_weights(Random& random);

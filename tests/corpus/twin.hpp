@@ -47,14 +47,14 @@ auto evaluator(F f, std::vector<double> data) {
 
 }  // namespace detail
 
-/// The formula of nx states, nu inputs and data as the judge takes it.
+/// A formula of nx states, nu inputs and data in the form of the judge.
 template <int nx, int nu, int np, class F>
 OutsideFormula outside_formula(const F& f, const std::vector<double>& data = {}) {
   return {outputs_of<nx, nu, np, F>, detail::evaluator<double, nx, nu, np>(f, data),
           detail::evaluator<Complex, nx, nu, np>(f, data)};
 }
 
-/// Both forms of a phase, filled by one call per term. Costs are integrals.
+/// Both forms of a phase. One call per term fills both. Costs are integrals.
 template <int nx, int nu, int np = 0>
 class Twin {
  public:
@@ -90,7 +90,7 @@ class Twin {
     phase.keep(name, formula, bounds, window);
     return *this;
   }
-  /// The judge expects the hard plan at the nodes, whatever the weight.
+  /// The judge expects the hard-constrained plan at the nodes for any weight.
   template <class F>
   Twin& keep_softly(const std::string& name, F formula, Bounds bounds, Penalty penalty) {
     OutsideRow row{name, erased(formula), std::vector<Bounds>(rows_of<F>, bounds)};

@@ -1,5 +1,5 @@
-// x' = a x + u over a T of 1 to 60: the optimum is known, and what the plan's inputs do without
-// feedback too.
+// x' = a x + u over a horizon T of 1 to 60. The optimum and the open-loop effect of the plan's
+// inputs are known.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ struct Growth {
     return Vec<S, 1>(rate * x[0] + u[0]);
   }
 };
-// A stable state beside it.
+// A stable second state.
 struct Mixed {
   double rate;
   template <class S>

@@ -1,4 +1,5 @@
-// Numbers from a seed, the same on every machine: the standard library's distributions are not.
+// Random numbers from a seed, identical on every machine. The standard library's distributions are
+// not.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
-// Every public feature with every argument that its formula may read, by the fast paths and by the
-// slow one: stages or a sparse factor, one quadratic program or many, the exact hold or
-// Runge-Kutta, stages that a controller's program writes itself. Same problem, same answer.
+// Tests every public feature with every argument that its formula may read, by the fast and the
+// slow paths. The pairs are stages and a sparse factor, one and several quadratic programs, the
+// exact hold and Runge-Kutta, and stages that a controller's program writes itself. All paths must
+// give the same answer.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ namespace saltus::test {
 namespace {
 
 constexpr int nx = 2, nu = 1, np = 2;
-// What a formula reads.
+// Arguments that a formula reads.
 enum Argument : unsigned { none = 0, time = 1, state = 2, input = 4, parameter = 8 };
 std::string name_of(unsigned reads) {
   std::string text;
@@ -35,7 +36,7 @@ std::string name_of(unsigned reads) {
   return text.empty() ? "nothing" : text;
 }
 
-// 0.1 + 0.3 t + 0.5 x0 - 0.2 x1 + 0.4 u + 0.6 p0, of what it reads.
+// 0.1 + 0.3 t + 0.5 x0 - 0.2 x1 + 0.4 u + 0.6 p0, restricted to the arguments that it reads.
 struct Row {
   unsigned reads = none;
   double offset = 0.1;
@@ -54,7 +55,7 @@ struct Row {
     return sum(t, x, u, p);
   }
 };
-// A strictly convex function of the row, and a product of the parameter with the state.
+// A strictly convex function of the row, and a product of the parameter and the state.
 struct Cost {
   Row row;
   template <class S>
@@ -66,7 +67,8 @@ struct Cost {
 // x0' = x1, x1' = u - x0 / 2, and a row.
 struct Dynamics {
   Row row;
-  // Adds nothing, in a way that no trace sees: the program is not known to be linear-quadratic.
+  // Adds zero in a form that a trace cannot simplify, so the program is not detected as
+  // linear-quadratic.
   bool hides = false;
   template <class S>
   Vec<S, nx> operator()(const S& t, const Vec<S, nx>& x, const Vec<S, nu>& u,
@@ -78,7 +80,7 @@ struct Dynamics {
     return {x[1], force};
   }
 };
-// As a jump: the state that is handed on, with the row on its first entry.
+// A jump: passes the state on and adds the row to its first entry.
 struct Handed {
   Row row;
   template <class S>
@@ -88,7 +90,7 @@ struct Handed {
   }
 };
 
-// What may be put into a problem of two phases.
+// A problem of two phases to which features are added.
 struct Draft {
   Draft(bool hides, bool is_free, bool is_unknown, const Row& forced)
       : phases{part("first", hides, is_free, is_unknown, forced),
@@ -103,7 +105,7 @@ struct Draft {
       phase.unknown("p", p, between(-1.0, 1.0));
     else
       phase.data("p", p);
-    // What makes the optimum one.
+    // Makes the optimum unique.
     phase
         .track(
             "state", [](auto, auto x, auto, auto) { return x; }, VectorXd::Ones(nx))
@@ -165,7 +167,7 @@ const std::vector<Feature>& features() {
         {"track_at_end", end,
          both([weight](auto& p, const Row& row) { p.track_at_end("f", row, weight); })},
         {"keep", whole, both([low](auto& p, const Row& row) {
-           // Not where there is nothing left to decide.
+           // With this offset, the bound leaves the optimiser some freedom.
            p.keep("f", Row{row.reads, -0.9}, low);
          })},
         {"keep in a window", whole, both([low](auto& p, const Row& row) {
@@ -300,12 +302,12 @@ std::vector<unsigned> choices_of(unsigned may_read) {
 struct Way {
   std::string name;
   bool hides = false;
-  bool holds = false;  // the exact hold
+  bool holds = false;  // uses the exact hold
   std::function<std::unique_ptr<Solver>()> make;
 };
 const std::vector<Way>& ways() {
   static const std::vector<Way> all{
-      // The slow one first: all others are compared with it.
+      // The slow path comes first. All others are compared with it.
       {"sparse, nonlinear", true, false, [] { return make_native_solver({.tolerance = 1e-9}); }},
       {"Ipopt, nonlinear", true, false, [] { return make_ipopt({.tolerance = 1e-9}); }},
       {"riccati, nonlinear", true, false,
@@ -338,7 +340,7 @@ struct Case {
     feature->add(draft, row);
     return draft.problem(rule);
   }
-  // Where the whole is one convex quadratic program there is one optimum, and no doubt about it.
+  // If the whole problem is one convex quadratic program, its optimum is unique.
   MultipleShooting shooting(bool hides, bool holds) const {
     return MultipleShooting(problem(hides),
                             {.intervals_per_phase = 6,
@@ -354,7 +356,7 @@ std::vector<Case> cases() {
         for (const bool is_unknown : {false, true})
           for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
             if (feature.needs_free_times && !is_free) continue;
-            // A row of nothing is the same in every way.
+            // A row that reads nothing is the same in every variant.
             if (reads == none && (is_free || is_unknown) && feature.may_read != none) continue;
             all.push_back({&feature, reads, is_free, is_unknown, rule});
           }
@@ -379,8 +381,8 @@ TEST(EveryArgument, FastPathsAndTheSlowOneAgree) {
       try {
         shooting.emplace(c.shooting(way.hides, way.holds));
       } catch (const DefinitionError& e) {
-        // The hold takes what is linear, and says what is not.
-        // Windows by event and by mode need times that are given.
+        // The exact hold accepts linear dynamics only and reports the rest. Windows by event and by
+        // mode require fixed times.
         EXPECT_TRUE(way.holds || c.is_free) << e.what();
         continue;
       }
@@ -394,15 +396,16 @@ TEST(EveryArgument, FastPathsAndTheSlowOneAgree) {
       ++compared;
       EXPECT_EQ(s.ok(), slow->ok()) << s.message << " | " << slow->message;
       if (!s.ok() || !slow->ok()) continue;
-      // Runge-Kutta of sixth part steps is off by 1e-8 here, the solves by 1e-9.
+      // The error of Runge-Kutta with six steps per interval is 1e-8 here, that of the solves 1e-9.
       EXPECT_NEAR(s.cost, slow->cost, 1e-6 * (1.0 + std::abs(slow->cost)));
       const VectorXd u = inputs_of(s), other = inputs_of(*slow);
       ASSERT_EQ(u.size(), other.size());
-      // Costs curve by 0.5 times an interval's length: 1e-7 of them is 1e-3 of the inputs.
+      // The curvature of the cost is 0.5 times the interval length: a cost error of 1e-7 is an
+      // input error of 1e-3.
       EXPECT_LE((u - other).lpNorm<Eigen::Infinity>(), 2e-3);
     }
     if (c.is_free || c.is_unknown || !c.feature->needs_given_start || !slow) continue;
-    if (std::string(c.feature->name) == "start_time") continue;  // a tick begins when it begins
+    if (std::string(c.feature->name) == "start_time") continue;  // a tick has its own start time
     // The controller writes its stages itself.
     RecedingHorizonController controller(c.shooting(false, false), {.period = 0.1});
     const ControlTick& tick = controller.tick(0.0, Vec<double, 2>{0.5, -0.2});

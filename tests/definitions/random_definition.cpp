@@ -15,8 +15,8 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// What is wrong with a problem of which nothing else is. A few are no mistakes in the eyes of the
-// framework (bounds that no trajectory can meet); those have to end as a status.
+// The only mistake in an otherwise sound problem. The framework accepts a few of them (bounds that
+// no trajectory can satisfy). Those must end with a status.
 enum class Mistake {
   none,
   start_size,
@@ -89,7 +89,7 @@ const char* const names_of_mistakes[] = {"",
                                          "end that cannot be reached"};
 static_assert(std::size(names_of_mistakes) == static_cast<std::size_t>(Mistake::count));
 
-// rows = constant + time t + X x + U u + P p, and bent: a sine of the first row's argument more.
+// rows = constant + time t + X x + U u + P p, plus a sine in the last row if `bend` is nonzero.
 struct Coefficients {
   VectorXd constant, time;
   MatrixXd X, U, P;
@@ -114,7 +114,7 @@ struct Formula {
     if (c->bend != 0.0) value[rows - 1] += c->bend * sin(2.0 * x[0] + x[nx - 1]);
     return value;
   }
-  // Of states only, for ends and guards.
+  // Reads states only, for ends and guards.
   template <class S>
   Vec<S, rows> operator()(const S& t, const Vec<S, nx>& x) const {
     return sum(t, x);
@@ -144,7 +144,7 @@ struct Formula {
   }
 };
 
-// The same as a formula that takes states alone: what acts at an end must not read inputs.
+// The same as a formula of states only, since terms at an end must not read inputs.
 template <int rows, int nx>
 struct EndFormula {
   Formula<rows, nx, 0, 0> whole;
@@ -253,8 +253,8 @@ class Generator {
     events_ = events;
   }
 
-  // Within the shortest that the phase may last; events and absolute times only where they have a
-  // place: with durations that are fixed.
+  // Within the shortest duration of the phase. Events and absolute times are used only with fixed
+  // durations, where they are valid.
   Window window() {
     if (made_here(Mistake::window_reversed)) return {.from = 0.2, .to = 0.1};
     if (made_here(Mistake::unknown_event)) return {.from = event("e9")};
@@ -322,11 +322,11 @@ class Generator {
 
   Phase<nx, nu, np> make_phase(int j) {
     is_wrong_phase_ = j == wrong_phase_;
-    const bool has_mistake = is_wrong_phase_;  // its terms are there for certain
+    const bool has_mistake = is_wrong_phase_;  // its terms are always present
     Phase<nx, nu, np> phase("phase" + std::to_string(j),
                             Formula<nx, nx, nu, np>{coefficients(nx, 0.8, true)}, duration());
     add_parameters(phase);
-    // What makes the optimum one.
+    // Makes the optimum unique.
     phase
         .track(
             "state", [](const auto&, const auto& x) { return x; }, weights(nx))
@@ -416,7 +416,7 @@ class Generator {
   RandomDefinition result_;
   std::optional<Phase<nx, nu, np>> last_;
   int wrong_phase_ = 0, events_ = 0;
-  double shortest_ = 1.0;  // of the phase at hand, s
+  double shortest_ = 1.0;  // of the current phase, s
   bool is_wrong_phase_ = false, times_are_free_ = false, p_is_unknown_ = false;
 };
 

@@ -1,5 +1,6 @@
-// Whole problems drawn from a seed: phases, sizes, windows, terms, events, jumps, schedules, data,
-// and in one of four a mistake. What must hold of all of them is in random_definitions_test.cpp.
+// Random problems from a seed: phases, sizes, windows, terms, events, jumps, schedules, data, and
+// in one of four a mistake. random_definitions_test.cpp checks the properties that all of them must
+// have.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +11,21 @@
 
 namespace saltus::test {
 
-/// What a formula of a drawn problem throws, where that is the mistake.
+/// Exception of a formula whose mistake is to throw.
 struct FormulaIsOutOfOrder : std::runtime_error {
   FormulaIsOutOfOrder() : std::runtime_error("the formula is out of order") {}
 };
 
 struct RandomDefinition {
   OptimalControlProblem problem{"drawn"};
-  /// Affine dynamics and rows, strictly convex costs, fixed durations, no events in phases: there
-  /// is one optimum or none, and every solver has to say which.
+  /// Affine dynamics and rows, strictly convex costs, fixed durations, no events in phases. There
+  /// is one optimum or none, and every solver must report which.
   bool is_convex = true;
-  std::string mistake;  ///< empty: none was made
+  std::string mistake;  ///< empty if the problem has no mistake
 };
 
-/// The same for the same seed, on every machine. Throws what the definition throws.
+/// Returns the same problem for the same seed on every machine. Throws the exceptions of the
+/// definition.
 RandomDefinition draw_definition(std::uint32_t seed);
 
 }  // namespace saltus::test

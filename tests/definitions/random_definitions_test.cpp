@@ -1,7 +1,7 @@
-// Of whole problems drawn at random, some of them wrong: a DefinitionError with names, or a solve
-// that ends with a status; never another exception, NaN handed out, or two solvers that are both
-// sure of different things. SALTUS_RANDOM_DEFINITIONS=10000 for more seeds than a test has time
-// for, =2001:3000 for some of them.
+// Solves random problems, some of them wrong. The outcome must be a DefinitionError with names or a
+// solve that ends with a status. Other exceptions, NaN in a solution, and two solvers with
+// contradictory definite answers are failures. SALTUS_RANDOM_DEFINITIONS=10000 sets the number of
+// seeds, =2001:3000 a range of seeds.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,12 +19,12 @@
 namespace saltus::test {
 namespace {
 
-constexpr double longest_solve =
-    600.0;  // s: a hang, also on a crowded machine; the longest takes one
+constexpr double longest_solve = 600.0;  // s, beyond which a solve counts as hanging, even on a
+                                         // loaded machine; the longest takes 1 s
 
 struct Seeds {
   int first = 1, last = 60;
-  bool is_campaign = false;  // prints what it counted
+  bool is_campaign = false;  // prints its counts
 };
 
 Seeds seeds() {
@@ -37,12 +37,12 @@ Seeds seeds() {
 }
 
 struct Outcome {
-  std::optional<Solution> solution;  // none: refused
+  std::optional<Solution> solution;  // empty if the problem was refused
   bool is_of_formula = false;
   std::string refusal, failure;
 };
 
-// `failure` is what must not be.
+// `failure` describes a violation, or is empty.
 Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
   Outcome outcome;
   try {
@@ -54,7 +54,7 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
   } catch (const DefinitionError& error) {
     outcome.refusal = error.what();
   } catch (const FormulaIsOutOfOrder&) {
-    outcome.is_of_formula = true;  // what formulas throw at set-up comes through as it is
+    outcome.is_of_formula = true;  // exceptions of formulas at set-up are passed on unchanged
   } catch (const std::exception& error) {
     outcome.failure = fmt::format("throws {}", error.what());
   }
@@ -76,7 +76,8 @@ bool is_sure_of_none(const Outcome& o) {
 bool is_proved_to_have_none(const Outcome& o) {
   return o.solution && o.solution->message.find("the constraints cannot all be met") == 0;
 }
-// Of the program: path constraints may be violated between its nodes, which the status says.
+// Optimal for the program. Path constraints may be violated between its nodes, which the status
+// reports.
 bool is_sure_of_one(const Outcome& o) {
   return o.solution && (o.solution->status == SolveStatus::optimal ||
                         o.solution->status == SolveStatus::coarse_grid);
@@ -117,7 +118,7 @@ TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
       for (const auto& [other, b] : outcomes) {
         if (is_sure_of_one(a) && is_sure_of_none(b))
           ADD_FAILURE() << one << " is sure of an optimum, " << other << " that there is none";
-        // Two scaled residuals of 1e-9 and costs of the size of 1.
+        // Two scaled residuals of 1e-9 and costs of order 1.
         if (one < other && is_sure_of_one(a) && is_sure_of_one(b)) {
           EXPECT_NEAR(a.solution->cost, b.solution->cost, 1e-6 * (1.0 + std::abs(a.solution->cost)))
               << one << ", " << other;

@@ -1,6 +1,5 @@
-// Memory that runs out while a controller is set up: at the k-th allocation, for k from the first
-// to the last. An exception says so, nothing is leaked, and the next set-up is as if nothing had
-// been.
+// Memory runs out while a controller is set up: at the k-th allocation, for k from the first to the
+// last. The set-up throws an exception and leaks nothing, and the next set-up works as usual.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,8 +15,8 @@
 #include "tests/faults/loop.hpp"
 #include "tests/support/sanitized.hpp"
 
-// malloc itself, for Eigen and C libraries do without operator new; not under a sanitizer, which
-// has its own.
+// Replaces malloc itself, because Eigen and C libraries do not use operator new. Not under a
+// sanitizer, which has its own malloc.
 #ifndef SALTUS_SANITIZED
 namespace {
 constexpr long never = std::numeric_limits<long>::max();
@@ -68,7 +67,7 @@ namespace {
 
 enum class End { whole, out_of_memory, sentence, other };
 
-// The set-up fails at its k-th allocation, and at each one after it.
+// The set-up fails at its k-th allocation and at each later one.
 End set_up(long k) {
   End end = End::whole;
   left = k;
@@ -86,7 +85,7 @@ End set_up(long k) {
 }
 
 TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
-  ASSERT_EQ(set_up(never), End::whole);  // what is made once for the process is made
+  ASSERT_EQ(set_up(never), End::whole);  // allocates everything that exists once per process
   const long begin = made;
   ASSERT_EQ(set_up(never), End::whole);
   const long all = made - begin;

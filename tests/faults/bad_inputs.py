@@ -25,9 +25,9 @@ import tempfile
 import time
 import zipfile
 
-LIMIT = 60  # s, on a crowded machine; what takes longer hangs
-MEMORY = 4 << 30  # bytes of addresses: 512 MB of memory beside what libraries reserve
-LONGEST = 1200  # characters of all that is said of one mistake
+LIMIT = 60  # s, on a loaded machine; a longer run counts as a hang
+MEMORY = 4 << 30  # bytes of address space: 512 MB of memory and the reservations of libraries
+LONGEST = 1200  # characters of all messages about one mistake
 
 SMALL_URDF = """<robot name="r">
   <link name="base"><inertial><origin xyz="0 0 0.4"/><mass value="10"/>
@@ -498,7 +498,7 @@ def outcome_of(program, case, addresses):
                 faults.append(f"says {len(sentence)} characters")
         for where in ("out", "started"):
             faults += [f"leaves {name}" for name in half_written(os.path.join(folder, where)) if "out" not in case.files]
-        if "line" in case.how:  # of a table
+        if "line" in case.how:  # a message about a table
             sentence = "\n".join(line for line in sentence.splitlines() if re.search(case.how["line"], line))
         return Outcome(case, status, shown(sentence, folder) if status != 0 else "", faults, seconds)
     finally:
@@ -548,7 +548,7 @@ def main():
         for line in page(outcomes).splitlines():
             if line.startswith("| ") and line not in stated:
                 kind = line[: line.index(" | ", line.index(" | ") + 3)]
-                if kind + " | " not in stated:  # status; sentences may name what a machine has
+                if kind + " | " not in stated:  # the status; sentences may depend on the machine
                     print(f"not as {args.page} has it: {line}")
                     wrong.append(line)
     sys.exit(1 if wrong else 0)

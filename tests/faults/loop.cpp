@@ -22,7 +22,7 @@ constexpr double slow = 1.0, fast = 3.0;  // N
 
 }  // namespace
 
-// Atomic, for another thread may evaluate the formulas of a plan.
+// Atomic because another thread may evaluate the formulas of a plan.
 struct FaultyLoop::Switches {
   std::atomic<bool> dynamics_nan = false, dynamics_throw = false, cost_throws = false,
                     solver_gives_up = false, solver_gives_nan = false, deadline_missed = false,
@@ -64,7 +64,7 @@ struct Miss {
   }
 };
 
-// The real-time iteration, or a failing solver.
+// The real-time iteration, or a solver that fails on demand.
 template <class Switches>
 class FailingSolver : public RealTimeSolver {
  public:
@@ -108,7 +108,7 @@ RecedingHorizonController make_controller(const Switches* now) {
                             {.intervals_per_phase = 14, .integrator = runge_kutta4()});
   ControllerOptions options;
   options.period = FaultyLoop::period;
-  // A plan moved on by 1.4 intervals is interpolated: one step leaves 1e-6.
+  // A plan shifted by 1.4 intervals is interpolated: one step leaves an error of 1e-6.
   options.optimality = options.feasibility = 1e-5;
   options.fallback = [now](double, const VectorRef&, VectorOut input) {
     if (now->fallback_throws) throw std::runtime_error("no fallback today");
@@ -199,7 +199,7 @@ double FaultyLoop::clock(Fault fault) {
   }
 }
 
-// The controller has the edited schedule, or nobody has.
+// Updates the controller's schedule first. If that throws, the loop's schedule stays unchanged too.
 void FaultyLoop::edit_schedule() {
   std::uniform_real_distribution<double> when(0.2, 0.9);
   Schedule edited = schedule_;
@@ -209,7 +209,7 @@ void FaultyLoop::edit_schedule() {
   const double time = time_ + when(random_);
   if (edited.contains(name)) return;
   for (const Event& e : edited.events())
-    if (std::abs(e.time - time) < 0.15) return;  // of which one interval has room
+    if (std::abs(e.time - time) < 0.15) return;  // one interval has room for one event
   edited.insert(random_() % 2 == 0 ? "slow" : "fast", name, time);
   controller_.set_schedule(edited);
   schedule_ = std::move(edited);
@@ -249,13 +249,13 @@ void FaultyLoop::check_input(const ControlTick& tick) {
     covered += piece.length;
     const double force = piece.size == 1 ? piece.values[0] : nan;
     const bool is_slow = schedule_.mode_at(piece.start + 0.5 * piece.length) == "slow";
-    // Bounds hold to the rounding of scaled inputs.
+    // Bounds hold up to the rounding of scaled inputs.
     input_is_sound_ = input_is_sound_ && std::abs(force) <= (is_slow ? slow : fast) * (1.0 + 1e-12);
   }
   input_is_sound_ = input_is_sound_ && std::abs(covered - period) < 1e-9;
 }
 
-// In steps of the pieces; the mass stays within 10 m, as if there were walls.
+// Integrates piece by piece. The mass stays within 10 m, as if between walls.
 void FaultyLoop::move_plant(const ControlTick& tick) {
   for (const InputPiece& piece : tick.input) {
     constexpr int steps = 4;

@@ -1,7 +1,7 @@
-// A controller in closed loop with a plant, and everything that can be made to go wrong with them.
+// A controller in closed loop with a plant, with fault injection.
 //
-// A mass on a spring that stiffens, pushed by a force of at most 1 N in mode "slow" and 3 N in mode
-// "fast", told where to go by data. The plan looks one second ahead in ten intervals.
+// The plant is a mass on a spring that stiffens. The force is at most 1 N in mode "slow" and 3 N in
+// mode "fast". Data give the target position. The plan covers one second in 14 intervals.
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ enum class Fault {
   fallback_throws,
   count
 };
-/// Name of the fault in the page.
+/// Name of the fault in docs/faults.md.
 const char* describe(Fault fault);
 
 class FaultyLoop {
@@ -50,29 +50,29 @@ class FaultyLoop {
   FaultyLoop(const FaultyLoop&) = delete;
   FaultyLoop& operator=(const FaultyLoop&) = delete;
 
-  /// One tick and the plant's motion until the next.
+  /// Runs one tick and moves the plant until the next tick.
   const ControlTick& tick(Fault fault);
-  /// The mode changes at a time drawn within the horizon; a mode that is over is forgotten.
+  /// Inserts a mode change at a random time within the horizon. Forgets modes that are over.
   void edit_schedule();
-  /// Where the mass is to go, m.
+  /// Sets the target position, m.
   void aim(double position);
-  /// The plant, and not the model, is struck: its speed changes, m/s.
+  /// Changes the speed of the plant, m/s, but not that of the model.
   void strike(double speed);
 
-  /// Whether the last input was numbers within the bounds of its modes, and covered the tick.
+  /// Whether the last input was finite, within the bounds of its modes, and covered the tick.
   bool input_is_sound() const { return input_is_sound_; }
-  /// Edits that the schedule refused, as it has to where they are impossible.
+  /// Number of edits that the schedule correctly refused as impossible.
   long refused() const { return refused_; }
-  /// Of what is real.
+  /// Time of the plant, s.
   double time() const { return time_; }
   const RecedingHorizonController& controller() const { return controller_; }
-  /// The controller's report, while nothing is wrong.
+  /// The controller's report. Call it only without an active fault.
   Solution report() { return controller_.report(); }
 
   static constexpr double period = 0.1;  // s
 
  private:
-  struct Switches;  // what formulas, solver and functions of the user do
+  struct Switches;  // injected behaviour of formulas, solver and user functions
 
   Vec<double, 2> measured(Fault fault);
   double clock(Fault fault);
@@ -84,7 +84,7 @@ class FaultyLoop {
   RecedingHorizonController controller_;
   std::mt19937 random_{1};
   Vec<double, 2> state_{0.5, 0.0};
-  std::array<Vec<double, 2>, 8> past_{};  // measurements, the newest first
+  std::array<Vec<double, 2>, 8> past_{};  // measurements, newest first
   Vec<double, 2> frozen_{0.5, 0.0};
   Vec<double, 1> last_input_{0.0};
   double time_ = 0.0;

@@ -1,5 +1,6 @@
-// Each fault for twenty ticks in the middle of a run: whose input is handed out meanwhile, and
-// after how many ticks the plan is an optimum again: no more than the table of docs/faults.md says.
+// Injects each fault for twenty ticks in the middle of a run. Tests the source of the inputs during
+// the fault and the number of ticks until the plan is optimal again. Both must agree with the table
+// of docs/faults.md, whose ticks are upper bounds.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ constexpr int before = 60, during = 20, after = 100;  // ticks
 
 struct Outcome {
   std::array<long, provenances> meanwhile{};
-  int back = -1;  // ticks from the first without the fault on; -1: never
+  int back = -1;  // ticks from the first one without the fault; -1: never
   bool is_sound = true;
   long allocations = 0;
 };
@@ -47,7 +48,7 @@ Outcome outcome_of(Fault fault) {
   return outcome;
 }
 
-// "| fault | whose inputs | ticks |", as docs/faults.md has it.
+// A row "| fault | whose inputs | ticks |" as in docs/faults.md.
 struct Row {
   std::string whose;
   int back = -1;
@@ -72,7 +73,7 @@ TEST(Faults, InTheLoopAlwaysLeaveAnInputAndEnd) {
     EXPECT_GE(outcome.back, 0);
     const bool allocates = fault == Fault::dynamics_throw || fault == Fault::cost_throws ||
                            fault == Fault::sender_throws || fault == Fault::fallback_throws ||
-                           fault == Fault::schedule_impossible;  // exceptions do, their thrower's
+                           fault == Fault::schedule_impossible;  // throwing an exception allocates
     if (!allocates) {
       EXPECT_EQ(outcome.allocations, 0);
     }

@@ -22,10 +22,10 @@ MAP = ["map", "--plant", "centroidal", "--directions", "4", "--impulses", "1:1:3
        "--controllers", "mpc", "--jobs", "2", "--set", "pictures=false"]
 BENCH = ["bench", "run", "--problems", "sequence,steps/car", "--solvers", "riccati,sparse", "--instances", "4", "--repetitions", "1"]
 SOLVE = ["run", "b01_bryson_denham", "--pictures", "false"]
-LITTLE_TIME = 60  # s, of a program that takes a tenth of a second
+LITTLE_TIME = 60  # s, for a program that takes 0.1 s
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SEED = 19
-DEADLINE = 300  # s, of a program on a crowded machine
+DEADLINE = 300  # s, for a program on a loaded machine
 
 
 def unreadable(folder):
@@ -82,7 +82,7 @@ class Stopped(unittest.TestCase):
             time.sleep(self.random.uniform(0.0, 1.1 * whole))
             process.send_signal(kind)
             status, out, error = self.finish(process)
-            # It may have been done before.
+            # The program may have finished before.
             self.assertIn(status, (0, -kind, 128 + kind), out + error)
             self.assertEqual(unreadable(self.out), [], f"seed {SEED}")
         status, out, error = self.once(words)
@@ -188,7 +188,7 @@ class Stopped(unittest.TestCase):
         result = tree / "docs/results/centroidal.md"
         begin = time.monotonic()
         status, out, error = self.finish(self.reproduce(tree))
-        self.assertIn(status, (0, 3), out + error)  # 3: numbers of this machine differ
+        self.assertIn(status, (0, 3), out + error)  # 3: the numbers differ on this machine
         whole = time.monotonic() - begin
         made = result.read_text(encoding="utf-8").count("\n")
         for kind in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
@@ -266,7 +266,7 @@ class Stopped(unittest.TestCase):
         first, second = self.start(RUN), self.start(RUN)
         for process in (first, second):
             status, out, error = self.finish(process)
-            self.assertIn(status, (0, 2), out + error)  # both as they please, or one is refused
+            self.assertIn(status, (0, 2), out + error)  # both succeed, or one is refused
         self.assertEqual(unreadable(self.out), [])
 
     def test_two_maps_in_one_folder(self):
@@ -311,7 +311,7 @@ class Stopped(unittest.TestCase):
                     limit = megabytes << 20
                     process = subprocess.run([PROGRAM, *words, *([] if words == ["list"] else ["--out", self.out])], text=True, capture_output=True,
                                              check=False, timeout=LITTLE_TIME, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
-                    # 127: the loader has no room for the libraries, and says so before the program begins.
+                    # 127: the loader lacks memory for the libraries and reports it before the program starts.
                     self.assertIn(process.returncode, (0, 2, 127), process.stdout + process.stderr)
                     if process.returncode != 0:
                         self.assertEqual(process.stderr.strip().count("\n"), 0, process.stderr)

@@ -1,6 +1,6 @@
-// Many ticks with faults, edits and new data at random, while a second thread reads plans of the
-// controller: an input in every tick, counters that add up, no memory. SALTUS_SOAK_TICKS=10000000
-// for the run before a release, which prints what it found.
+// Runs many ticks with random faults, edits and new data, while a second thread reads plans of the
+// controller. Every tick must have an input, the counters must add up, and memory must not grow.
+// SALTUS_SOAK_TICKS=10000000 sets the length of the run before a release, which prints its results.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -46,7 +46,7 @@ class Logger {
     plan_ = std::move(plan);
     has_plan_ = true;
   }
-  /// Plans read from end to end, and values in them that differed when they were read again.
+  /// Number of complete reads of plans, and number of values that differed on a second read.
   long reads() const { return reads_; }
   long changes() const { return changes_; }
 
@@ -61,7 +61,7 @@ class Logger {
       }
       try {
         read(plan.trajectory);
-      } catch (...) {  // formulas that throw do so here, too
+      } catch (...) {  // throwing formulas throw here too
       }
       ++reads_;
     }
@@ -70,7 +70,7 @@ class Logger {
     for (const TrajectoryPiece& piece : plan.pieces()) {
       const double middle = piece.start + 0.5 * piece.length;
       const VectorXd once = plan.state_in(piece, middle), again = plan.state_in(piece, middle);
-      // Dynamics that give NaN do so here, too.
+      // Faulty dynamics give NaN here too.
       changes_ += once == again || !once.allFinite() || !again.allFinite() ? 0 : 1;
     }
     std::ostringstream text;
@@ -82,7 +82,7 @@ class Logger {
   bool has_plan_ = false;
   std::atomic<bool> stops_ = false;
   std::atomic<long> reads_ = 0, changes_ = 0;
-  std::thread thread_;  // last: it uses all of the others
+  std::thread thread_;  // last member, because it uses all others
 };
 
 TEST(Soak, AnInputInEveryTickAndNoMemory) {
@@ -91,7 +91,7 @@ TEST(Soak, AnInputInEveryTickAndNoMemory) {
   constexpr unsigned seed = 5;
   std::mt19937 random(seed);
   const auto chance = [&](double share) { return random() < share * 4294967296.0; };
-  FaultyLoop loop, alone;  // with a logger, and the same without
+  FaultyLoop loop, alone;  // with and without a logger
   Logger logger;
   long other_inputs = 0;
   constexpr long ticks_per_report = 50;
@@ -139,11 +139,11 @@ TEST(Soak, AnInputInEveryTickAndNoMemory) {
   EXPECT_EQ(logger.changes(), 0);
   EXPECT_EQ(all.count(), ticks);
   EXPECT_EQ(statistics.preparation.count(), ticks);
-  // A sanitizer keeps what was freed; what is lost it finds by itself.
+  // A sanitizer keeps freed memory and detects leaks itself.
   if (!sanitized) {
     EXPECT_LE(resident_kilobytes() - resident_early, 1024);
   }
-  EXPECT_LE(slowest_return, 2);  // a plan of the tick itself, once nothing is wrong any more
+  EXPECT_LE(slowest_return, 2);  // the tick's own plan is back soon after the last fault
   if (ticks == ticks_of_a_test) return;
   fmt::print("{} ticks, {} of them with a fault; seed {}\n", ticks, faulty, seed);
   for (int p = 0; p < provenances; ++p)

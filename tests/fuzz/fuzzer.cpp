@@ -1,5 +1,5 @@
 // libFuzzer's entry points: `saltus_fuzz --reader=NAME [options of libFuzzer] [FOLDER...]`. With
-// --readers it prints the names, with --words=NAME the reader's dictionary.
+// --readers it prints the names, with --words=NAME the dictionary of the reader.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -13,8 +13,7 @@
 namespace {
 const saltus::fuzz::Target* chosen = nullptr;
 
-// s; of the processor, for the machine may have more to do. Under the sanitizers, which make
-// readers several times as slow.
+// s of processor time, since the machine may be busy. Sanitizers make readers several times slower.
 constexpr double longest_time = 1.0;
 double slowest = 0.0;  // s
 

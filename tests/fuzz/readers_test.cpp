@@ -1,5 +1,5 @@
-// Every input that is kept: seeds, and what the fuzzer found. A reader that does not end as it must
-// ends this process, and ctest names the input.
+// Runs every stored input: seeds and inputs found by the fuzzer. A reader that ends in a forbidden
+// way ends this process, and ctest shows the input.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ std::vector<std::uint8_t> content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-// Stored before the call: the last input survives a crash of the process.
+// Stored before the call, so that the last input survives a crash of the process.
 void keep(const std::vector<std::uint8_t>& bytes) {
   std::ofstream("fuzz_last_input", std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()),
@@ -43,7 +43,8 @@ TEST_P(Readers, TakeOrRefuseWhatIsKept) {
   EXPECT_GT(count, 1);
 }
 
-// Cut off anywhere, and with each byte changed: every reader has inputs that it takes.
+// Inputs cut off at any position, and inputs with each byte changed. Every reader accepts some
+// inputs.
 TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
   const Target& reader = target(GetParam());
   for (const fs::directory_entry& entry :
@@ -60,7 +61,7 @@ TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
   }
 }
 
-// A name of pages, wherever one stands: a sentence shows its beginning.
+// A name that is pages long, at any position. The message shows its beginning only.
 TEST_P(Readers, TakeOrRefuseNamesOfPages) {
   const Target& reader = target(GetParam());
   for (const fs::directory_entry& entry :
@@ -76,16 +77,16 @@ TEST_P(Readers, TakeOrRefuseNamesOfPages) {
   }
 }
 
-// Pieces of kept inputs and words of the dictionary, put together at random: what a fuzzer does
-// that sees no branches, everywhere and in a second.
+// Random combinations of stored inputs and dictionary words, like a fuzzer without branch coverage.
+// Runs on every platform in a second.
 TEST_P(Readers, TakeOrRefuseWhatIsPutTogetherAtRandom) {
   constexpr unsigned seed = 1;
-  const char* more = std::getenv("SALTUS_FUZZ_ROUNDS");  // by hand: as many as wanted
+  const char* more = std::getenv("SALTUS_FUZZ_ROUNDS");  // set by hand for more rounds
   const int rounds = more == nullptr ? 300 : std::atoi(more);
   std::fprintf(stderr, "seed %u\n", seed);
   const Target& reader = target(GetParam());
   std::vector<std::vector<std::uint8_t>> kept;
-  std::set<fs::path> files;  // in the same order everywhere
+  std::set<fs::path> files;  // sorted, for the same order on every machine
   for (const fs::directory_entry& entry :
        fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam()))
     files.insert(entry.path());

@@ -12,9 +12,9 @@
 #include "saltus/core/text.hpp"
 #include "tests/fuzz/targets.hpp"
 
-// What libraries of others let go unfreed where they refuse a file, some kB each: urdfdom links in
-// a circle, which keep each other alive, and Assimp the mesh that it had begun of an STL in text.
-// It has no names in its stacks, hence the whole library.
+// Known leaks of third-party libraries that refuse a file, some kB each. urdfdom creates a cycle of
+// shared pointers. Assimp leaks the partial mesh of a text STL. Its stacks have no symbols, so the
+// whole library is suppressed.
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:urdf::parseURDF\nleak:libassimp.so\n";
@@ -24,7 +24,7 @@ namespace saltus::fuzz {
 namespace {
 
 constexpr std::size_t longest_sentence =
-    2000;  // characters; names in it are cut, files may be long
+    2000;  // characters; messages truncate names but may show long file names
 
 [[noreturn]] void give_up(const std::string& why) {
   fmt::print(stderr, "{}\n", why);

@@ -31,7 +31,7 @@ Bytes bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-// One field of every kind, as problems declare them.
+// One field of each kind that problems declare.
 struct Fields {
   enum class Plant { centroidal, dart };
   double impulse = 7.0, friction = 0.5;
@@ -66,7 +66,7 @@ struct Fields {
   }
 };
 
-// What was written out is read back as the same.
+// Written settings are read back unchanged.
 void reads_back(Settings& settings) {
   const std::string written = settings.to_yaml();
   Fields again;
@@ -92,7 +92,7 @@ void command_line(Bytes bytes) {
   for (const std::uint8_t byte : bytes) {
     if (byte == '\n')
       words.emplace_back();
-    else if (byte != 0)  // no shell can hand that over
+    else if (byte != 0)  // no shell can pass a zero byte
       words.back() += static_cast<char>(byte);
   }
   const RunRequest request = parse_run_request(words);
@@ -117,7 +117,7 @@ void urdf(Bytes bytes) {
   describe(model, named);
 }
 
-// Of the format that its beginning looks like.
+// The beginning of the bytes determines the format.
 void mesh(Bytes bytes) {
   const std::string text = text_of(bytes.first(std::min<std::size_t>(bytes.size(), 2)));
   const char* name = text.starts_with('<')                             ? "mesh.dae"
@@ -142,7 +142,7 @@ void map_line(Bytes bytes) {
   if (row) require(walking::from_line(walking::to_line(*row)).has_value(), "a line not read back");
 }
 
-// A whole table, of a map that goes on.
+// The complete table of a map that is continued.
 void map_file(Bytes bytes) {
   const std::string settings = "push:\n  impulse: 7\n";
   file_with(bytes_of(settings), walking::map_settings);
@@ -150,7 +150,7 @@ void map_file(Bytes bytes) {
   const walking::MapFile map(own_folder(), settings);
 }
 
-// The settings beside it, which other settings are compared with.
+// The settings file of a map. Other settings are compared with it.
 void map_settings(Bytes bytes) {
   file_with(bytes, walking::map_settings);
   file_with(bytes_of(walking::map_header() + "\n" +
@@ -159,8 +159,7 @@ void map_settings(Bytes bytes) {
   const walking::MapFile map(own_folder(), "push:\n  impulse: 7\n  start: 1\n");
 }
 
-// What `saltus rerun` sets side by side: two tables or two summaries, one after the other with a
-// byte 0 between.
+// Inputs that `saltus rerun` compares: two tables or two summaries, separated by a zero byte.
 void compare(Bytes bytes, const std::string& name) {
   const auto middle = std::find(bytes.begin(), bytes.end(), 0);
   const std::filesystem::path before = own_folder() / "before", after = own_folder() / "after";
@@ -181,7 +180,7 @@ void run_file(Bytes bytes) {
   file_with(bytes, "run.json");
   file_with({}, "config.yaml");
   const std::string folder = own_folder().string();
-  rerun(std::span(&folder, 1), {});  // no problem is known: none is run
+  rerun(std::span(&folder, 1), {});  // no problem is registered, so none runs
 }
 
 void pushes(Bytes bytes) {

@@ -1,5 +1,5 @@
-// The readers of what comes from outside, each as a function of bytes: what the fuzzer calls
-// (fuzzer.cpp), and what the tests call with every input that is kept (readers_test.cpp).
+// The readers of external data, each as a function of bytes. The fuzzer (fuzzer.cpp) calls them,
+// and the tests call them with every stored input (readers_test.cpp).
 #pragma once
 
 #include <cstdint>
@@ -13,29 +13,29 @@ namespace saltus::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// A reader. Reading either succeeds or throws InputError with one sentence; anything else (another
-/// exception, a sentence of pages, an invariant that does not hold) ends the
-/// process by std::abort() after a line on the error stream.
+/// A reader. Reading either succeeds or throws InputError with one sentence. Anything else (another
+/// exception, an overlong message, a broken invariant) ends the process by std::abort() after a
+/// line on the error stream.
 struct Target {
-  std::string name;                  ///< also that of its folder in corpus/
+  std::string name;                  ///< also the name of its folder in corpus/
   std::function<void(Bytes)> read;   ///< may throw InputError
-  std::vector<std::string> words{};  ///< that random bytes would hardly hit upon
+  std::vector<std::string> words{};  ///< words that random bytes rarely contain
 };
 
 const std::vector<Target>& targets();
-/// Throws InputError that names them all.
+/// Throws InputError with all names if the name is unknown.
 const Target& target(const std::string& name);
 
-/// Lets the target read and judges how it ended, see Target.
+/// Runs the reader and checks how it ends; see Target.
 void run(const Target& target, Bytes bytes);
 
-/// A folder of this process alone, in memory where there is such a place; gone at exit.
+/// A folder that only this process uses, in memory if possible. It is deleted at exit.
 const std::filesystem::path& own_folder();
-/// A file in own_folder() with these bytes, for readers that take a path: each input writes over
-/// the one before.
+/// A file in own_folder() with these bytes, for readers that take a path. Each input overwrites the
+/// previous one.
 std::filesystem::path file_with(Bytes bytes, const std::string& name);
 
-/// Ends the process unless `holds`; for what must be true of what a reader took.
+/// Ends the process unless `holds`. It checks the invariants of accepted inputs.
 void require(bool holds, const std::string& what);
 
 }  // namespace saltus::fuzz

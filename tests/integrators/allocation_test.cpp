@@ -1,5 +1,5 @@
-// The fixed-step schemes do not allocate after construction, those of SUNDIALS not after the first
-// call of each kind.
+// The fixed-step schemes do not allocate after construction. The SUNDIALS schemes do not allocate
+// after the first call of each kind.
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/sundials.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-// All calls of the interface, with lengths that change (so that nothing is answered from a cache).
+// All calls of the interface with varying lengths, so that no cache answers them.
 class Caller {
  public:
   Caller(Integrator& integrator, const VectorXd& w)

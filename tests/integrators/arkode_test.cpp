@@ -15,7 +15,7 @@ using namespace library;
 struct Method {
   ArkodeMethod method;
   int order;
-  int steps;  // where the error is well above rounding and below curvature effects
+  int steps;  // chosen so that the error is well above rounding and in the asymptotic range
 };
 
 class ArkodeMethods : public testing::TestWithParam<Method> {};
@@ -69,7 +69,7 @@ TEST_P(ArkodeMethods, AgreesWithOrderEightUnderErrorControl) {
     for (const double h : {0.6, 0.0, -0.3}) {
       VectorXd w = coupled_point(shape);
       w[integrator->arguments().h()] = h;
-      // Global error: a hundred times the local tolerance.
+      // Bound on the global error: a hundred times the local tolerance.
       EXPECT_LE((end_of(*integrator, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(),
                 100.0 * tolerance);
       EXPECT_LE((jacobian_of(*integrator, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(),
@@ -87,7 +87,7 @@ TEST_P(ArkodeMethods, FixedStepSensitivitiesAreThoseOfTheSteps) {
                                     .absolute_tolerance = 1e-15,
                                     .fixed_steps = 3})
                                 ->make(coupled_problem(shape));
-    // The implicit stages are solved to about 1e-13; differences divide that by 1e-3.
+    // The implicit stages are solved to about 1e-13. Differences divide that error by 1e-3.
     expect_jacobian_matches(*integrator, coupled_point(shape), 1e-9);
   }
 }

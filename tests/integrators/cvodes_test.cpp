@@ -35,7 +35,7 @@ TEST_P(CvodesBothMethods, AgreesWithOrderEight) {
       for (const double h : {0.6, 0.0, -0.3}) {
         VectorXd w = coupled_point(shape);
         w[integrator->arguments().h()] = h;
-        // Global error: a hundred times the local tolerance.
+        // Bound on the global error: a hundred times the local tolerance.
         EXPECT_LE((end_of(*integrator, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-9);
         EXPECT_LE((jacobian_of(*integrator, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(),
                   1e-9);
@@ -108,7 +108,7 @@ TEST(Cvodes, FailuresAreAStatus) {
     EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative),
               IntegrationStatus::not_finite);
   }
-  // x' = x^2 leaves every bound at t = 1 / x0.
+  // x' = x^2 has a finite escape time, t = 1 / x0.
   problem.dynamics = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });
   w << 1.0, 0.0, 2.0;
   const auto blow_up = cvodes({})->make(problem);
@@ -116,13 +116,13 @@ TEST(Cvodes, FailuresAreAStatus) {
   const auto short_of_steps = cvodes({.max_steps = 3})->make(problem);
   w << 1.0, 0.0, 0.5;
   EXPECT_EQ(short_of_steps->value(w.data(), end.data()), IntegrationStatus::too_many_steps);
-  // ... and the same object then solves another problem.
+  // The same object then solves another problem.
   EXPECT_EQ(blow_up->value(w.data(), end.data()), IntegrationStatus::success);
   EXPECT_NEAR(end[0], 2.0, 1e-7);
 }
 
-// By which a sensitivity is judged: states by their typical size, parameters and the length by what
-// they are. When an interval begins says nothing of how long things take.
+// Reference sizes of the sensitivities: states count by their typical size, parameters and the
+// length by their values. The start time does not enter, since it is no measure of duration.
 TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
   IntervalProblem problem;
   problem.arguments = {1, 1, 1};
@@ -133,7 +133,7 @@ TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
   EXPECT_EQ(scales, (VectorXd(5) << 4.0, 1.0, 8.0, 1.0, 0.125).finished());
 }
 
-// x' = -x + p sin 10 t: dx/dp does not depend on p, however small that is.
+// x' = -x + p sin 10 t: dx/dp does not depend on p, even for very small p.
 TEST(Cvodes, SensitivitiesToSmallParametersAreAsAccurateAsOthers) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 1};
@@ -149,7 +149,7 @@ TEST(Cvodes, SensitivitiesToSmallParametersAreAsAccurateAsOthers) {
     const auto integrator = scheme->make(problem);
     for (const double p : {1.0, 1e-3, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12}) {
       const VectorXd w = (VectorXd(4) << 0.0, p, 0.0, 1.0).finished();
-      // Tolerances of 1e-8, and what a hundred steps make of them.
+      // Tolerances of 1e-8, accumulated over a hundred steps.
       EXPECT_LT(relative_error(jacobian_of(*integrator, w)(0, 1), exact), 1e-6)
           << scheme->name() << ", p = " << p;
     }
@@ -163,8 +163,8 @@ TEST(Cvodes, LeavesNoMemoryBehind) {
     for (int i = 0; i < rounds; ++i) scheme->make(robertson());
     return mallinfo2().uordblks;
   };
-  const std::size_t before = in_use_after(1);     // what is kept once
-  EXPECT_LT(in_use_after(1000), before + 10000);  // a context each would be 270 kB
+  const std::size_t before = in_use_after(1);     // includes objects that exist once
+  EXPECT_LT(in_use_after(1000), before + 10000);  // one context per integrator would take 270 kB
 }
 #endif
 

@@ -1,5 +1,5 @@
-// Derivatives of the flow along a direction: where two events fall together, where a guard reads an
-// input, and where one is grazed.
+// Derivatives of the flow along a direction: for two simultaneous events, for a guard that reads an
+// input, and for a grazed guard.
 #include "saltus/model/integrator.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace saltus {
 namespace {
 
-// A point crosses x = 0 and y = 0; between the two z rises by 1 + x^2 per second if x was first,
-// by 3 + y if y was.
+// A point crosses x = 0 and y = 0. Between the crossings, z rises by 1 + x^2 per second if x was
+// first, and by 3 + y if y was first.
 Automaton<3> corner() {
   const auto rate = [](auto f) {
     return [f](const auto& t, const auto& x) {
@@ -50,7 +50,7 @@ IntervalProblem interval(const SwitchingSystem& system, Arguments sizes) {
 }
 
 TEST(DirectionalDerivative, ThroughSimultaneousEventsDependsOnTheDirection) {
-  // The error of CVODES' own steps is what its extrapolation meets.
+  // The step errors of CVODES limit the accuracy of its extrapolation.
   for (const IntegratorChoice& scheme :
        {runge_kutta8({.steps = 4}), cvodes({.tolerance = 1e-11})}) {
     const auto flow = scheme->make(interval(corner().system(), {3, 0, 0}));
@@ -63,7 +63,7 @@ TEST(DirectionalDerivative, ThroughSimultaneousEventsDependsOnTheDirection) {
       EXPECT_TRUE(d.exists) << d.message;
       return d.value[2];
     };
-    // x is ahead by dx - dy: between the events lie as many seconds.
+    // x is ahead by dx - dy, which is also the time between the events in seconds.
     EXPECT_NEAR(slope(1.0, 0.0), 1.0, 1e-7);
     EXPECT_NEAR(slope(-1.0, 0.0), 3.0, 1e-7);
     EXPECT_NEAR(slope(0.0, 1.0), 3.0, 1e-7);
@@ -73,7 +73,8 @@ TEST(DirectionalDerivative, ThroughSimultaneousEventsDependsOnTheDirection) {
   }
 }
 
-// A ball thrown up to a ceiling that it just touches: no derivative towards the ceiling, one away.
+// A ball thrown up to a ceiling that it only touches: the derivative exists away from the ceiling
+// only.
 TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheSideThatMissesIt) {
   Automaton<2> ball;
   const auto fall = [](const auto& t, const auto& x) {
@@ -93,7 +94,7 @@ TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheSideThatMissesIt) {
           });
   const auto flow = runge_kutta8({.steps = 2})->make(interval(ball.system(), {2, 0, 0}));
   VectorXd w(flow->arguments().size());
-  w << 0.0, 2.0, 0.0, 1.5;  // its top is at 1
+  w << 0.0, 2.0, 0.0, 1.5;  // the apex is at 1
   VectorXd up = VectorXd::Zero(w.size());
   up[1] = 1.0;
   const DirectionalDerivative slower = directional_derivative(*flow, w, -up);
@@ -106,7 +107,7 @@ TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheSideThatMissesIt) {
   EXPECT_NE(faster.message.find("grazes a guard"), std::string::npos) << faster.message;
 }
 
-// The guard reads an input: the event at x = u moves with it. x' = 1 below, 4 above.
+// The guard reads an input: the event at x = u moves with u. x' = 1 below, 4 above.
 TEST(DirectionalDerivative, FollowsAnInputInTheGuard) {
   Automaton<1, 1> relay;
   relay.mode("slow", [](const auto& t, const auto&) { return 0.0 * t + 1.0; })
@@ -125,7 +126,7 @@ TEST(DirectionalDerivative, FollowsAnInputInTheGuard) {
     EXPECT_TRUE(d.exists) << d.message;
     EXPECT_NEAR(d.value[0], -3.0 * sign, 1e-9);
   }
-  // At its very end only an earlier event counts.
+  // At the end of the interval, only an earlier event counts.
   w[1] = 1.0;
   const DirectionalDerivative earlier = directional_derivative(*flow, w, -later);
   EXPECT_TRUE(earlier.exists) << earlier.message;
@@ -136,7 +137,7 @@ TEST(DirectionalDerivative, FollowsAnInputInTheGuard) {
   EXPECT_THROW(directional_derivative(*flow, w.head(2), later), DefinitionError);
 }
 
-// The mode is remembered: between 1 and 2 the temperature does not tell it, the state does.
+// The mode has memory: for temperatures between 1 and 2, the state stores it.
 TEST(Hysteresis, IsRememberedByAState) {
   const auto towards = [](double goal) {
     return [goal](const auto&, const auto& x) {
@@ -166,11 +167,11 @@ TEST(Hysteresis, IsRememberedByAState) {
       EXPECT_EQ(flow->jacobian(w.data(), end.data(), jacobian), IntegrationStatus::success)
           << flow->failure();
     };
-    run(1.5, 0.0, 0.1);  // heats on
+    run(1.5, 0.0, 0.1);  // continues heating
     EXPECT_NEAR(end[0], 3.0 - 1.5 * std::exp(-0.1), 1e-9);
     EXPECT_EQ(end[1], 0.0);
     EXPECT_EQ(jacobian(1, 1), 1.0);
-    run(1.5, 1.0, 0.1);  // cools on
+    run(1.5, 1.0, 0.1);  // continues cooling
     EXPECT_NEAR(end[0], 1.5 * std::exp(-0.1), 1e-9);
     EXPECT_EQ(end[1], 1.0);
     run(1.5, 0.0, std::log(1.5) + 0.2);  // warm after ln 1.5, then cools
@@ -178,7 +179,7 @@ TEST(Hysteresis, IsRememberedByAState) {
     EXPECT_EQ(end[1], 1.0);
     EXPECT_EQ(jacobian(1, 1), 0.0);
     EXPECT_EQ(jacobian(0, 1), 0.0);
-    // The event comes earlier by dx / 1.5, and what follows with it.
+    // The event comes earlier by dx / 1.5, and so do the events that follow.
     EXPECT_NEAR(jacobian(0, 0), -2.0 * std::exp(-0.2) / 1.5, 1e-8);
   }
 }

@@ -1,5 +1,5 @@
-// Where events are hard: tangency, pairs inside one step, starts and ends on a guard, sliding on
-// moving surfaces, chains of modes. What cannot be integrated is said, with time, mode and event.
+// Difficult events: tangency, two events in one step, starts and ends on a guard, sliding on moving
+// surfaces, sequences of modes. Failures report the time, mode and event.
 #include <random>
 #include <stdexcept>
 
@@ -26,7 +26,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
                                                         radau_iia({.stages = 3, .steps = 2})}),
                          [](const auto& param) { return param.param.name; });
 
-// A tank that runs empty slowly beside a wheel that turns fast: neither knows of the other.
+// A tank that empties slowly and an independent wheel that turns fast.
 TEST_P(HybridEdges, ASlowEventBesideFastStatesIsNotTakenForATouch) {
   for (const double fast : {1.0, 1e2, 1e4, 1e6})
     for (const double slow : {1e-3, 1e-5, 1e-7}) {
@@ -44,14 +44,14 @@ TEST_P(HybridEdges, ASlowEventBesideFastStatesIsNotTakenForATouch) {
       ASSERT_EQ(sim.status, IntegrationStatus::success) << fast << ' ' << slow << sim.message;
       ASSERT_EQ(sim.events.size(), 1u) << fast << ' ' << slow;
       EXPECT_NEAR(sim.events[0].time, 0.5, 1e-15 / slow + 1e-12);  // rounding of 0.5
-      // From the guard itself the event is at once.
+      // If the start is on the guard, the event happens immediately.
       const HybridSimulation at_once =
           run(hybrid_problem(system), vec({0.5, 0.0}), vec({0.0, 1.0}), VectorXd(), "run");
       EXPECT_EQ(at_once.status, IntegrationStatus::success) << at_once.message;
     }
 }
 
-// A ball that bounces once. On the ground its height has the rounding of where it came from.
+// A ball that bounces once. On the ground, its height has the rounding error of the flight.
 TEST_P(HybridEdges, AGuardIsFoundHoweverLargeTheStateWasBefore) {
   Automaton<2> system;
   const auto fall = [](const auto&, const auto& x) {
@@ -78,7 +78,7 @@ TEST_P(HybridEdges, AGuardIsFoundHoweverLargeTheStateWasBefore) {
     }
 }
 
-// x = (height, speed, number of visits above the guard): a throw whose top passes `level`.
+// x = (height, speed, number of visits above the guard): a throw whose apex exceeds `level`.
 IntervalProblem thrown(double level) {
   Automaton<3> system;
   const auto fall = [](const auto&, const auto& x) {
@@ -96,7 +96,7 @@ IntervalProblem thrown(double level) {
 }
 
 TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
-  // v0 = 5: the top is 1.25 at t = 0.5, above 1.2499 for 9 ms only.
+  // v0 = 5: the apex is 1.25 at t = 0.5, above 1.2499 for 9 ms only
   const HybridSimulation sim = run(thrown(1.2499), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
   ASSERT_EQ(sim.events.size(), 2u);
@@ -104,14 +104,14 @@ TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
   EXPECT_NEAR(sim.events[0].time, 0.5 - half, 1e-10);
   EXPECT_NEAR(sim.events[1].time, 0.5 + half, 1e-10);
   EXPECT_NEAR(sim.states(2, 1), 1.0, 1e-14);
-  // ... and a top just below is none.
+  // An apex just below the guard gives no event.
   const HybridSimulation below = run(thrown(1.2501), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
   ASSERT_EQ(below.status, IntegrationStatus::success) << below.message;
   EXPECT_TRUE(below.events.empty());
 }
 
-// An interval without length is the identity: what a state behind a guard asks for happens once, in
-// the interval that follows.
+// An interval of length zero is the identity. An event of a state behind a guard happens once, in
+// the next interval.
 TEST_P(HybridEdges, NothingHappensInAnIntervalWithoutLength) {
   const HybridSimulation sim =
       run(thrown(0.3), vec({0.5, 5.0, 0.0}), vec({0.0, 0.0, 0.01}), VectorXd(), "low");
@@ -121,8 +121,8 @@ TEST_P(HybridEdges, NothingHappensInAnIntervalWithoutLength) {
   EXPECT_NEAR(sim.states(2, 2), 1.0, 1e-14);
 }
 
-// Behind an event the flow of the mode is not what happens: that it grazes another guard there, or
-// that one has no value there, is nothing.
+// After an event, the flow of the old mode is irrelevant. A second guard that grazes there, or has
+// no value there, has no effect.
 TEST_P(HybridEdges, WhatFailsBehindAnEventIsNotMet) {
   const auto ahead = [](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0]};
@@ -158,7 +158,8 @@ TEST_P(HybridEdges, GrazingIsReported) {
 
 TEST_P(HybridEdges, StartOnAGuard) {
   const VectorXd p = vec({9.81, 0.8}), times = vec({0.0, 0.3});
-  // Leaving it is no event; moving into it is one at once; resting on it is undecided.
+  // Leaving the guard is no event. Moving into it is an immediate event. Resting on it is
+  // undecided.
   const HybridSimulation leaves = run(bouncing_ball(), vec({0.0, 2.0}), times, p);
   ASSERT_EQ(leaves.status, IntegrationStatus::success) << leaves.message;
   EXPECT_TRUE(leaves.events.empty());
@@ -167,14 +168,14 @@ TEST_P(HybridEdges, StartOnAGuard) {
   ASSERT_EQ(hits.events.size(), 1u);
   EXPECT_EQ(hits.events[0].time, 0.0);
   EXPECT_LE((hits.states.col(1) - leaves.states.col(1)).cwiseAbs().maxCoeff(), 1e-12);
-  // d x+ / d x- there is the saltation matrix: Xi21 = -(1 + e) g / v.
+  // d x+ / d x- is the saltation matrix there: Xi21 = -(1 + e) g / v.
   EXPECT_NEAR(hits.derivative(1, 0), 1.8 * 9.81 / 2.5, 1e-9);
   const HybridSimulation rests = run(bouncing_ball(), vec({0.0, 0.0}), times, p);
   EXPECT_EQ(rests.status, IntegrationStatus::ambiguous_start);
   EXPECT_NE(rests.message.find("t = 0 s"), std::string::npos) << rests.message;
 }
 
-// Whether a state is on a guard hangs on the size of its coordinates, not on their sign.
+// Whether a state is on a guard depends on the size of its coordinates, not on their sign.
 TEST_P(HybridEdges, StartOnAGuardAtANegativeCoordinate) {
   for (const double floor : {3.0, -3.0}) {
     const auto height = [floor](const auto&, const auto& x) { return x[0] - floor; };
@@ -189,7 +190,7 @@ TEST_P(HybridEdges, StartOnAGuardAtANegativeCoordinate) {
   }
 }
 
-// What is at rest is judged against gravity, in whatever unit lengths are.
+// The test for rest compares with gravity in any unit of length.
 TEST_P(HybridEdges, WhetherARestIsOneDoesNotHangOnUnits) {
   for (const double unit : {1e-6, 1.0, 1e6}) {
     IntervalProblem ball = bouncing_ball();
@@ -198,8 +199,8 @@ TEST_P(HybridEdges, WhetherARestIsOneDoesNotHangOnUnits) {
     const auto status = [&](double speed) {
       return run(ball, vec({0.0, speed * unit}), times, p).status;
     };
-    // Of the size of gravity, 1e-11 is nothing and 1e-2 is not; a square root of rounding parts
-    // them.
+    // Relative to gravity, 1e-11 is zero and 1e-2 is not. The threshold is the square root of
+    // rounding.
     EXPECT_EQ(status(1e-10), IntegrationStatus::ambiguous_start) << unit;
     EXPECT_EQ(status(0.1), IntegrationStatus::success) << unit;
   }
@@ -207,7 +208,7 @@ TEST_P(HybridEdges, WhetherARestIsOneDoesNotHangOnUnits) {
 
 TEST_P(HybridEdges, StartBehindAGuard) {
   const VectorXd p = vec({9.81, 0.8});
-  // A shooting node just behind the jump of its predecessor: on its way back, and no second jump.
+  // A shooting node just behind the jump of its predecessor: it moves back without a second jump.
   const HybridSimulation near = run(bouncing_ball(), vec({-1e-9, 2.0}), vec({0.0, 0.3}), p);
   ASSERT_EQ(near.status, IntegrationStatus::success) << near.message;
   EXPECT_TRUE(near.events.empty());
@@ -218,7 +219,7 @@ TEST_P(HybridEdges, StartBehindAGuard) {
   EXPECT_NE(turns.message.find("'flight'"), std::string::npos) << turns.message;
 }
 
-// A thermostat heats up to p_0 + 1/2, and what it counts at every switch depends on everything.
+// A thermostat that heats up to p_0 + 1/2. Its counter at every switch depends on all arguments.
 IntervalProblem thermostat() {
   const auto counts = [](const auto& t, const auto& x, const auto&, const auto& p) {
     return std::decay_t<decltype(x)>{x[0], x[1] * p[0] + sin(3.0 * t) + x[0]};
@@ -244,8 +245,7 @@ IntervalProblem thermostat() {
   return hybrid_problem(system);
 }
 
-// A set-point that jumped between two intervals: the guard of the mode in force is behind the
-// state.
+// A set-point that jumps between two intervals: the guard of the active mode is behind the state.
 TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
   const auto integrator = GetParam().choice->make(thermostat());
   auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
@@ -263,13 +263,13 @@ TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
   EXPECT_NEAR(end[0], 10.0 * std::exp(-0.2 * 0.4), 1e-6);  // one step of order 4
   EXPECT_NEAR(end[1], 6.0 + std::sin(0.6) + 10.0, 1e-9);
   expect_jacobian_matches(*integrator, w, 1e-7);
-  // A mode that is not given is chosen by the state, without an event.
+  // If no mode is given, the state determines it, without an event.
   hybrid.start_in(-1);
   EXPECT_NEAR(end_of(*integrator, w)[1], 1.0, 1e-9);
 }
 
-// x = (on its way to zero from below, on its way back below zero): in the mode that is given the
-// first guard is reached at this instant, and the second is behind the state.
+// x = (approaching zero from below, returning below zero). In the given mode, the state reaches the
+// first guard at this instant, and the second guard is behind the state.
 TEST_P(HybridEdges, InAGivenModeOneGuardReachedAndAnotherBehindIsNoMode) {
   Automaton<2> system;
   const auto flow = [](const auto&, const auto& x) {
@@ -292,8 +292,8 @@ TEST_P(HybridEdges, InAGivenModeOneGuardReachedAndAnotherBehindIsNoMode) {
       << end.transpose();
 }
 
-// The rate of a logarithm is a number where its value is none, that of a root is not. Over the
-// longer intervals there is a value where one looks first: positive, or negative.
+// The rate of a logarithm can be finite where its value is NaN; that of a root cannot. On the
+// longer intervals, the first evaluation gives a value: positive or negative.
 TEST_P(HybridEdges, AGuardWithoutAValueIsSaid) {
   const auto expect_said = [](const auto& guard) {
     Automaton<1> system;
@@ -316,9 +316,9 @@ TEST_P(HybridEdges, AGuardWithoutAValueIsSaid) {
   expect_said([](const auto&, const auto& x) { return sqrt(x[0] - 5.0); });
 }
 
-// x = (height, speed, number of bounces). The first seven bounces shrink by factors that fall,
-// 0.67, 0.45, ... 0.06: no geometric series, whose end could be told. The eighth throws the ball up
-// again.
+// x = (height, speed, number of bounces). The first seven bounces shrink by decreasing factors,
+// 0.67, 0.45, ... 0.06. That is no geometric series, whose limit could be predicted. The eighth
+// bounce throws the ball up again.
 TEST_P(HybridEdges, ShrinkingByFactorsThatFallIsNoAccumulation) {
   Automaton<3> system;
   system
@@ -343,7 +343,8 @@ TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
   const VectorXd p = vec({9.81, 0.8});
   const double t1 = std::sqrt(2.0 / 9.81);
   const HybridSimulation whole = run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), p);
-  // One ulp more or less, and what a solver's tolerance leaves: always one impact in all.
+  // For one ulp more or less, or an error of a solver's tolerance, there is exactly one impact in
+  // total.
   for (const double shift : {0.0, 1e-16, -1e-16, 1e-14, -1e-14, 1e-11, -1e-11, 1e-8, -1e-8}) {
     const HybridSimulation cut =
         run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, t1 + shift, 1.0}), p);
@@ -352,7 +353,7 @@ TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
     EXPECT_LE((cut.states.col(2) - whole.states.col(1)).cwiseAbs().maxCoeff(), 1e-11) << shift;
     EXPECT_LE((cut.derivative - whole.derivative).cwiseAbs().maxCoeff(), 1e-8) << shift;
   }
-  // At the end the state is the one behind the event.
+  // At the end, the state is the one after the event.
   const HybridSimulation end = run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, t1}), p);
   EXPECT_NEAR(end.states(1, 1), 0.8 * 9.81 * t1, 1e-11);
 }
@@ -367,7 +368,7 @@ TEST_P(HybridEdges, AResetBehindAGuardIsReported) {
   const HybridSimulation sim = run(hybrid_problem(system), vec({0.0}), vec({0.0, 2.0}));
   EXPECT_EQ(sim.status, IntegrationStatus::beyond_guard);
   EXPECT_NE(sim.message.find("t = 1 s"), std::string::npos) << sim.message;
-  // The ball glued to the ground: the reset leaves it on the guard, pushing on.
+  // The ball sticks to the ground: the reset leaves it on the guard, moving into it.
   const HybridSimulation glued =
       run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), vec({9.81, -0.5}));
   EXPECT_EQ(glued.status, IntegrationStatus::beyond_guard);
@@ -417,7 +418,7 @@ TEST(HybridSliding, FollowsAMovingSurfaceWithExactDerivatives) {
 }
 
 TEST(HybridSliding, LeavesWithExactDerivatives) {
-  // The field above turns: leaves where 0.3 (t - 1) - 0.2 p x_0 = 0.
+  // The field above turns: the state leaves where 0.3 (t - 1) - 0.2 p x_0 = 0.
   Automaton<2, 0, 1> system;
   system
       .mode("below",
@@ -447,7 +448,7 @@ TEST(HybridSliding, LeavesWithExactDerivatives) {
   }
 }
 
-// An event of both fields ends sliding, into a mode with other events, none of them near.
+// An event of both fields ends sliding. The next mode has other events, none of them near.
 TEST(HybridSliding, EndsWithAnEventThatBothFieldsHave) {
   using X = Vec<double, 2>;
   Automaton<2> system;
@@ -506,8 +507,8 @@ TEST(HybridSliding, OnAnInputThatChangesIsRefused) {
   EXPECT_EQ(linear->value(w_linear.data(), end.data()), IntegrationStatus::sliding_input);
 }
 
-// z = 1 + t, many times; x' = z up to x = 3/2, at t = 1, and then 2 z. The first mode has a cost of
-// its own.
+// z = 1 + t, repeated many times. x' = z up to x = 3/2, at t = 1, and then 2 z. The first mode has
+// a separate cost.
 TEST(HybridModes, AModeWithoutACostHasThatOfTheInterval) {
   constexpr int nz = 16;
   const auto faster = [](double factor) {
@@ -541,20 +542,20 @@ TEST(HybridModes, AModeWithoutACostHasThatOfTheInterval) {
     ASSERT_EQ(integrator->value(vec({0.0, 0.0, 2.0}).data(), end.data()),
               IntegrationStatus::success)
         << scheme->name();
-    // A hundred times the tolerance of a step, of the size of x.
+    // A hundred times the tolerance of a step, relative to the size of x.
     EXPECT_NEAR(end[0], 6.5, 6.5e-8) << scheme->name();
     EXPECT_NEAR(end[1], 3.0 + 1.0, 6.5e-8) << scheme->name();
   }
 }
 
-// A Jacobian with an entry that has no value is the mode's whose it is, and of that call.
+// A NaN entry of a Jacobian affects only its mode and its call. The integrator does not keep it.
 TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
   Automaton<3> system;
   const auto level = [](const auto&, const auto& x) { return x[0] - 1.0; };
   system
       .mode("full",
             [](const auto&, const auto& x) {
-              using std::sin;  // at 0 it has a value, and a slope beyond all doubles
+              using std::sin;  // finite value and infinite slope at 0
               return std::decay_t<decltype(x)>{0.1 * x[1] + x[2], x[2] - x[1],
                                                1e200 * sin(1e200 * x[2])};
             })
@@ -582,7 +583,7 @@ TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
 }
 
 TEST(HybridModes, RunThroughAChainWithHysteresis) {
-  // A thermostat: x' = -x (off) or 2 - x (on), between 0.5 and 1.5; both modes fit in between.
+  // A thermostat: x' = -x (off) or 2 - x (on). Between 0.5 and 1.5, both modes are valid.
   Automaton<1> system;
   system.mode("off", [](const auto&, const auto& x) { return -1.0 * x[0]; })
       .mode("on", [](const auto&, const auto& x) { return 2.0 - x[0]; })
@@ -618,8 +619,8 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridSecondOrder,
                                            HybridScheme{"radau5", radau_iia({.stages = 3})}),
                          [](const auto& param) { return param.param.name; });
 
-// Differences of derivatives that are exact to 1e-13, with steps that move events by far less than
-// the distance between them.
+// Differences of derivatives that are exact to 1e-13. The steps move events by far less than the
+// distance between them.
 constexpr double second_difference = 2e-8;
 
 TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
@@ -637,7 +638,7 @@ TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
   ASSERT_EQ(events.size(), 3u);
   expect_jacobian_matches(*integrator, w, 100 * second_difference);
   expect_hessian_matches(*integrator, w, vec({0.7, -1.3, 0.4}), 100 * second_difference);
-  // Gauss-Newton: what the running cost is in first-order sensitivities, without the rest.
+  // Gauss-Newton: the running cost in first-order sensitivities, without second-order terms.
   const MatrixXd exact = hessian_of(*integrator, w, vec({0.7, -1.3, 0.4}));
   const MatrixXd approximate =
       hessian_of(*integrator, w, vec({0.7, -1.3, 0.4}), Curvature::gauss_newton);
@@ -646,7 +647,8 @@ TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
 }
 
 TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
-  // The thermostat, its heat and a drift of both thresholds in the parameter; state 1 remembers.
+  // The thermostat, its heat and a drift of both thresholds in the parameter. State 1 stores the
+  // mode.
   Automaton<2, 0, 1> system;
   const auto threshold = [](double level) {
     return [level](const auto& t, const auto& x, const auto&, const auto& p) {
@@ -666,10 +668,10 @@ TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
       .event("warm", "on", "off", threshold(1.5), Crossing::rising)
       .store_mode_in(1);
   const auto integrator = GetParam().choice->make(hybrid_problem(system));
-  // In the middle; and behind the threshold of "cold", whose event then happens at once.
+  // Starts in the middle and behind the threshold of "cold", whose event then happens immediately.
   for (const double start : {0.9, 0.3}) {
     const VectorXd w = vec({start, 0.0, 1.1, 0.2, 2.6});  // x0, p, t0, h
-    EXPECT_EQ(end_of(*integrator, w)[1], 1.0);            // on, off and on again, or at once on
+    EXPECT_EQ(end_of(*integrator, w)[1], 1.0);            // on, off and on again, or immediately on
     expect_hessian_matches(*integrator, w, vec({0.7, -1.3}), second_difference);
   }
 }
@@ -685,7 +687,7 @@ TEST_P(HybridSecondOrder, AtLengthZeroAndWhereSurfacesAreSlidOn) {
   EXPECT_FALSE(GetParam().choice->make(moving_surface())->has_hessian());
 }
 
-// Event 'half' at 0.5 on the way up by 1 / s, without jump; a formula that can be told to throw.
+// Event 'half' at 0.5 on the way up by 1 / s, without a jump. The formula throws on demand.
 bool throws = false;
 IntervalProblem ramp_with_an_event() {
   const auto ramp = [](const auto&, const auto& x) {
@@ -722,7 +724,7 @@ TEST(HybridModes, WithoutSecondDerivativesNoneAreFilledIn) {
   expect(*runge_kutta4()->make(hybrid_problem(surface)));
 }
 
-// Second derivatives are noted on a tape, which a formula that throws must not leave running.
+// Second derivatives are recorded on a tape. A formula that throws must not leave it recording.
 TEST(HybridModes, AFormulaThatThrowsLeavesNothingBehind) {
   const auto integrator = runge_kutta4({.steps = 4})->make(ramp_with_an_event());
   auto& hybrid = dynamic_cast<EventIntegrator&>(*integrator);

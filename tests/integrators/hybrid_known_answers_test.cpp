@@ -10,8 +10,8 @@ namespace {
 
 using namespace test;
 
-// Closed forms are asked for to 1e-12; the error of a whole flight is up to a hundred times that of
-// a step.
+// The integrators aim at 1e-12. The error of a whole flight is up to a hundred times that of a
+// step.
 const CvodesOptions tighter_options{
     .method = CvodesMethod::Adams, .tolerance = 2e-14, .absolute_tolerance = 1e-16};
 
@@ -58,7 +58,7 @@ TEST_P(HybridSchemes, BouncingBallSensitivities) {  // D07, at t = 1
       run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), ball_parameters);
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
   EXPECT_LE((sim.derivative - expected).cwiseAbs().maxCoeff(), 1e-9) << sim.derivative;
-  // The same through shooting intervals, one of which ends where the ball touches the ground.
+  // The same with shooting intervals, one of which ends where the ball touches the ground.
   const HybridSimulation cut =
       run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 0.3, std::sqrt(2.0 / 9.81), 0.6, 1.0}),
           ball_parameters);
@@ -92,7 +92,7 @@ TEST_P(HybridSchemes, SpringLegStance) {  // D11
   EXPECT_EQ(sim.events[0].mode_after, "flight");
   EXPECT_NEAR(sim.events[0].time, 0.268933880738875, 1e-12);
   EXPECT_NEAR(sim.events[0].after[1], 1.0, 1e-12);
-  // From a flight: touchdown and lift-off, one after the other.
+  // From a flight phase: touchdown, then lift-off.
   const double fall = 0.05;  // s
   const VectorXd x0 = vec({fall * (1.0 - 0.5 * 9.81 * fall), -1.0 + 9.81 * fall});
   const HybridSimulation both = run(leg.problem(), x0, vec({0.0, 0.4}));
@@ -102,7 +102,7 @@ TEST_P(HybridSchemes, SpringLegStance) {  // D11
   EXPECT_NEAR(both.events[0].before[1], -1.0, 1e-12);
   EXPECT_NEAR(both.events[1].time, fall + 0.268933880738875, 1e-12);
   EXPECT_NEAR(both.events[1].after[1], 1.0, 1e-12);
-  // Largest compression, where the speed is zero.
+  // The largest compression, where the speed is zero.
   const double lowest = 0.5 * 0.268933880738875;
   const HybridSimulation down = run(leg.problem(), vec({0.0, -1.0}), vec({0.0, lowest}));
   EXPECT_NEAR(down.states(1, 1), 0.0, 1e-11);

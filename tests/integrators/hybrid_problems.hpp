@@ -1,4 +1,4 @@
-// What the tests of events share.
+// Shared helpers for the tests of events.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ struct HybridScheme {
 };
 inline void PrintTo(const HybridScheme& scheme, std::ostream* out) { *out << scheme.name; }
 
-/// Simulations without inputs, by each of several schemes.
+/// Simulations without inputs by several schemes.
 class HybridSchemeTest : public testing::TestWithParam<HybridScheme> {
  protected:
   HybridSimulation run(const IntervalProblem& problem, const VectorXd& x0, const VectorXd& times,

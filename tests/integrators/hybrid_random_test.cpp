@@ -1,9 +1,10 @@
-// Derivatives through events against differences, on random hybrid systems, and against each other.
+// Compares derivatives through events with differences and with each other on random hybrid
+// systems.
 //
-// Fields are affine, guards quadratic in the state and with time, input and parameter, resets
-// nonlinear. A system counts if every event is transversal, |g_x f-| >= 0.1 |g_x| |f-|, and no two
-// events nor an event and an end of the interval are within 10 ms of each other; others are drawn
-// anew and counted.
+// Fields are affine. Guards are quadratic in the state and depend on time, input and parameter.
+// Resets are nonlinear. In an accepted system, every event is transversal: |g_x f-| >= 0.1 |g_x|
+// |f-|. Its events are at least 10 ms apart from each other and from the ends of the interval.
+// Other systems are counted and redrawn.
 #include <array>
 #include <random>
 
@@ -20,7 +21,7 @@ using namespace test;
 
 constexpr int nx = 3, nu = 1, np = 1;
 
-// The numbers of one system, read by formulas that are made once.
+// The coefficients of one system. Formulas that are made once read them.
 struct Draw {
   std::array<Eigen::Matrix3d, 2> A;
   std::array<Eigen::Vector3d, 2> a, b;
@@ -69,7 +70,7 @@ struct Reset {
   }
 };
 
-// One way, so that the reset may lead anywhere.
+// There is one mode change, so the reset may lead to any state.
 IntervalProblem random_problem(const Draw* draw, InputShape shape) {
   Automaton<nx, nu, np> system;
   system.mode("first", Field{draw, 0})
@@ -114,7 +115,7 @@ TEST(HybridRandom, DerivativesOfAThousandSystems) {
     VectorXd w, end(nx), end_cvodes(nx);
     source.draw(d, w, shape);
     const IntervalProblem problem = random_problem(&d, shape);
-    // 24 steps of order eight: a local error below 1e-13 for these fields, measured below.
+    // 24 steps of order eight: the local error is below 1e-13 for these fields, as measured below.
     const auto rk = runge_kutta8({.steps = 24})->make(problem);
     const auto multistep =
         cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-13, .absolute_tolerance = 1e-13})
@@ -128,7 +129,7 @@ TEST(HybridRandom, DerivativesOfAThousandSystems) {
       hybrid.start_in(0);
       const IntegrationStatus status = rk->value(w.data(), end.data());
       hybrid.record(nullptr);
-      // One event, away from both ends, across the guard and not along it.
+      // One event, away from both ends, that crosses the guard transversally.
       const double t0 = w[w.size() - 2], h = w[w.size() - 1];
       bool usable = status == IntegrationStatus::success && events.size() == 1 &&
                     events[0].time > t0 + margin && events[0].time < t0 + h - margin &&
@@ -150,7 +151,8 @@ TEST(HybridRandom, DerivativesOfAThousandSystems) {
       }
       ++i;
       ++accepted;
-      // Far below what moves an event over a margin, and far above rounding: 1e-14 / 5e-5.
+      // Far below the change that moves an event over a margin, and far above rounding: 1e-14 /
+      // 5e-5.
       const MatrixXd expected = differences(
           [&](const VectorXd& at) {
             VectorXd x(nx);
@@ -193,7 +195,8 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridDiscrete,
                          [](const auto& param) { return param.param.name; });
 
 TEST_P(HybridDiscrete, DerivativesOfFirstAndSecondOrderAreExact) {
-  // With two coarse steps the scheme is far from the flow, its derivatives are its own.
+  // With two coarse steps, the scheme is far from the flow. Its derivatives are those of the
+  // discrete map.
   constexpr unsigned seed = 7;
   Draw d;
   RandomSystem source(seed);
@@ -218,7 +221,7 @@ TEST_P(HybridDiscrete, DerivativesOfFirstAndSecondOrderAreExact) {
         std::abs(events[0].time - t0 - 0.5 * h) < 0.05)
       continue;
     const MatrixXd given = jacobian_of(*rk, w);
-    if (given.cwiseAbs().maxCoeff() > 20.0) continue;  // nearly tangent: differences are poor
+    if (given.cwiseAbs().maxCoeff() > 20.0) continue;  // nearly tangent: differences are inaccurate
     ++accepted;
     const MatrixXd expected =
         differences([&](const VectorXd& at) { return end_of(*rk, at); }, w, 5e-4);

@@ -1,5 +1,5 @@
-// The implicit midpoint rule: measured order, exact discrete derivatives, and what it is chosen
-// for.
+// Tests the implicit midpoint rule: measured order, exact discrete derivatives, energy conservation
+// and stability.
 #include "saltus/integrators/runge_kutta.hpp"
 
 #include "saltus/core/error.hpp"
@@ -72,8 +72,8 @@ IntervalProblem autonomous(Function dynamics, int nx) {
   return problem;
 }
 
-// 500 periods of an oscillator with 20 steps each: the energy stays; the classical scheme of order
-// 4 loses h^6 / 72 of it in each step.
+// 500 periods of an oscillator with 20 steps each. The rule conserves the energy; the classical
+// scheme of order 4 loses h^6 / 72 of it in each step.
 TEST(ImplicitMidpoint, KeepsTheEnergyOfAnOscillator) {
   const IntervalProblem problem = autonomous(make_function<2, 0, 0>([](const auto&, const auto& x) {
                                                return std::decay_t<decltype(x)>{x[1], -x[0]};

@@ -1,5 +1,5 @@
-// Gauss-Legendre and Radau IIA: coefficients, measured orders, exact discrete derivatives,
-// stability, failures. What they cost is counted: scheme_instructions.cpp.
+// Tests Gauss-Legendre and Radau IIA: coefficients, measured orders, exact discrete derivatives,
+// stability, failures. scheme_instructions.cpp counts their instructions.
 #include "saltus/integrators/runge_kutta.hpp"
 
 #include <string>
@@ -54,7 +54,8 @@ VectorXd from(const VectorXd& start, double length) {
   return w;
 }
 
-// x' = -x^2 / c from c: the same for every c, whatever size of state is nominal.
+// x' = -x^2 / c from c: the relative result is the same for every c and every nominal magnitude of
+// the state.
 TEST_P(ImplicitSchemes, SmallStatesHaveTheDigitsOfLargeOnes) {
   const auto scaled = [&](double c) {
     const auto field = [c](const auto&, const auto& x) {
@@ -67,7 +68,7 @@ TEST_P(ImplicitSchemes, SmallStatesHaveTheDigitsOfLargeOnes) {
   const auto [end, derivative] = scaled(1.0);
   for (double c = 0.1; c > 5e-13; c *= 0.1) {
     const auto [small, small_derivative] = scaled(c);
-    // Rounding of a few products.
+    // Rounding error of a few products.
     EXPECT_NEAR(small, end, 1e-14) << c;
     EXPECT_NEAR(small_derivative, derivative, 1e-13) << c;
   }
@@ -138,8 +139,8 @@ TEST_P(ImplicitSchemes, LengthZeroIsTheIdentity) {
             rounding);
 }
 
-// One step over an oscillation or a decay of any speed never grows (A-stability): Gauss-Legendre
-// turns an oscillation without changing its size, Radau IIA forgets what is fast.
+// One step over an oscillation or a decay of any speed never grows (A-stability). Gauss-Legendre
+// keeps the amplitude of an oscillation; Radau IIA damps fast modes.
 TEST_P(ImplicitSchemes, AreStableWhateverTheStep) {
   const bool gauss = std::get<0>(GetParam()) == 0;
   const IntervalProblem decay =
@@ -190,7 +191,8 @@ TEST_P(ImplicitSchemes, WhatCannotBeIntegratedIsAStatus) {
   EXPECT_EQ(logarithm->jacobian(w.data(), end.data(), derivative), IntegrationStatus::not_finite);
   EXPECT_EQ(logarithm->hessian(w.data(), &weight, hessian, Curvature::exact),
             IntegrationStatus::not_finite);
-  // x' = x^2 + 25 is infinite after 0.35 s: the second step of a half has no stages.
+  // x' = x^2 + 25 is infinite after 0.35 s. The stage equations of the second of two steps have no
+  // solution.
   const auto parabola = scheme(2)->make(autonomous(
       make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0] + 25.0; })));
   EXPECT_EQ(parabola->value(w.data(), end.data()), IntegrationStatus::step_too_small);
@@ -199,8 +201,8 @@ TEST_P(ImplicitSchemes, WhatCannotBeIntegratedIsAStatus) {
   EXPECT_EQ(logarithm->failure(), "");
 }
 
-// Van der Pol's oscillator with mu = 1e3 on its slow branch, in steps that are 1e5 times its fast
-// time constant.
+// Van der Pol's oscillator with mu = 1e3 on its slow branch. The steps are 1e5 times its fast time
+// constant.
 TEST(ImplicitRungeKutta, GoesAlongAStiffBranchInLongSteps) {
   const IntervalProblem problem = autonomous(make_function<2, 0, 0>([](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[1], 1e3 * (1.0 - x[0] * x[0]) * x[1] - x[0]};
@@ -215,14 +217,14 @@ TEST(ImplicitRungeKutta, GoesAlongAStiffBranchInLongSteps) {
   EXPECT_EQ(explicit_scheme->value(w.data(), end.data()), IntegrationStatus::not_finite);
 }
 
-// Newton's method goes astray where the rate saturates. From shorter steps it finds its way,
-// several of them: half of a step that works does not work at once.
+// Newton's method diverges where the rate saturates. It converges with shorter steps, several of
+// them: half of a step that works does not work directly.
 TEST(ImplicitRungeKutta, FindsStagesByWayOfShorterSteps) {
   constexpr double rate = 1e3, start = 3.0;
   const IntervalProblem problem = autonomous(
       make_function<1, 0, 0>([](const auto&, const auto& x) { return -rate * atan(x[0]); }));
   const VectorXd w = from(VectorXd::Constant(1, start), 1.0);
-  // The root of x + a rate atan(x) = start, from where Newton's method converges.
+  // Solves x + a rate atan(x) = start from a point where Newton's method converges.
   const auto stage = [](double a) {
     double x = 0.0;
     for (int k = 0; k < 20; ++k)

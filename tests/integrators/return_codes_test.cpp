@@ -1,5 +1,5 @@
-// What a return code of SUNDIALS means: nothing that the library calls a failure is a success here,
-// whichever code it is.
+// Tests the classification of SUNDIALS return codes: every code that the library calls a failure is
+// a failure here.
 #include <gtest/gtest.h>
 
 #include "saltus/integrators/cvodes_memory.hpp"

@@ -79,7 +79,8 @@ TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameEnd) {
   VectorXd end(5);
   MatrixXd derivative(5, w.size());
   ASSERT_EQ(integrator->jacobian(w.data(), end.data(), derivative), IntegrationStatus::success);
-  // The same operations, but the compiler may fuse multiplications and additions differently.
+  // The operations are the same, but the compiler may fuse multiplications and additions
+  // differently.
   constexpr double rounding = 1e-14;
   EXPECT_TRUE(end.isApprox(end_of(*integrator, w), rounding));
 }
@@ -105,7 +106,7 @@ TEST(RungeKutta, GaussNewtonDropsTheCurvatureOfTheDynamics) {
   EXPECT_EQ(none.cwiseAbs().maxCoeff(), 0.0);
 }
 
-// With affine dynamics there is no curvature to drop.
+// Affine dynamics have no curvature, so Gauss-Newton is exact.
 TEST_P(RungeKuttaBothShapes, GaussNewtonIsExactForAffineDynamics) {
   const auto integrator =
       runge_kutta4({.steps = 2})->make(affine_problem(GetParam(), false, false));
@@ -170,7 +171,7 @@ TEST(RungeKutta, DefinitionsAreChecked) {
 TEST(RungeKutta, EachCoefficientOfATableauIsChecked) {
   const ButcherTableau good = classical_runge_kutta();
   EXPECT_NO_THROW(runge_kutta(good));
-  constexpr double off = 1e-9;  // far more than rounding
+  constexpr double off = 1e-9;  // far above rounding
   for (int i = 0; i < good.stages(); ++i) {
     ButcherTableau tableau = good;
     tableau.c[i] += off;

@@ -1,9 +1,9 @@
-// What a solver asks of an integrator in one iteration, values, Jacobians and Hessians, for
-// compare_instructions.py to count what it takes:
+// Runs the calls of a solver to an integrator in one iteration: values, Jacobians and Hessians.
+// compare_instructions.py counts the instructions:
 //
 //     scheme_instructions rk4|gauss4|rk8|gauss8
 //
-// It prints the compiler and the width of its vectors.
+// The program prints the compiler and its vector width.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -30,7 +30,7 @@ IntervalProblem pendulum() {
 
 }  // namespace
 
-/// Counted by its name.
+/// The instruction counter finds this function by its name.
 __attribute__((noinline)) void iterate(Integrator& integrator, int iterations) {
   const VectorXd w = (VectorXd(5) << 0.7, -1.2, 0.4, 0.0, 0.05).finished();
   const VectorXd weights = (VectorXd(2) << 0.3, -0.8).finished();

@@ -26,7 +26,7 @@ TEST(Simulate, AgreesWithTheExactSolutionAcrossInputSteps) {
   EXPECT_EQ(a.intervals, 3);
   EXPECT_LE((a.states - b.states).cwiseAbs().maxCoeff(), 1e-10);
   EXPECT_LE((a.costs - b.costs).cwiseAbs().maxCoeff(), 1e-10);
-  EXPECT_EQ(a.states.col(1), a.states.col(2));  // no time, no motion
+  EXPECT_EQ(a.states.col(1), a.states.col(2));  // a step of length zero keeps the state
 }
 
 TEST(Simulate, StopsWhereTheModelEnds) {

@@ -1,4 +1,4 @@
-// The problems and the differencing that the integrator tests share.
+// Problems and finite differences shared by the integrator tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,18 +11,19 @@
 
 namespace saltus::test {
 
-/// Nonlinear, time-dependent, with parameters: every kind of derivative is non-zero somewhere. Of
-/// (x, u, p) in R^3 x R^2 x R^3, with two running costs; p[1] is not differentiated.
+/// A nonlinear, time-dependent problem with parameters, in which every kind of derivative is
+/// nonzero somewhere. The arguments are (x, u, p) in R^3 x R^2 x R^3. It has two running costs;
+/// p[1] is not differentiated.
 IntervalProblem coupled_problem(InputShape shape);
 
-/// (x0 | c | p | t0 | h) for coupled_problem().
+/// The point (x0 | c | p | t0 | h) for coupled_problem().
 VectorXd coupled_point(InputShape shape);
 
-/// Affine in (x, u) in R^3 x R^2 for every p in R^2, with p in A, B and the constant part; two
-/// running costs, quadratic in (x, u).
+/// A problem affine in (x, u) in R^3 x R^2 for every p in R^2, with p in A, B and the constant
+/// part. It has two running costs, quadratic in (x, u).
 IntervalProblem affine_problem(InputShape shape, bool parameters, bool time);
 
-/// (x0 | c | p | t0 | h) for affine_problem().
+/// The point (x0 | c | p | t0 | h) for affine_problem().
 VectorXd affine_point(InputShape shape, double h);
 
 VectorXd end_of(Integrator& integrator, const VectorXd& w);
@@ -32,14 +33,14 @@ MatrixXd jacobian_of(Integrator& integrator, const VectorXd& w);
 MatrixXd hessian_of(Integrator& integrator, const VectorXd& w, const VectorXd& weights,
                     Curvature curvature = Curvature::exact);
 
-/// From `end`, which integrating over w gives, back to the start of w: where coupled_problem() is
-/// integrated backwards in time, its inputs in reverse.
+/// The reversed point: starts at `end`, the result of integration over w, and leads back to the
+/// start of w. coupled_problem() runs backwards in time with its inputs reversed.
 VectorXd way_back(const Integrator& integrator, const VectorXd& w, const VectorXd& end);
 
 /// Columns of w that the problem differentiates.
 std::vector<int> differentiated_columns(const Integrator& integrator);
 
-/// Central differences, extrapolated twice: for functions with derivatives of order one the error
+/// Central differences, extrapolated twice. For functions with derivatives of order one, the error
 /// is near (step)^6 + 1e-16 / step.
 MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& function, const VectorXd& at,
                      double step = 4e-3);
@@ -47,14 +48,16 @@ MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& function, c
 /// Keeps the differentiated columns of a matrix and sets the others to zero.
 MatrixXd only_differentiated(const Integrator& integrator, const MatrixXd& full);
 
-/// First derivatives against differences of value(), all columns (those not asked for: zero).
+/// Compares first derivatives with differences of value() in all columns. Columns that are not
+/// requested are zero.
 void expect_jacobian_matches(Integrator& integrator, const VectorXd& w, double tolerance);
 
-/// Second derivatives against differences of the weighted jacobian().
+/// Compares second derivatives with differences of the weighted jacobian().
 void expect_hessian_matches(Integrator& integrator, const VectorXd& w, const VectorXd& weights,
                             double tolerance);
 
-/// What D02 gives at 0.4 s, to the rates of its three reactions, where robertson() is integrated.
+/// The reference of D02 at 0.4 s, with respect to the rates of its three reactions, for
+/// robertson().
 void expect_robertson_sensitivities(Integrator& integrator);
 
 double relative_error(double value, double reference);

@@ -1,5 +1,5 @@
-// The exact zero-order hold: closed forms, agreement with a high-order scheme, derivatives, and
-// what it refuses.
+// Tests the exact zero-order hold: closed forms, agreement with a high-order scheme, derivatives,
+// and refused problems.
 #include "saltus/integrators/zero_order_hold.hpp"
 
 #include "saltus/core/error.hpp"
@@ -25,7 +25,7 @@ TEST_P(ZeroOrderHoldBothShapes, AgreesWithOrderEight) {
   for (const double h : {0.01, 0.3, 2.0, -0.5, 0.0}) {
     SCOPED_TRACE(h);
     const VectorXd w = affine_point(GetParam(), h);
-    // Rounding of a hundred steps of the reference.
+    // Rounding error of a hundred steps of the reference.
     EXPECT_LE((end_of(*exact, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-13);
     EXPECT_LE((jacobian_of(*exact, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-12);
   }
@@ -50,8 +50,8 @@ TEST_P(ZeroOrderHoldBothShapes, SecondDerivativesAgreeWithOrderEight) {
   EXPECT_FALSE(zero_order_hold()->make(affine_problem(GetParam(), true, false))->has_hessian());
 }
 
-// Three integrators in a row with a ramp on top: the series ends, so the result is that of Horner's
-// scheme by hand to the last digits.
+// Three integrators in series with a ramp as input. The series is finite, so the result equals
+// Horner's scheme by hand to the last digits.
 TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
   IntervalProblem problem;
   problem.arguments = {3, 1, 0};
@@ -69,7 +69,7 @@ TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
     const double last = a + 3.0 * h * (c0 + d / 2);
     const double middle = v + h * (a + 3.0 * h * (c0 / 2 + d / 6));
     const double first = x + h * (v + h * (a / 2 + 3.0 * h * (c0 / 6 + d / 24)));
-    // Relative to the largest term: the terms themselves cancel.
+    // Relative to the largest term, because the terms cancel.
     EXPECT_LE(std::abs(end[0] - first),
               1e-15 * std::max({x, -h * v, h * h * a / 2, h * h * h * c0 / 2}));
     EXPECT_LE(std::abs(end[1] - middle), 1e-15 * std::max({-v, h * a, h * h * 1.5 * c0}));
@@ -77,7 +77,7 @@ TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
   }
 }
 
-// A Gram matrix by exp(-A') would overflow here.
+// A Gramian computed with exp(-A') would overflow here.
 TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
@@ -92,7 +92,7 @@ TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
   EXPECT_LE(relative_error(end[1], 9.0 / 2000.0), 1e-13);
 }
 
-// x' = -x + B u + a, cost x^2 + u^2: B and a say in which units u and 1 are, and nothing else.
+// x' = -x + B u + a, cost x^2 + u^2. B and a only set the units of u and 1.
 TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
   constexpr double tolerance = 1e-13, start = 0.7;
   const double decay = std::exp(-1.0), grown = -std::expm1(-1.0);
@@ -111,7 +111,7 @@ TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
       VectorXd w(1 + nc + 2);
       w << start, VectorXd::Constant(nc, u), 0.0, 1.0;
       const VectorXd end = end_of(*integrator, w);
-      // x(s) = r + (x - r) exp(-s), with the state of rest r
+      // x(s) = r + (x - r) exp(-s), with the equilibrium r
       const double r = B * u;
       EXPECT_LE(relative_error(end[0], start * decay + r * grown), tolerance) << B;
       const double cost = r * r + 2.0 * r * (start - r) * grown -
@@ -132,7 +132,7 @@ TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
   }
 }
 
-// Inputs that only cost something: the cost has forty times the derivatives of the dynamics.
+// Inputs that enter the cost only: the cost has forty times as many derivatives as the dynamics.
 TEST(ZeroOrderHold, CostsMayDependOnMoreThanTheDynamicsDo) {
   constexpr int inputs = 40;
   IntervalProblem problem;

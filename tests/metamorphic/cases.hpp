@@ -1,4 +1,4 @@
-// What the laws are tried on: every case of the library, every example, every step of the tutorial.
+// Problems for the laws: every case of the library, every example, every step of the tutorial.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ struct Case {
   std::string name;
   std::function<Stated()> stated;
   int max_iterations = 500;
-  bool is_quick = false;  ///< all solvers together take less than about a tenth of a second
+  bool is_quick = false;  ///< all solvers together take less than about 0.1 s
 };
 const std::vector<Case>& cases();
 
-/// The problems of examples/ and docs/, whose programs keep them to themselves.
+/// The problems of examples/ and docs/, which their programs do not export.
 std::vector<Case> program_cases();
 
 }  // namespace saltus::metamorphic

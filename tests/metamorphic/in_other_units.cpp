@@ -1,9 +1,9 @@
-// The law of units: states, inputs, time and cost in other ones, bounds, guesses and weights
-// converted with them. With t = tau t', x = s x', u = r u' and J = kappa J':
+// The law of units: states, inputs, time and cost change units, and bounds, guesses and weights are
+// converted. With t = tau t', x = s x', u = r u' and J = kappa J':
 //
 //     x'' = f tau / s,   running costs times tau / kappa,   costs at ends divided by kappa.
 //
-// Nothing is declared that was not; what was declared is converted.
+// Magnitudes are converted only where they were declared.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 struct Units {
   double time = 1.0, cost = 1.0;
-  VectorXd state, input;  // as long as the largest phase
+  VectorXd state, input;  // the size of the largest phase
 };
 
 Bounds divided(const Bounds& b, double unit) { return {b.lower / unit, b.upper / unit}; }
@@ -75,7 +75,7 @@ void convert(PhaseDefinition& phase, const Units& units) {
   phase.input_guess = converted(phase.input_guess, u);
 }
 
-// Why the time cannot be converted from outside; empty: it can.
+// Reason why the time cannot be converted from outside, or empty if it can.
 std::string fixed_time(const Stated& stated) {
   if (!stated.problem.schedule().events().empty()) return "a schedule";
   for (const PhaseDefinition& phase : stated.problem.phases()) {
@@ -142,7 +142,7 @@ std::optional<Transformed> in_other_units(const Stated& stated, const Solution&,
   for (std::size_t l = 0; l < stated.problem.links().size(); ++l) {
     Link& link = problem.editable_link(static_cast<int>(l));
     VectorXd z = VectorXd::Ones(link.function.inputs());
-    int next = 1;  // behind a time that a link does not read
+    int next = 1;  // after a time that a link does not read
     for (const Link::End& end : link.ends) {
       z[next] = z[next + 1] = units.time;
       z.segment(next + 2, end.nx) = units.state.head(end.nx);

@@ -18,7 +18,7 @@ Transformed same_answer(const Stated& stated, OptimalControlProblem problem) {
   return {.stated = {std::move(problem), stated.options}};
 }
 
-// The cost changes as the multipliers of the start predict; the rest is of second order.
+// The cost changes as the multipliers of the start predict, up to second-order terms.
 Result start_moved(const Stated& stated, const Solution& base, Random& random, std::string& why) {
   const auto& bounds = stated.problem.start_bounds();
   const int memory = stated.problem.phases()[0].switching.memory;  // the number of a mode
@@ -61,7 +61,7 @@ Result idle_bounds(const Stated& stated, const Solution&, Random& random, std::s
         const auto beyond = [&](double nominal) {
           return between(-size * nominal, size * nominal);
         };
-        // Idle for every plan of the library, whose numbers are below a hundred times their
+        // Inactive for every plan of the library, whose numbers are below a hundred times their
         // magnitudes.
         if (which & 1)
           for (int i = 0; i < phase.sizes.nx; ++i)
@@ -85,7 +85,7 @@ Result ends_softened(const Stated& stated, const Solution& base, Random& random,
     for (const Bounds& b : term.bounds)
       for (const double side : {b.lower, b.upper})
         if (std::isfinite(side)) scale = std::max(scale, 1.0 / std::max(1e-3, std::abs(side)));
-  // Above the multipliers of everything in the library.
+  // Larger than all multipliers in the library.
   const double weight = random.log_uniform(1e8, 1e14);
   int softened = 0;
   Transformed t =
@@ -171,7 +171,7 @@ Result from_the_solution(const Stated& stated, const Solution& base, Random&, st
     why = "there is no solution to start at";
     return {};
   }
-  // The guess is a part of the problem: another one in the same place must lead to the same answer.
+  // The guess is part of the problem. Another guess in the same basin must lead to the same answer.
   double begin = base.trajectory.start_time();
   return same_answer(stated, rebuilt(stated.problem, [&](int j, PhaseDefinition& phase) {
                        const double first = begin, length = base.durations[j];

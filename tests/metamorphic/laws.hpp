@@ -1,5 +1,5 @@
-// Laws: what may be done to a problem without changing its answer, each a function from problem to
-// problem.
+// Laws: transformations that do not change the answer of a problem. Each is a function from problem
+// to problem.
 #pragma once
 
 #include <functional>
@@ -14,25 +14,25 @@
 
 namespace saltus::metamorphic {
 
-/// Something to be solved.
+/// A problem to solve.
 struct Stated {
   OptimalControlProblem problem;
   ShootingOptions options;
 };
 
-/// What became of a problem, and what its answer must be.
+/// A transformed problem and the changes that its answer must show.
 struct Transformed {
   Stated stated;
-  double cost_factor = 1.0;  ///< the new cost is the old one times this
-  int moved_state = -1;      ///< start state that has moved; -1: none
+  double cost_factor = 1.0;  ///< ratio of the new cost to the old one
+  int moved_state = -1;      ///< index of the start state that moved; -1: none
   double moved_by = 0.0;     ///< in units of that state
-  double time_factor = 1.0;  ///< new durations and times
+  double time_factor = 1.0;  ///< ratio of new to old durations and times
   std::vector<VectorXd> state_factors = {}, input_factors = {};  ///< per phase; empty: 1
   bool is_same_plan = true;  ///< false: only cost and status are compared (the start has moved)
-  std::string what = {};     ///< the numbers that were drawn
+  std::string what = {};     ///< the random numbers of the transformation
 };
 
-/// One law. Returns nothing where it does not apply, with the reason in `why`.
+/// One law. Returns nothing if it does not apply, with the reason in `why`.
 struct Law {
   const char* name;
   const char* statement;
@@ -41,13 +41,13 @@ struct Law {
 };
 const std::vector<Law>& laws();
 
-/// The problem with edited phases and, if given, other jumps; DefinitionError where it has links
-/// and jumps.
+/// The problem with edited phases and, if given, other jumps. Throws DefinitionError if the problem
+/// has links and jumps.
 OptimalControlProblem rebuilt(const OptimalControlProblem& problem,
                               const std::function<void(int, PhaseDefinition&)>& edit,
                               const std::function<Jump(int, const Jump&)>& jump = {});
 
-// --- the laws, a file each
+// --- the laws, one file each
 std::optional<Transformed> in_other_units(const Stated&, const Solution&, Random&, std::string&);
 std::optional<Transformed> split_in_two(const Stated&, const Solution&, Random&, std::string&);
 

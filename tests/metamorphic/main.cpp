@@ -1,11 +1,11 @@
-// Metamorphic tests: every case, under every law, by three solvers and, where it fits, under
-// control. Cost, plan and status must be those of the case itself, converted.
+// Metamorphic tests: every case under every law, with three solvers and, if applicable, in closed
+// loop. Cost, plan and status must equal those of the original case after conversion.
 //
 //     saltus_metamorphic [--seed N]           the full set, numbers drawn by the seed
 //     saltus_metamorphic --gate               the fixed sample of the gate
 //     saltus_metamorphic --case B01 --law other_units --solver riccati --seed 3
 //
-// Ends with status 1 if an answer changes that must not.
+// Exits with status 1 if an answer changes although it must not.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,10 +42,10 @@ const std::vector<Case>& cases() {
 
 namespace {
 
-// What may differ: solvers end at 1e-8 in scales of their own.
+// Allowed differences. Solvers end at 1e-8 in their own scales.
 constexpr double cost_tolerance = 1e-5;   // relative to 1 + |cost|, in the units of the case
-constexpr double plan_tolerance = 1e-3;   // of the size of each state
-constexpr double input_tolerance = 1e-3;  // of the first input, of the controller
+constexpr double plan_tolerance = 1e-3;   // relative to the size of each state
+constexpr double input_tolerance = 1e-3;  // for the first input of the controller
 constexpr double solver_tolerance = 1e-8;
 constexpr double time_limit = 60.0;  // s
 
@@ -97,7 +97,7 @@ Solution solved(const Stated& stated, SolverChoice choice, int max_iterations) {
   return solve(shooting, *solver);
 }
 
-// The first tick from the start of the problem: where its input comes from, and the input.
+// The first tick from the start of the problem: its input and the source of that input.
 struct FirstTick {
   Provenance provenance = Provenance::fallback;
   VectorXd input;
@@ -106,7 +106,8 @@ FirstTick first_tick(const Stated& stated) {
   RecedingHorizonController controller(MultipleShooting(stated.problem, stated.options),
                                        {.period = 0.01});
   FirstTick result;
-  // A real-time iteration takes one step per tick: at rest it converges to its optimum.
+  // A real-time iteration takes one step per tick. With constant measurements it converges to its
+  // optimum.
   for (int k = 0; k < 30; ++k) {
     const ControlTick& tick =
         controller.tick(stated.problem.start_time(), stated.problem.start_guess());
@@ -117,7 +118,7 @@ FirstTick first_tick(const Stated& stated) {
   return result;
 }
 
-// How far the plans are apart; empty: near enough.
+// Difference of the plans, or empty if it is within the tolerance.
 std::string difference(const Transformed& t, const Solution& base, const Solution& other) {
   double change = 0.0, left_out = 0.0;
   if (t.moved_state >= 0) {
@@ -126,7 +127,7 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
                              ? other.start_multipliers[t.moved_state]
                              : before;
     change = 0.5 * t.moved_by * (before + after);
-    // Of third order, and of first order where a bound becomes active.
+    // The error is of third order, or of first order where a bound becomes active.
     left_out = 0.1 * std::abs(t.moved_by) * std::max(std::abs(before), std::abs(after));
   }
   const double cost = (base.cost + change) * t.cost_factor;
@@ -160,7 +161,7 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
   return {};
 }
 
-// What could not be made invariant, and why. Empty: every case, law or way.
+// Known exceptions to invariance, with reasons. An empty field matches every case, law or solver.
 struct KnownChange {
   const char *name, *law, *way, *why;
 };
@@ -205,7 +206,7 @@ Comparison compare(const Transformed& t, const Solution& base, const Solution& o
   if (!base.ok()) return {};
   const std::string reason = difference(t, base, other);
   if (reason.empty()) return {};
-  // Several plans of one cost are several right answers.
+  // If several plans have the same cost, each is a right answer.
   return {reason.starts_with("state") ? Found::other_plan : Found::changed, reason};
 }
 
@@ -248,7 +249,7 @@ Comparison under_control(const Case& c, const Law& law, std::uint64_t seed, std:
   const FirstTick base = first_tick(stated);
   Random random(seed);
   std::string why;
-  // The laws that need a solution compare with one that is not there.
+  // Laws that need a solution get an empty one.
   const std::optional<Transformed> t = law.apply(stated, Solution{}, random, why);
   if (!t || !t->is_same_plan) return {Found::not_applicable, why};
   what = t->what;
@@ -306,7 +307,7 @@ int run(const Request& request) {
             }
           }
         } catch (const DefinitionError& error) {
-          // A case that a solver or the controller refuses as it is is none for it.
+          // A law does not apply to a case that a solver or the controller refuses without it.
           comparison = {base || !choice ? Found::changed : Found::not_applicable, error.what()};
           if (!choice) comparison.found = Found::not_applicable;
         }

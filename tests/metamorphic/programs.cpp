@@ -1,5 +1,5 @@
-// The problems of examples/, docs/first_problem.cpp and docs/tutorial/, as their programs state
-// them.
+// The problems of examples/, docs/first_problem.cpp and docs/tutorial/, as stated in their
+// programs.
 #include "docs/tutorial/hopper.hpp"
 #include "saltus/integrators/sundials.hpp"
 #include "tests/metamorphic/cases.hpp"

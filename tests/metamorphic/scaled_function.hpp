@@ -1,5 +1,4 @@
-// Functions made of functions, so that a problem can be transformed although its formulas are
-// erased.
+// Functions composed of functions. They transform a problem whose formulas are type-erased.
 #pragma once
 
 #include <vector>
@@ -10,7 +9,7 @@ namespace saltus::metamorphic {
 
 /// rows .* f(columns .* z): the same formula in other units. At most 256 arguments and outputs.
 Function scaled(const Function& f, const VectorXd& columns, const VectorXd& rows);
-/// One number: offset + sum of weights .* z.
+/// A scalar: offset + sum of weights .* z.
 Function affine(const VectorXd& weights, double offset);
 
 }  // namespace saltus::metamorphic

@@ -1,4 +1,5 @@
-// The law of cuts: a phase of fixed duration as two of half its length, on the same nodes.
+// The law of cuts: a phase of fixed duration becomes two phases of half its length on the same
+// nodes.
 #include <fmt/format.h>
 
 #include "saltus/sequences/mode_graph.hpp"
@@ -7,7 +8,7 @@
 namespace saltus::metamorphic {
 namespace {
 
-// Why phase j cannot be cut into the same problem; empty: it can.
+// Reason why a cut of phase j changes the problem, or empty if it does not.
 std::string obstacle(const Stated& stated, int j, int intervals) {
   const PhaseDefinition& phase = stated.problem.phases()[j];
   if (phase.has_free_duration()) return "its duration is free: two would be freer";

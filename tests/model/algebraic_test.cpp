@@ -1,5 +1,5 @@
-// Algebraic states eliminated from formulas: values, derivatives, sparsity, and what is said where
-// they cannot be found.
+// Algebraic states eliminated from formulas: values, derivatives, sparsity, and messages where no
+// solution is found.
 #include "saltus/model/algebraic.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ Function extended(F formula) {
   return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)});
 }
 
-// z0 = sqrt(x0^2 + p) by its square, z1 by Kepler's equation, z2 from both.
+// z0 = sqrt(x0^2 + p) from its square, z1 from Kepler's equation, z2 from both.
 struct Equations {
   template <class S>
   Vec<S, nz> operator()(const S& t, const Vec<S, nx>& x, const Vec<S, nz>& z, const Vec<S, nu>& u,
@@ -49,7 +49,7 @@ TEST(Algebraic, StatesMeetTheirEquations) {
   EXPECT_NEAR(z[2], (z[0] + 0.3) / (2.0 + std::cos(z[1])), rounding);
 }
 
-// z + z^2 / c = c: the same for every c, from a start that says nothing of its size.
+// z + z^2 / c = c: the relative result is the same for every c. The start gives no scale.
 TEST(Algebraic, SmallStatesHaveTheDigitsOfLargeOnes) {
   for (double c = 1.0; c > 5e-13; c *= 0.1) {
     const auto equation = [c](const auto&, const auto& x) {
@@ -62,7 +62,7 @@ TEST(Algebraic, SmallStatesHaveTheDigitsOfLargeOnes) {
   }
 }
 
-// No digit of zero is right: where z ends there, from whatever start, it is found all the same.
+// A relative tolerance fails at zero. A solution z = 0 is found nonetheless from every start.
 TEST(Algebraic, StatesThatEndAtZeroAreFound) {
   for (const double x : {0.0, 1e-30, 1e-12})
     for (const double guess : {0.0, 0.5, 1.0}) {
@@ -89,7 +89,7 @@ TEST(Algebraic, DerivativesOfFirstAndSecondOrderAreExact) {
   }
 }
 
-// z0 follows from x0 and p, z1 from x1 and u: nothing else, and no time.
+// z0 depends on x0 and p, z1 on x1 and u. Neither depends on anything else, including time.
 TEST(Algebraic, SparsityIsThatOfTheComposition) {
   const Function z = algebraic_states(equations());
   const SparsityPattern& pattern = z.jacobian_pattern();
@@ -102,7 +102,7 @@ TEST(Algebraic, SparsityIsThatOfTheComposition) {
   EXPECT_EQ(row(0), (std::vector<int>{1, 4}));
   EXPECT_EQ(row(1), (std::vector<int>{2, 3}));
   EXPECT_EQ(row(2), (std::vector<int>{0, 1, 2, 3, 4}));
-  // What does not read z stays what it was.
+  // Formulas that do not read z are unchanged.
   const Function plain =
       eliminate(extended([](const auto&, const auto& x) { return x[0] * x[1]; }), equations());
   EXPECT_EQ(plain.jacobian_pattern().entries(), 2);
@@ -155,7 +155,7 @@ std::string refusal(G formula) {
 }
 
 TEST(Algebraic, AnIndexAboveOneIsSaidWithTheEquation) {
-  // Position level: the second equation does not read z at all.
+  // Position level: the second equation does not read z.
   EXPECT_NE(refusal([](const auto&, const auto& x, const auto& z) {
               return std::decay_t<decltype(z)>{z[0], x[0] * x[0] - 1.0, z[1] + z[2]};
             }).find("algebraic equation 1 of 3, counted from 0, contains no algebraic state:"),
@@ -187,7 +187,7 @@ TEST(Algebraic, ConsistentStartsAreFoundAndReported) {
   EXPECT_TRUE(std::isnan(algebraic_states(equations())(nowhere)[0]));
 }
 
-// Regular in structure, singular in numbers: the second equation is twice the first.
+// Structurally regular, numerically singular: the second equation is twice the first.
 TEST(Algebraic, EquationsThatDependOnEachOtherAreNamed) {
   const AlgebraicEquations dependent(
       sizes, extended([](const auto&, const auto& x, const auto& z) {

@@ -1,4 +1,4 @@
-// The counter that tests of real-time code rely on.
+// Tests the allocation counter used by tests of real-time code.
 #include "tests/support/count_allocations.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ TEST(CountAllocations, SeesThoseOfTheStandardLibraryAndOfEigen) {
   std::string text(100, 'a');
   std::vector<VectorXd> vectors;
   testing::AllocationCount by_string;
-  text.append(1000, 'b');  // within the shared library
+  text.append(1000, 'b');  // allocates within the shared library
   EXPECT_EQ(by_string.made(), 1);
   testing::AllocationCount by_vector;
   vectors.reserve(text.size());

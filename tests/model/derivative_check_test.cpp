@@ -1,4 +1,4 @@
-// The checker accepts right derivatives, and names the wrong entry of wrong ones.
+// The checker accepts right derivatives and names the wrong entry of wrong ones.
 #include "saltus/model/derivative_check.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-// y0 = a b, y1 = sin(b), with a mistake of choice.
+// y0 = a b, y1 = sin(b), with a selectable mistake.
 enum class Mistake { none, jacobian, hessian, pattern, not_a_number };
 class Handwritten final : public FunctionBody {
  public:
@@ -48,7 +48,7 @@ DerivativeReport check(Mistake mistake) {
 TEST(DerivativeCheck, accepts_right_derivatives) {
   const DerivativeReport report = check(Mistake::none);
   EXPECT_TRUE(report.ok) << report;
-  EXPECT_LT(report.worst_jacobian.error, 1e-11);  // what order four leaves of smooth functions
+  EXPECT_LT(report.worst_jacobian.error, 1e-11);  // truncation error of order four
   EXPECT_LT(report.worst_hessian.error, 1e-11);
   EXPECT_NE(to_string(report).find("agree"), std::string::npos);
 }

@@ -1,4 +1,4 @@
-// What breaks down breaks down elsewhere.
+// Tests that a crash in an isolated call does not affect the calling process.
 #include "saltus/core/isolated_call.hpp"
 
 #include <gtest/gtest.h>
@@ -12,11 +12,11 @@ namespace {
 
 TEST(IsolatedCall, GivesWhatTheWorkReturns) {
   int calls = 0;
-  const std::string large(10'000'000, 'x');  // more than a pipe holds
+  const std::string large(10'000'000, 'x');  // exceeds the capacity of a pipe
   for (const std::string& text : {std::string(), std::string("a\0b\x03", 4), large}) {
     const auto answer = isolated_call(
         [&] {
-          ++calls;  // of the copy
+          ++calls;  // in the copy only
           return text;
         },
         10);

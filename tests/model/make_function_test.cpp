@@ -1,4 +1,5 @@
-// Formulas of every shape become functions with the right values, derivatives and exact patterns.
+// Tests that formulas of every shape become functions with right values, derivatives and exact
+// patterns.
 #include "saltus/model/make_function.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ struct Car {
   }
 };
 
-// z = (t | px, angle | force | length): everything interacts with something.
+// z = (t | px, angle | force | length): every argument interacts with another.
 struct Everything {
   template <class S>
   Vec<S, 3> operator()(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& u,
@@ -103,7 +104,7 @@ TEST(MakeFunction, zeros_of_a_model_matrix_are_zeros_of_the_pattern) {
   EXPECT_TRUE(is_affine_in(f, 0, 10));
 }
 
-// Dense and wide: more directions than one pass has lanes, in Jacobian and Hessian.
+// Dense and wide: Jacobian and Hessian need more directions than one pass has lanes.
 TEST(MakeFunction, many_passes) {
   const Function f = make_function<20, 5, 2>([](const auto& t, const auto& x, const auto& u,
                                                 const auto& p) {
@@ -170,8 +171,8 @@ TEST(Structure, affinity_and_dependence) {
 }  // namespace
 }  // namespace saltus
 
-// A formula outside the namespace that writes abs without a word about which: for a plain double
-// this would be the integer abs of the C library.
+// A formula outside the namespace with an unqualified abs. For a plain double, this would be the
+// integer abs of the C library.
 TEST(MakeFunction, unqualified_functions_are_ours) {
   const saltus::Function f = saltus::make_function<1, 0, 0>([](const auto&, const auto& x) {
     return abs(x[0]) + max(x[0], 0.25) + select(x[0], 1.0, 2.0);

@@ -1,4 +1,4 @@
-// Parameters by name: offsets, names and packing follow from one list, in formulas too.
+// Named parameters: one list defines offsets, names and packing, also in formulas.
 #include "saltus/model/named_parameters.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Passes read every entry exactly once, and nothing else answers in its lane.
+// Each entry is read exactly once, and no other entry shares its lane in that pass.
 #include "saltus/model/make_function.hpp"
 
 #include <gtest/gtest.h>

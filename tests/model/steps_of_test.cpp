@@ -1,4 +1,4 @@
-// What a formula is written down as computes the same.
+// Tests that the recorded steps of a formula compute the same values.
 #include "saltus/model/steps_of.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace saltus {
 namespace {
 
-// Every operation there is, on numbers for which all are defined.
+// Every supported operation, on numbers for which all are defined.
 struct Everything {
   template <class S>
   Vec<S, 6> operator()(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& u,
@@ -65,7 +65,7 @@ TEST(StepsOf, FormulasOfFormulas) {
 
 TEST(StepsOf, WhatIsNoFormulaIsRefused) {
   const Function f = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0]; });
-  // It traces as its residual does, and is not the same.
+  // It traces like its residual but is a different function.
   EXPECT_THROW(steps_of(least_squares_cost(f, MatrixXd::Identity(1, 1), {})), DefinitionError);
   EXPECT_THROW(steps_of(change_costs(VectorXd::Ones(2))), DefinitionError);
 }

@@ -1,6 +1,6 @@
-// The table of docs/promise.md, with a controller: what other threads may read and do while it
-// ticks, and from which threads its own members may come. Its inputs are those of a controller that
-// is alone, to the bit, and its ticks do not allocate.
+// Tests the table of docs/promise.md with a controller: operations of other threads during a tick,
+// and threads that may call its members. The inputs equal those of an undisturbed controller bit by
+// bit, and the ticks do not allocate.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -36,7 +36,7 @@ struct Pendulum {
   }
 };
 
-// A cost that is integrated: its working memory is part of the integrator.
+// An integrated cost: its working memory belongs to the integrator.
 OptimalControlProblem pendulum() {
   Phase<2, 1> phase{"pendulum", Pendulum{}, exactly(1.0)};
   phase
@@ -50,7 +50,7 @@ OptimalControlProblem pendulum() {
   return problem;
 }
 
-// An algebraic state in dynamics, cost and bound: formulas that need working memory themselves.
+// An algebraic state in dynamics, cost and bound, for formulas that need working memory.
 OptimalControlProblem with_algebraic_state() {
   Phase<2, 1, 0, 1> phase{
       "algebraic",
@@ -95,8 +95,8 @@ struct LoopRun {
   long allocations = 0;
 };
 
-// Ticks from the second on, which `beside` accompanies in another thread: it is called again and
-// again with a number that counts its calls.
+// Runs the ticks from the second on while another thread calls `beside` repeatedly with the number
+// of the call.
 LoopRun run_with(const Case& c, const std::function<void(RecedingHorizonController&)>& before,
                  const std::function<void(int)>& beside) {
   RecedingHorizonController controller = controller_of(c);
@@ -135,7 +135,7 @@ class BesideALogger : public ::testing::TestWithParam<Case> {
   }
 };
 
-// Everything there is to read of a plan.
+// Reads all quantities of a plan.
 void read(const Solution& solution, const OptimalControlProblem& problem, int k) {
   const Trajectory& plan = solution.trajectory;
   const double t = plan.start_time() + (plan.end_time() - plan.start_time()) * (k % 97) / 97.0;
@@ -200,7 +200,7 @@ TEST_P(BesideALogger, TheFormulasOfTheProblemAreEvaluated) {
       });
 }
 
-// Another controller of the same problem, and plans made of copies of it.
+// Another controller of the same problem, and plans made from copies of the problem.
 TEST_P(BesideALogger, AnotherControllerOfTheProblemTicks) {
   OptimalControlProblem problem;
   expect_undisturbed(
@@ -228,8 +228,8 @@ TEST_P(BesideALogger, CopiesOfTicksAndStatisticsAreRead) {
       });
 }
 
-// Each tick from a thread that has never called anything: prepare() from one, feedback() from
-// another, set_data() and the report from a third.
+// Each tick uses new threads: one calls prepare(), another feedback(), a third set_data() and the
+// report.
 TEST_P(BesideALogger, EachCallComesFromAnotherThread) {
   RecedingHorizonController here = controller_of(GetParam()), moving = controller_of(GetParam());
   for (int k = 0; k < 20; ++k) {
@@ -256,7 +256,7 @@ TEST_P(BesideALogger, EachCallComesFromAnotherThread) {
   }
 }
 
-// The controller itself goes from thread to thread.
+// The controller moves from thread to thread.
 TEST_P(BesideALogger, AControllerIsMovedToAnotherThread) {
   RecedingHorizonController here = controller_of(GetParam()), moving = controller_of(GetParam());
   const double expected = here.tick(0.0, measured(0)).input[0].input()[0];
@@ -276,7 +276,7 @@ INSTANTIATE_TEST_SUITE_P(
                            radau_iia({.stages = 2, .steps = 1})}),
     [](const auto& c) { return c.param.name; });
 
-// Plans of a horizon that shrinks are of several controllers.
+// Plans of a shrinking horizon come from several controllers.
 TEST(ShrinkingBesideALogger, AReportIsReadWhileLaterPhasesTick) {
   const auto controller_of_two = [] {
     Phase<2, 1> first{"first", Pendulum{}, exactly(0.4)},

@@ -1,4 +1,4 @@
-// Are quantiles right to the width of a bucket?
+// Tests that quantiles are exact to the width of a bucket.
 #include "saltus/mpc/receding_horizon.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Control while the schedule is edited: every tick's plan, made warm and in place, is the one that
-// a controller built anew would make; events that come early or late are taken up.
+// Control while the schedule is edited. The plan of every tick, warm-started and updated in place,
+// equals that of a newly built controller. The plan adapts to early and late events.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ RecedingHorizonController controller_for(MultipleShooting shooting, Back which) 
   return {std::move(shooting), std::move(solver), {.period = step}};
 }
 
-// What a tick came to.
+// Results of a tick.
 struct Record {
   Provenance provenance = Provenance::fallback;
   double objective = 0.0;
@@ -48,7 +48,7 @@ void push(Vec<double, 2>& x, double force, double seconds) {
   x[1] += seconds * force;
 }
 
-// Two solves to a residual of 1e-8 each; costs here are of the size of 1.
+// Two solves to a residual of 1e-8 each. Costs are of order 1.
 constexpr double same_cost = 1e-6;
 
 class LiveScheduleLoop : public ::testing::TestWithParam<Back> {};
@@ -106,7 +106,7 @@ TEST_P(LiveScheduleLoop, AnyEditIsPlannedWarmAsIfBuiltAnewAndWithoutAllocation) 
   EXPECT_LT(warm, cold);
 }
 
-// --- a gate that opens when it likes ------------------------------------------------------------
+// --- a gate that opens at an unknown time --------------------------------------------------------
 
 Schedule gate_schedule() {
   return Schedule({"closed", "open", "closed"}, {{"opens", 0.55}, {"closes", 1.05}}).reserve(3);
@@ -126,7 +126,7 @@ MultipleShooting gate(const Schedule& schedule) {
   return {std::move(ocp), {.intervals_per_phase = 10, .integrator = zero_order_hold()}};
 }
 
-// The gate really opens at `opens`, and closes half a second later.
+// The gate opens at time `opens` and closes half a second later.
 void expect_loop_follows(Back which, double opens) {
   RecedingHorizonController controller = controller_for(gate(gate_schedule()), which);
   Schedule plan = gate_schedule();
@@ -157,13 +157,13 @@ void expect_loop_follows(Back which, double opens) {
     EXPECT_NEAR(tick.objective, fresh.objective, same_cost * (1.0 + fresh.objective));
     cold += ticks > 0 ? fresh.iterations : 0;
     for (const InputPiece& piece : tick.input) {
-      // Nothing is asked for that the gate, as it is known to be, does not let through.
+      // The controller never requests more than the known state of the gate allows.
       EXPECT_LE(std::abs(piece.input()[0]), has_opened && !has_closed ? 3.0 : 1.0);
       largest = std::max(largest, std::abs(piece.input()[0]));
       push(x, piece.input()[0], piece.length);
     }
   }
-  EXPECT_GT(largest, 1.0);  // the opening was made use of
+  EXPECT_GT(largest, 1.0);  // the plan used the open gate
   EXPECT_NEAR(plan.time_of("opens"), opens, step);
   EXPECT_GE(plan.time_of("opens"), opens);
   EXPECT_NEAR(plan.time_of("closes"), opens + 0.5, step);
@@ -193,7 +193,7 @@ TEST_P(LiveScheduleLoop, AnEditThatIsRefusedLeavesTheNextTickAsItWas) {
   EXPECT_EQ(tick.iterations, expected.iterations);
 }
 
-// A measurement that is missing while the schedule changes: the old plan goes on in the new modes.
+// A measurement is missing while the schedule changes. The old plan continues in the new modes.
 TEST_P(LiveScheduleLoop, WithoutAMeasurementThePlanGoesOnInTheNewModes) {
   RecedingHorizonController controller = controller_for(gate(gate_schedule()), GetParam());
   const Vec<double, 2> x{5.0, 0.0};

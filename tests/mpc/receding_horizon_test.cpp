@@ -1,5 +1,5 @@
-// What does the controller hand over: when an event falls inside the tick, when a solve fails, when
-// time is up, and when it is given no numbers?
+// Tests the output of the controller: with an event inside the tick, after a failed solve, at a
+// timeout, and for NaN measurements.
 #include "saltus/mpc/receding_horizon.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ struct Integrator1 {
 constexpr double step = 0.1;  // s
 constexpr int intervals = 5;
 
-// Drive x to zero; from the event on the input is twice as strong.
+// Drive x to zero. After the event, the input is twice as strong.
 MultipleShooting gate(double event_time) {
   Phase<1, 1> phase{"gate", Integrator1{}, exactly(step * intervals)};
   phase.bound_input(0, between(-1.0, 1.0), Window{.to = event("open")})
@@ -43,7 +43,7 @@ MultipleShooting gate(double event_time) {
                           {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
 }
 
-// Solves with Ipopt except in the calls that are to fail.
+// Solves with Ipopt, except in the calls chosen to fail.
 class Unreliable final : public Solver {
  public:
   explicit Unreliable(std::vector<bool> fails) : fails_(std::move(fails)) {}
@@ -62,7 +62,7 @@ class Unreliable final : public Solver {
 
 std::unique_ptr<RealTimeSolver> ipopt() { return make_real_time_solver(make_ipopt()); }
 
-// stages: filled directly; riccati: as a sparse program whose stages are known.
+// stages: filled directly. riccati: as a sparse program with known stages.
 enum class Back { stages, riccati, sparse, ipopt };
 std::unique_ptr<RealTimeSolver> back_end(Back which, MultipleShooting& shooting) {
   if (which == Back::ipopt) return ipopt();
@@ -113,7 +113,7 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
   ASSERT_EQ(controller.tick(0.0, far_away).provenance, Provenance::optimal);
   controller.tick(0.1, unknown);
   EXPECT_EQ(tick.provenance, Provenance::shifted);
-  ASSERT_EQ(tick.input.size(), 2u);  // the event is where it was
+  ASSERT_EQ(tick.input.size(), 2u);  // the event has not moved
   EXPECT_NEAR(tick.input[0].input()[0], -1.0, 1e-6);
   EXPECT_NEAR(tick.input[1].input()[0], -2.0, 1e-6);
   controller.tick(std::nan(""), far_away);  // one period later
@@ -121,7 +121,7 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
   EXPECT_EQ(tick.provenance, Provenance::optimal);
   controller.tick(0.3, VectorXd::Zero(3));
   EXPECT_EQ(tick.provenance, Provenance::shifted);
-  // An event that is put off closes the gate for the plan as well.
+  // A delayed event also keeps the gate closed for the plan.
   controller.retime("open", 0.95);
   controller.tick(0.4, unknown);
   EXPECT_EQ(tick.provenance, Provenance::shifted);
@@ -131,7 +131,8 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
   EXPECT_EQ(controller.tick(0.6, far_away).provenance, Provenance::optimal);
 }
 
-// Beyond the range of the input there is no plan and no report of one.
+// If the input bounds make the problem infeasible, there is no plan. The residuals of the tick are
+// infinite.
 TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
   Phase<1, 1> phase{"reach", Integrator1{}, exactly(step * intervals)};
   phase.bound_input(0, between(-1.0, 1.0))
@@ -180,8 +181,8 @@ TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
   EXPECT_EQ(statistics.all().count(), 30);
 }
 
-// Over each horizon the input may add up to so much, and its ends are linked: each tick anew, with
-// the plan of the tick before.
+// Over each horizon, the integral of the input is limited and the ends are linked. Each tick uses
+// the plan of the previous one.
 TEST_P(EveryBackEnd, LimitsAnIntegralAndALinkInEveryTick) {
   const auto problem = [] {
     Phase<1, 1> phase{"budget", Integrator1{}, exactly(step * intervals)};
@@ -197,7 +198,7 @@ TEST_P(EveryBackEnd, LimitsAnIntegralAndALinkInEveryTick) {
   };
   RecedingHorizonController controller = controller_for(problem(), GetParam());
   MultipleShooting anew = problem();
-  VectorXd x = VectorXd::Constant(1, 2.0);  // at first the integral holds it back
+  VectorXd x = VectorXd::Constant(1, 2.0);  // at first the integral limits the input
   for (int k = 0; k < 12; ++k) {
     anew.start_at(step * k, x);
     const Solution s = solve(anew, *make_ipopt({.tolerance = 1e-9}));
@@ -250,7 +251,7 @@ TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
   ASSERT_EQ(tick.input.size(), 1u);
   EXPECT_NEAR(tick.input[0].input()[0], plan.input(1.5 * step)[0], 1e-12);
 
-  // Beyond the end of the plan its last input goes on.
+  // After the end of the plan, its last input continues.
   controller.tick(10.0, x);
   EXPECT_EQ(tick.provenance, Provenance::shifted);
   ASSERT_EQ(tick.input.size(), 1u);
@@ -258,7 +259,7 @@ TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
   EXPECT_NEAR(tick.input[0].length, step, 1e-12);
 }
 
-// A plan is followed for so long; then it is the fallback's turn, until there is a plan again.
+// A plan is valid for a limited time. Then the fallback acts until there is a new plan.
 TEST(RecedingHorizon, APlanIsFollowedNoLongerThanIsSaid) {
   RecedingHorizonController controller =
       controller_for(gate(0.0), Back::stages,
@@ -286,7 +287,7 @@ TEST(RecedingHorizon, APlanIsFollowedNoLongerThanIsSaid) {
 TEST(RecedingHorizon, AMeasurementThatIsNoneIsSaid) {
   RecedingHorizonController controller = controller_for(gate(0.0), Back::stages);
   const ControlTick& tick = controller.tick(0.0, unknown);
-  EXPECT_TRUE(std::isinf(tick.objective));  // there is no plan whose cost it could be
+  EXPECT_TRUE(std::isinf(tick.objective));  // no plan exists, hence no cost
   EXPECT_EQ(controller.report().message, "the measurement is not a number");
   controller.tick(step, VectorXd::Zero(3));
   EXPECT_EQ(controller.report().message, "the measurement has 3 entries, expected 1");
@@ -316,7 +317,7 @@ TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
 
 TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 0.0}), DefinitionError);
-  // As short as what counts as one moment.
+  // Periods as short as the resolution of one instant.
   for (const double period : {5e-7, 1e-6, 10.0 * same_instant})
     EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = period}), DefinitionError);
   EXPECT_NO_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 2e-5}));
@@ -355,21 +356,21 @@ TEST(RecedingHorizon, ATimeThatIsNoNumberIsTheOnePreparedFor) {
   EXPECT_EQ(controller.tick(nan, far_away).time, 0.3);
   EXPECT_EQ(controller.statistics().prepared_ahead, 1);
   controller.prepare(0.4);
-  controller.retime("open", 0.6);  // what was prepared is no longer of use, its time is
+  controller.retime("open", 0.6);  // invalidates the prepared problem but not its time
   EXPECT_EQ(controller.tick(nan, far_away).time, 0.4);
   EXPECT_NEAR(controller.tick(nan, far_away).time, 0.5, 1e-12);
   controller.prepare(nan);
   EXPECT_NEAR(controller.tick(nan, far_away).time, 0.6, 1e-12);
 }
 
-// A pendulum, x = (angle, speed): one iteration per tick follows the optimum.
+// A pendulum, x = (angle, speed): one iteration per tick tracks the optimum.
 struct Pendulum {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
     return {x[1], sin(x[0]) + u[0]};
   }
 };
-// With a push as data, or without gravity.
+// The pendulum with a push as data, or without gravity.
 template <bool nonlinear>
 struct Pushed {
   template <class S>
@@ -390,8 +391,8 @@ MultipleShooting pendulum() {
                           {.intervals_per_phase = 10, .integrator = runge_kutta4()});
 }
 
-// Ahead of the tick, with data that change after it: what was prepared stays, the answer is that of
-// a controller that did everything in the tick.
+// Preparation ahead of the tick, with later changes of data. The answer equals that of a controller
+// that does all work in the tick.
 TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
   for (const bool nonlinear : {false, true}) {
     const auto make = [&] {
@@ -424,19 +425,19 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
       }
       const VectorXd x = Vec<double, 2>{0.5 - 0.05 * k, 0.1};
       const ControlTick& prepared = ahead.feedback(x);
-      EXPECT_EQ(prepared.time, t);  // also where it had to be prepared again
+      EXPECT_EQ(prepared.time, t);  // also after a repeated preparation
       const ControlTick& late = at_once.tick(t, x);
       ASSERT_TRUE(is_of_this_tick(prepared.provenance)) << k;
       EXPECT_EQ(prepared.input[0].input()[0], late.input[0].input()[0]) << k;
       EXPECT_EQ(prepared.iterations, late.iterations) << k;
       EXPECT_GT(prepared.preparation, 0.0);
-      // What is done ahead is not waited for.
+      // The time of the tick excludes the preparation.
       if (k != moved) {
         EXPECT_EQ(prepared.seconds, prepared.feedback);
       }
       EXPECT_NEAR(late.seconds, late.feedback + late.preparation, 1e-9);
     }
-    EXPECT_EQ(ahead.statistics().prepared_ahead, ticks - 1);  // once the event moved
+    EXPECT_EQ(ahead.statistics().prepared_ahead, ticks - 1);  // the event moved once
     EXPECT_EQ(at_once.statistics().prepared_ahead, 0);
     EXPECT_EQ(ahead.statistics().preparation.count(), ticks);
   }
@@ -451,7 +452,7 @@ class Watching final : public RealTimeSolver {
                       WallClock::time_point) noexcept override {
     TickResult result;
     result.status = *succeeds_ ? SolveStatus::optimal : SolveStatus::infeasible;
-    point.w.array() += 0.25;  // what it has found
+    point.w.array() += 0.25;  // marks the result of the solver
     return result;
   }
   std::string name() const override { return "watching"; }
@@ -461,8 +462,8 @@ class Watching final : public RealTimeSolver {
   bool* succeeds_;
 };
 
-// The guess of a problem counts from its start, whatever the clock reads when the controller
-// begins: also the guess of durations that are free.
+// The guess is relative to the start of the problem, for any clock time at which the controller
+// starts. This includes the guess of free durations.
 TEST(RecedingHorizon, BeginsWithTheProblemsGuessAtAnyTime) {
   Phase<2, 1> swing{"swing", Pendulum{}, between(0.0, 2.0)}, rest{"rest", Pendulum{}, exactly(1.0)};
   swing.guess_duration(0.8).guess_state(
@@ -491,12 +492,12 @@ TEST(RecedingHorizon, AnAdoptedPlanIsWhereTheNextSolveStartsWhateverFailedBefore
   ASSERT_TRUE(is_of_this_tick(controller.tick(0.0, x).provenance));
   const Trajectory plan = controller.report().trajectory;
   succeeds = false;
-  for (const double t : {0.0, 0.0}) controller.tick(t, x);  // every other one begins anew
+  for (const double t : {0.0, 0.0}) controller.tick(t, x);  // every second tick starts anew
   controller.adopt_plan(0.0, plan);
   EXPECT_TRUE(controller.follows_plan());
   controller.tick(0.0, x);
   const VectorXd adopted = controller.shooting().guess_from(plan).w;
-  EXPECT_LT((guess - adopted).norm(), 1e-12);  // interpolated at its own nodes
+  EXPECT_LT((guess - adopted).norm(), 1e-12);  // interpolated at the nodes of the problem
   EXPECT_GT((guess - controller.shooting().initial_guess().w).norm(), 0.1);
 }
 
@@ -512,7 +513,7 @@ TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
   for (int k = 0; k < 30; ++k) {
     const ControlTick& tick = iterated.tick(step * k, x);
     const ControlTick& truth = converged.tick(step * k, x);
-    // A step of the one, an optimum of the other: neither is called what it is not.
+    // One step of the real-time iteration may or may not be optimal. Its provenance must say which.
     const bool is_within = tick.violation <= 1e-6, is_optimal = is_within && tick.kkt <= 1e-6;
     ASSERT_EQ(tick.provenance, is_optimal  ? Provenance::optimal
                                : is_within ? Provenance::feasible

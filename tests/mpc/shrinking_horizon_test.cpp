@@ -1,5 +1,5 @@
-// A horizon that shrinks: is what is left of a problem the problem that one would have written, and
-// does the plan go on from phase to phase?
+// Tests a shrinking horizon: the remaining problem equals a problem written by hand, and the plan
+// continues from phase to phase.
 #include "saltus/mpc/shrinking_horizon.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ using testing_support::speed;
 
 const auto force = [](const auto&, const auto&, const auto& u) { return u; };
 
-// From rest to rest over 1 m within `duration`, by way of a point at 0.3 m.
+// From rest to rest over 1 m within `duration`, through a point at 0.3 m.
 OptimalControlProblem by_way_of(Bounds first, Bounds second, Bounds total) {
   Phase<2, 1> out{"out", Cart{}, first}, in{"in", Cart{}, second};
   out.reach("gate", position, exactly(0.3)).guess_duration(0.4);
@@ -56,7 +56,7 @@ TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
   MultipleShooting anew(written.start_time(0.05).start_at({0.01, 0.3}), grid);
   const Solution known = solve(anew, *make_native_solver({.tolerance = 1e-10}));
   ASSERT_TRUE(left.ok() && known.ok()) << left.message << known.message;
-  EXPECT_NEAR(left.cost, known.cost, 1e-7);  // costs of about 6, tolerance 1e-10 on their slopes
+  EXPECT_NEAR(left.cost, known.cost, 1e-7);  // costs of about 6, gradient tolerance 1e-10
   EXPECT_NEAR(left.durations[0], known.durations[0], 1e-6);
   EXPECT_NEAR(left.trajectory.end_time(), 1.0, 1e-9);
 }
@@ -101,8 +101,8 @@ TEST(WhatIsLeft, OfAFreePhaseIsLongerThanItsWindows) {
   }
 }
 
-// Limits at nodes have no slot of their own: where the nodes move away from one, the interval
-// around it would be in neither window, and its input without bounds.
+// Limits at nodes have no separate slot. If the nodes moved away from one, the interval around it
+// would be in neither window, and its input would be unbounded.
 TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
   const auto slow_at_first = [](double limit, Clock clock) {
     Phase<1, 1> go{
@@ -142,8 +142,8 @@ TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
   }
 }
 
-// What of an integral or a link is used when a phase is partly over is not known, and a window that
-// counts from the start of the phase would move on with every tick.
+// The used part of an integral or a link is unknown when a phase is partly over. A window relative
+// to the start of the phase would move with every tick.
 TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
   const auto message = [](const OptimalControlProblem& problem) -> std::string {
     try {
@@ -187,7 +187,7 @@ TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
   ASSERT_TRUE(plan.ok()) << plan.message;
   const double gate = controller.end_of_phase(0);
   EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
-  // Along the plan the optimum stays what it was, but for the grid, which becomes finer.
+  // Along the plan the optimum is unchanged, except for the finer grid.
   controller.tick(0.1, plan.trajectory.state(0.1));
   EXPECT_NEAR(controller.end_of_phase(0), gate, 2e-3);
   EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
@@ -196,12 +196,12 @@ TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
   const VectorXd state = plan.trajectory.state(0.6);
   const ControlTick& tick = controller.tick(0.6, state);
   EXPECT_EQ(tick.provenance, Provenance::optimal);
-  // Least effort to rest at 1 m is linear in time; the first of eight pieces has its middle's
-  // value.
+  // The least-effort input to rest at 1 m is linear in time. The first of eight pieces has the
+  // value at its middle.
   const double T = 1.0 - 0.6, missing = 1.0 - state[0],
                begin = 6.0 * missing / (T * T) - 4.0 * state[1] / T,
                end = -6.0 * missing / (T * T) + 2.0 * state[1] / T;
-  // That stairs are not a ramp is of second order in their number.
+  // The error of a piecewise constant input is of second order in the number of pieces.
   EXPECT_NEAR(tick.input[0].input()[0], begin + (end - begin) / 16.0, std::abs(end - begin) / 64.0);
   EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
   EXPECT_THROW(controller.enter(0, 0.7), DefinitionError);
@@ -209,7 +209,7 @@ TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
   EXPECT_THROW(ShrinkingHorizonController(problem, {}), DefinitionError);
 }
 
-// Finds nothing, in no time.
+// Finds no solution and takes no time.
 class Idle final : public RealTimeSolver {
  public:
   void prepare(NonlinearProgram&, const NlpPoint&) noexcept override {}
@@ -235,7 +235,7 @@ TEST(ShrinkingHorizon, APhaseThatBeginsGoesOnWithThePlan) {
   controller.enter(1, 0.4);
   const ControlTick& tick = controller.tick(0.45, plan.trajectory.state(0.45));
   EXPECT_EQ(tick.provenance, Provenance::shifted);
-  const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;  // of the first interval of what is left
+  const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;  // of the first remaining interval
   EXPECT_NEAR(tick.input[0].input()[0], plan.trajectory.input(middle)[0], 1e-9);
 }
 

@@ -1,5 +1,5 @@
-// A controller never ends the program: formulas and functions of the user that throw, whatever they
-// throw and whenever, lead to the plan before or to the fallback.
+// A controller never ends the program. If formulas or user functions throw any exception at any
+// time, the controller uses the previous plan or the fallback.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double step = 0.1;  // s
 
-// What formulas throw while it is set.
+// Exception that formulas throw while it is set.
 enum class Thrown { nothing, exception, number };
 Thrown thrown = Thrown::nothing;
 void throw_if_asked() {
@@ -51,7 +51,7 @@ MultipleShooting pendulum(Back which, CostRule rule) {
 }
 
 RecedingHorizonController controller_for(Back which, ControllerOptions options = {}) {
-  // Of integrals CVODES has no second derivatives, which the real-time iteration needs.
+  // CVODES gives no second derivatives of integrals, which the real-time iteration needs.
   const CostRule rule = which == Back::cvodes ? CostRule::nodes : CostRule::integrated;
   MultipleShooting shooting = pendulum(which, rule);
   std::unique_ptr<RealTimeSolver> solver;
@@ -98,9 +98,9 @@ TEST_P(Throwing, InTheTickLeadsToTheFallbackOrToThePlanBefore) {
     controller.tick(step, tilted);
     EXPECT_EQ(tick.provenance, Provenance::shifted);
     EXPECT_NEAR(tick.input[0].input()[0], next, 1e-12);
-    EXPECT_ANY_THROW(controller.report());  // outside the loop: heard
+    EXPECT_ANY_THROW(controller.report());  // outside the loop, the exception is passed on
     thrown = Thrown::nothing;
-    // Nothing is left of it: the same as a controller that never saw it.
+    // No trace of it remains: the result equals that of a controller without the exception.
     RecedingHorizonController other = controller_for(GetParam());
     other.tick(0.0, tilted);
     other.tick(step, VectorXd::Constant(2, std::nan("")));
@@ -133,8 +133,8 @@ TEST_P(Throwing, InFeedback) {
     thrown = what;
     const ControlTick& tick = controller.feedback(tilted);
     thrown = Thrown::nothing;
-    // What is linearised needs no formula any more, but the check does: the input is out, and
-    // nothing is known of its plan.
+    // The linearised problem needs no formula any more, but the check does. The input is available,
+    // and its plan is unchecked.
     if (tick.provenance == Provenance::step) {
       EXPECT_EQ(tick.status, SolveStatus::step_taken);
       EXPECT_EQ(tick.kkt, infinity);
@@ -175,7 +175,7 @@ TEST(ThrowingFunctions, FromTheUsersFunctions) {
     RecedingHorizonController sends = controller_for(Back::stages, options);
     const ControlTick& tick = sends.tick(0.0, tilted);
     EXPECT_TRUE(is_of_this_tick(tick.provenance));
-    EXPECT_LT(tick.kkt, infinity);  // it is checked nonetheless
+    EXPECT_LT(tick.kkt, infinity);  // the plan is checked nonetheless
     EXPECT_EQ(sent, 1);
 
     options = {};
@@ -187,8 +187,8 @@ TEST(ThrowingFunctions, FromTheUsersFunctions) {
   }
 }
 
-// Names and sizes are mistakes of whoever writes the program, and are said at once; what is no
-// number comes from outside, and waits for the tick.
+// Wrong names and sizes are programming errors and throw at once. NaN comes from outside and is
+// handled in the tick.
 TEST(ThrowingFunctions, DataThatAreNoNumbersWaitForTheTick) {
   RecedingHorizonController controller = controller_for(Back::stages);
   EXPECT_THROW(controller.set_data("nothing", VectorXd::Zero(1)), DefinitionError);

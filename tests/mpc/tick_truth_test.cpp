@@ -1,4 +1,4 @@
-// Is what a tick says of its plan true of the nonlinear program itself? And when is it said?
+// Tests that a tick's claims about its plan hold for the nonlinear program, and when they are made.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -32,8 +32,8 @@ struct Pendulum {
   }
 };
 
-// With a hard row: at the end the mass is at a place, which is no linear function of the angle.
-// Steps of the iteration soon meet it; where it falls on a speed as well (steep), they never do.
+// A hard end row prescribes the position of the mass, a nonlinear function of the angle. The
+// iteration soon satisfies it. With an additional speed condition (steep) it never does.
 template <bool nonlinear>
 MultipleShooting pendulum(double steep = 0.0) {
   Phase<2, 1> phase{"pendulum", Pendulum<nonlinear>{}, exactly(10 * step)};
@@ -70,7 +70,7 @@ const VectorXd hanging = Vec<double, 2>{2.8, 0.0};
 
 class TickTruth : public ::testing::TestWithParam<Back> {};
 
-// What a tick says of its plan, against the program evaluated here.
+// Compares the claims of a tick about its plan with the program evaluated here.
 void expect_true(RecedingHorizonController& controller, const ControlTick& tick) {
   const ControllerOptions limits;
   const Solution plan = controller.report();
@@ -100,12 +100,12 @@ TEST_P(TickTruth, ResidualAndViolationAreThoseOfTheProgram) {
   RecedingHorizonController controller = controller_for(GetParam());
   std::array<int, provenances> counts{};
   constexpr int ticks = 10;
-  for (int k = 0; k < ticks; ++k) {  // the same instant again: the iteration converges
+  for (int k = 0; k < ticks; ++k) {  // the instant is fixed, so the iteration converges
     SCOPED_TRACE(k);
     const ControlTick& tick = controller.tick(0.0, hanging);
     expect_true(controller, tick);
     if (k == 0) {
-      EXPECT_GT(tick.violation, 0.1);  // of one quadratic model of a swing from far away
+      EXPECT_GT(tick.violation, 0.1);  // one quadratic model, far from the solution
       EXPECT_GT(tick.kkt, 0.5);
     }
     ++counts[static_cast<std::size_t>(tick.provenance)];
@@ -129,7 +129,7 @@ TEST_P(TickTruth, StepsThatLeadNowhereAreNeverCalledMore) {
   }
 }
 
-// A plan that time cut off is judged by the program as well, and keeps the reason.
+// A plan cut off by the time limit is checked on the program too, and keeps the reason.
 TEST_P(TickTruth, OfPlansThatWereCutOff) {
   const ControllerOptions options;
   RecedingHorizonController controller =
@@ -163,13 +163,13 @@ TEST_P(TickTruth, TheInputIsOutBeforeTheCheckAndDoesNotWaitForIt) {
   EXPECT_GT(tick.check, 0.0);
   EXPECT_GE(controller.statistics().check.max(), tick.check);
   EXPECT_EQ(controller.statistics().all().max(), tick.seconds);
-  controller.tick(0.1, VectorXd::Constant(2, std::nan("")));  // also what is not of this tick
+  controller.tick(0.1, VectorXd::Constant(2, std::nan("")));  // also sends shifted plans
   ASSERT_EQ(sent.size(), 2u);
   EXPECT_EQ(sent[1].provenance, Provenance::shifted);
   EXPECT_EQ(tick.check, 0.0);
 }
 
-// Where the program is its own model there is nothing to be checked.
+// If the program equals its quadratic model, no check is needed.
 TEST_P(TickTruth, ALinearQuadraticProgramIsNotCheckedAgain) {
   RecedingHorizonController controller = controller_for<false>(GetParam());
   ASSERT_TRUE(controller.shooting().nlp().is_linear_quadratic());
@@ -210,7 +210,7 @@ TEST(TickStatus, ASolverOfTheProgramIsTakenAtItsWord) {
   EXPECT_LT(controller.report().kkt.scaled(), 1e-6);
 }
 
-// Of the same pendulum in other units: places in lengths, torques in forces, costs in weights.
+// The same pendulum in other units: lengths, forces (torques) and weights (costs).
 struct Units {
   double length, force, weight;
 };

@@ -1,4 +1,4 @@
-// Bounds given row by row arrive row by row, whatever the compiler makes of the constants.
+// Tests that bounds given row by row are kept exactly, for all compiler optimisations of constants.
 #include <gtest/gtest.h>
 
 #include "saltus/ocp/phase.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 using testing_support::Cart;
 
-// gcc 12 with AVX-512 made [1, 1] of both (framework/cmake/SaltusTarget.cmake).
+// gcc 12 with AVX-512 computed [1, 1] for both (framework/cmake/SaltusTarget.cmake).
 TEST(Bounds, EachRowKeepsItsOwn) {
   Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.reach("end", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)})
@@ -30,7 +30,7 @@ TEST(Bounds, ThatLeaveNoFiniteValueAreEmpty) {
     EXPECT_FALSE(b.is_empty()) << b.lower << " to " << b.upper;
 }
 
-// A phase that is over has bounded the unknown that the next one reads, too.
+// Bounds of an unknown set by a finished phase also hold for the next phase that reads the unknown.
 TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
   const auto driven = [](const auto&, const auto&, const auto& u, const auto& p) {
     return std::decay_t<decltype(u)>(p[0] * u[0]);
@@ -43,7 +43,7 @@ TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
   EXPECT_EQ(ocp.after(1).bounds_of_unknown("gain", 0), between(0.0, 1.0));
 }
 
-// Evaluated by several threads at once, as formulas are.
+// Several threads evaluate it at once, as they do with formulas.
 TEST(Bounds, ThatAreSoftAreReentrant) {
   Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.bound_state(1, at_most(1.0), {}, soft("speed", 1.0));

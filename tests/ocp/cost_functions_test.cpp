@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-// Central differences of value and gradient against the exact ones, at random points.
+// Compares value and gradient with central differences at random points.
 void expect_exact_derivatives(const Function& f, unsigned seed, double away_from_kinks = 0.0) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -98,7 +98,7 @@ TEST(ChangeCosts, AreSquaresOfDifferences) {
   EXPECT_NEAR(f(z)[0], 9.0, 1e-14);
   EXPECT_NEAR(f(z)[1], 0.0, 1e-14);
   EXPECT_NEAR(f(z)[2], 10.0, 1e-14);
-  EXPECT_EQ(f.jacobian_pattern().entries(), 4);  // a weight of zero leaves nothing
+  EXPECT_EQ(f.jacobian_pattern().entries(), 4);  // a zero weight gives no entry
 }
 
 }  // namespace

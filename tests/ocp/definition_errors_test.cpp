@@ -1,5 +1,5 @@
-// A wrong definition is refused at set-up, in one sentence that names the phase and the term, what
-// was expected and what was given.
+// A wrong definition is refused at set-up. One sentence names the phase and the term, and the
+// expected and the given value.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,11 +19,11 @@ const double nan = std::nan("");
 struct Mistake {
   const char* name;
   std::function<void()> make;
-  std::vector<std::string> message;  ///< fragments that it must contain
+  std::vector<std::string> message;  ///< fragments that the message must contain
 };
 void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
 
-// Adds something to a sound phase and makes the problem.
+// Adds a term to a sound phase and builds the problem.
 std::function<void()> phase(std::function<void(Motion&)> change) {
   return [change = std::move(change)] {
     Motion motion{"motion", Velocity{}, exactly(1.0)};
@@ -75,7 +75,7 @@ struct Velocity1 {  // x' = p u
   }
 };
 
-// Two modes, of which state 1 keeps the number; it must not change by itself.
+// Two modes whose number is stored in state 1. That state must not change by itself.
 Automaton<2, 0> remembering(double rate) {
   const auto drift = [rate](const auto& t, const auto&) {
     using S = std::decay_t<decltype(t)>;
@@ -93,7 +93,7 @@ Automaton<2, 0> remembering(double rate) {
 
 const std::vector<Mistake>& mistakes() {
   static const std::vector<Mistake> list{
-      // --- entries that are not there
+      // --- missing entries
       {"StateBeyondTheEnd",
        [] {
          Phase<2, 1> m{"motion", Thrust{}, exactly(1.0)};
@@ -648,7 +648,7 @@ TEST_P(Definition, IsRefusedWithTheReason) {
 INSTANTIATE_TEST_SUITE_P(Mistakes, Definition, testing::ValuesIn(mistakes()),
                          [](const auto& instance) { return instance.param.name; });
 
-// Changes between solves are checked before anything is changed.
+// Changes between solves are validated before they take effect.
 TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
   Motion motion{"motion", Velocity{}, exactly(1.0)};
   motion.bound_input(0, exactly(0.0), {.to = event("impact")});

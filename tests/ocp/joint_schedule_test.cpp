@@ -1,4 +1,4 @@
-// Schedules side by side: what each does, all do.
+// Tests that a joint schedule reproduces each of its member schedules.
 #include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
-// Stands, swings, stands and so on: `name` lifts at the even events.
+// Alternates between stance and swing. `name` lifts at the even events.
 Schedule leg(const std::string& name, const std::vector<double>& times) {
   std::vector<std::string> modes{name};
   std::vector<Event> events;
@@ -34,7 +34,7 @@ TEST(JointSchedule, AtAnyTimeItsModeIsThatOfAllParts) {
     std::vector<Schedule> parts;
     for (const char* name : {"FL", "FR", "RL"}) {
       std::vector<double> times(random.integer(0, 6));
-      for (double& t : times) t = 0.1 * random.integer(0, 12);  // many at one instant
+      for (double& t : times) t = 0.1 * random.integer(0, 12);  // many at the same instant
       std::sort(times.begin(), times.end());
       parts.push_back(leg(name, times));
     }

@@ -1,4 +1,4 @@
-// Problems that the compiler must refuse, one per CASE_ definition; none defined: all fine.
+// Problems that the compiler must refuse, one per CASE_ definition. Without one, the file compiles.
 #include <cmath>
 #include <type_traits>
 
@@ -24,7 +24,7 @@ struct Pendulum {
 #endif
   }
 };
-// Returns another number of entries than it declares.
+// Returns a number of entries that differs from its declaration.
 template <int rows>
 struct Braces {
   template <class S>
@@ -42,7 +42,7 @@ struct Braces {
 #endif
   }
 };
-// Declares another number of rows than the phase has states.
+// Declares a number of rows that differs from the number of states of the phase.
 template <int rows>
 struct Rows {
   template <class S>
@@ -147,7 +147,7 @@ void define() {
 #elif defined(CASE_rows_of_plant)
   make_plant<2, 1>(Rows<1>{}, {}, VectorXd::Zero(2));
 #else
-  // What is allowed beside: every kind of number, and choices between a number and a scalar.
+  // Valid variants: every kind of number, and choices between a number and a scalar.
   phase.keep(
       "numbers",
       [](const auto& t, const auto& x) {

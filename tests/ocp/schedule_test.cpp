@@ -1,4 +1,4 @@
-// Modes, events and references in absolute time.
+// Tests modes, events and references in absolute time.
 #include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
@@ -88,7 +88,7 @@ TEST(LiveSchedule, ModesAreInsertedErasedAndReplaced) {
   Schedule s = roomy();
   s.insert("flight", "take-off", 0.7);
   EXPECT_EQ(text_of(s), "left 0.5:land both 0.7:take-off flight 0.8:lift right");
-  s.insert("left", "back", 0.8);  // at the same instant: after what was there
+  s.insert("left", "back", 0.8);  // at the same instant: after the existing event
   EXPECT_EQ(text_of(s), "left 0.5:land both 0.7:take-off flight 0.8:lift right 0.8:back left");
   s.erase("land");
   EXPECT_EQ(text_of(s), "left 0.7:take-off flight 0.8:lift right 0.8:back left");
@@ -113,7 +113,7 @@ TEST(LiveSchedule, AnEventThatMovesTakesLaterOnesAlong) {
   EXPECT_EQ(text_of(s), "left 0.5:land both 1:lift right 1.7:back left inf:rest both");
   s.retime_from("lift", never);
   EXPECT_EQ(text_of(s), "left 0.5:land both inf:lift right inf:back left inf:rest both");
-  s.retime_from("lift", 0.6);  // how long the modes once lasted is not known any more
+  s.retime_from("lift", 0.6);  // the previous durations of the modes are lost
   EXPECT_EQ(text_of(s), "left 0.5:land both 0.6:lift right inf:back left inf:rest both");
   s = before;
   s.retime_from("rest", never);
