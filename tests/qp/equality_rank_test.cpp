@@ -1,4 +1,4 @@
-// Are dependent and contradictory equality rows found, and only those?
+// Dependent and contradictory equality rows are found, and no others are.
 #include "tests/support/equality_rank.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ int count(const std::vector<EqualityRow>& rows, RowRank rank) {
       std::count_if(rows.begin(), rows.end(), [&](const auto& r) { return r.rank == rank; }));
 }
 
-// Rank of all equations of the sparse form: dynamics, start, rows and bounds with equal sides.
+// Rank of all equations of the sparse form: dynamics, start, and rows and bounds with equal sides.
 int rank_of_all(const SparseQp& qp, int& equations) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   MatrixXd rows = MatrixXd::Zero(m + n, n);
@@ -65,7 +65,7 @@ TEST(EqualityRank, ContradictionsAreFound) {
   EXPECT_GT(tried, 30);
 }
 
-// x_1 = x_0 + u_0, x_2 = x_1 + u_1: a row on each state and input is one too many.
+// x_1 = x_0 + u_0, x_2 = x_1 + u_1: with a row on each state and input, one row is redundant.
 TEST(EqualityRank, RowsAreNamed) {
   StageQp qp({{1, 1, {{1, 2, false}}}, {1, 1, {{2, 2, false}}}, {1, 0, {{1, 1, false}}}});
   for (int k = 0; k < 2; ++k) qp.stages[k].A(0, 0) = qp.stages[k].B(0, 0) = 1.0;
@@ -88,7 +88,7 @@ TEST(EqualityRank, RowsAreNamed) {
   demand(1, 0, 0.0, 1.0, 0.001);
   rows = rank_equality_rows(qp);
   ASSERT_EQ(count(rows, RowRank::contradictory), 1);
-  // With a free start it can be met, and another row is needed to fix it.
+  // With a free start the row can be met, and another row is needed to fix the start.
   qp.fixed_start = false;
   EXPECT_EQ(count(rank_equality_rows(qp), RowRank::independent), 3);
   qp.stages[0].x_lower[0] = qp.stages[0].x_upper[0] = 1.0;

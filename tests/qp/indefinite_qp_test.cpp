@@ -1,5 +1,5 @@
-// Programs that are not convex: is what both back-ends call a solution a point from which no small
-// change of the inputs leads down, and do they mostly find one?
+// Non-convex programs. At a reported solution of either back-end, no small change of the inputs
+// decreases the cost. Both back-ends solve most of the programs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 constexpr int seeds = 60, intervals = 6, nx = 2, nu = 2;
 constexpr double tolerance = 1e-9;
 
-// Stages whose costs have no definite sign, inputs in a box, states far inside theirs.
+// Stages with indefinite costs, inputs in a box, and states far inside their bounds.
 StageQp indefinite_qp(int seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -66,13 +66,14 @@ void expect_local_minimum(const StageQp& qp, const StagePoint& found, int seed) 
       StagePoint other = found;
       for (int k = 0; k < intervals; ++k)
         for (double& u : other.stages[k].u) u = std::clamp(u + size * uniform(random), -1.0, 1.0);
-      // A multiplier of 1 on an input that is off its bound by the tolerance is worth as much.
+      // An input off its bound by the tolerance, with a multiplier of 1, changes the cost by this
+      // amount.
       EXPECT_GT(cost_of(qp, other), cost - 1e-7) << "seed " << seed << ", changes of " << size;
     }
 }
 
-// Nothing promises that a method for convex programs arrives here: 30 of 60 were measured in
-// stages, 42 flat. A method that is not told about curvature solves 2 of them at most.
+// A method for convex programs need not converge here. Measured: 30 of 60 programs in stages, 42 in
+// sparse form. A method that ignores negative curvature solves 2 of them at most.
 constexpr int solved_at_least = 25;
 
 TEST(IndefinitePrograms, WhatStagesFindIsALocalSolution) {

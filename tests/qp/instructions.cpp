@@ -1,9 +1,9 @@
-// Solves a batch of programs with the structured solver, for compare_instructions.py to count what
-// that takes:
+// Solves a batch of programs with the structured solver, so that compare_instructions.py can count
+// the instructions:
 //
 //     riccati_instructions cold|fixed-sizes|warm
 //
-// It prints the compiler, then how many iterations there were.
+// It prints the compiler and the number of iterations.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -24,7 +24,7 @@ constexpr qp::RiccatiKernel kernels[] = {qp::riccati_kernel<states, inputs, stat
                                          qp::riccati_kernel<0, inputs, states>(),
                                          qp::riccati_kernel<states, inputs, 0>()};
 
-// Of the largest sizes that random_qp() draws, all of them regular.
+// A regular program of the largest sizes that random_qp() draws.
 testing::RandomQp program(int seed) {
   testing::RandomQpOptions options;
   options.min_intervals = options.max_intervals = 15;

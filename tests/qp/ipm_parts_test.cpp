@@ -1,4 +1,4 @@
-// Parts of the interior-point method by themselves, on programs of one or two variables.
+// Separate tests of the parts of the interior-point method, on programs of one or two variables.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 constexpr double rounding = 1e-12;       // of a few operations on numbers of order one
 constexpr double regularisation = 1e-9;  // of a sparse factor, after refinement
 
-// min 1/2 hessian v'v + gradient'v with bounds, each variable for itself.
+// min 1/2 hessian v'v + gradient'v with bounds; the variables are independent.
 SparseQp bounds_alone(const VectorXd& hessian, const VectorXd& gradient) {
   std::vector<std::pair<int, int>> diagonal;
   for (int i = 0; i < hessian.size(); ++i) diagonal.emplace_back(i, i);
@@ -44,7 +44,7 @@ struct Loaded {
   AlignedArray work, gradient, equality;
 };
 
-// Where the method begins.
+// First iterate of the method.
 Iterate started(const SparseQp& qp) {
   Loaded at(qp);
   AlignedArray weights(at.system.max_sides());
@@ -54,7 +54,7 @@ Iterate started(const SparseQp& qp) {
   return std::move(at.point);
 }
 
-// --- where it begins ----------------------------------------------------------------------------
+// --- starting points ----------------------------------------------------------------------------
 
 // min 1/2 v^2 with v >= 1. In between v = 1/2 misses by 1/2; slacks are shifted by 3/4, then by
 // half of the products over the multipliers, and multipliers likewise.
@@ -67,7 +67,7 @@ TEST(LeastSquaresStart, IsMehrotras) {
   EXPECT_NEAR(point.lambda[0], 0.5 + 0.25, regularisation);
 }
 
-// A bound that never acts changes neither the point nor the slacks of the others.
+// A bound that is never active changes neither the point nor the slacks of the others.
 TEST(LeastSquaresStart, DoesNotHeedIdleSides) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 1.0;
@@ -91,7 +91,7 @@ TEST(LeastSquaresStart, WithRoomShiftsMultipliers) {
   EXPECT_NEAR(point.lambda[0], 0.125 + 0.5 * products / 0.25, regularisation);
 }
 
-// Where nothing is missed and nothing has room something positive is left of both.
+// Slacks and multipliers stay positive even if all sides hold with equality.
 TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 0.0;
@@ -100,8 +100,8 @@ TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
   EXPECT_NEAR(point.lambda[0], 1e-2, rounding);
 }
 
-// Products are the barrier; on soft sides violation and slack explain the gap, and multipliers are
-// in balance with the slope of the penalty, or their own product is the barrier.
+// Products equal the barrier parameter. On soft sides, violation and slack account for the gap.
+// Multipliers balance the slope of the penalty, or their own product is the barrier parameter.
 TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
   constexpr double barrier = 1e-2, least = 0.1;
   int balanced = 0, soft = 0;
@@ -143,8 +143,8 @@ TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
   EXPECT_GT(soft - balanced, 0);
 }
 
-// Of a side with hardly any multiplier the slack becomes a tenth of its row, of one with a large
-// multiplier three times the barrier over it.
+// With a very small multiplier, the slack becomes a tenth of its row. With a large multiplier, it
+// becomes three times the barrier parameter divided by the multiplier.
 TEST(WarmStart, SlacksAreAsLargeAsTheBarrierAndTheRowLet) {
   for (const double row : {0.1, 1.0, 5.0}) {
     SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
@@ -166,16 +166,16 @@ TEST(WarmStart, SlacksAreAsLargeAsTheBarrierAndTheRowLet) {
     const double grown = std::max(barrier, 3e-4 * 10.0 * row);  // with the multiplier of the row
     EXPECT_NEAR(at.point.s[0], std::min(3.0 * grown / 10.0, 0.1 * row), rounding);
     EXPECT_EQ(at.point.lambda[0], 10.0);
-    values[0] = 3.0 * row;  // farther inside it stays there
+    values[0] = 3.0 * row;  // a slack farther inside is unchanged
     start_warm(at.system, barrier, values, at.point, size);
     EXPECT_NEAR(at.point.s[0], row, rounding);
   }
 }
 
-// --- where it ends ------------------------------------------------------------------------------
+// --- termination --------------------------------------------------------------------------------
 
-// min 1/2 |v|^2 with v_i >= level - slack: level is the multiplier, and each leaves a product. What
-// all of them leave counts relative to the cost, where that is large.
+// min 1/2 |v|^2 with v_i >= level - slack. The multiplier is `level`, and each side leaves a
+// product. The sum of the products is measured relative to the cost if the cost is large.
 bool is_reached(double level, double product) {
   constexpr int n = 100;
   SparseQp qp = bounds_alone(VectorXd::Ones(n), VectorXd::Zero(n));
@@ -200,14 +200,14 @@ bool is_reached(double level, double product) {
 
 TEST(Convergence, TheGapCountsRelativeToTheCost) {
   EXPECT_TRUE(is_reached(1.0, 9e-11));   // a gap of 9e-9 of a cost of 50
-  EXPECT_FALSE(is_reached(0.1, 9e-11));  // and of one of 0.5
+  EXPECT_FALSE(is_reached(0.1, 9e-11));  // and of a cost of 0.5
   EXPECT_TRUE(is_reached(0.1, 2e-11));
-  EXPECT_FALSE(is_reached(1.0, 2e-10));  // each one by itself is too large
+  EXPECT_FALSE(is_reached(1.0, 2e-10));  // each product alone is too large
 }
 
-// --- proofs that there is no solution -----------------------------------------------------------
+// --- certificates of infeasibility and unboundedness --------------------------------------------
 
-// One variable between two sides that exclude one another, whatever it costs.
+// One variable between two contradictory sides, with any cost.
 TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
   for (const double cost : {0.0, 1.0, 1e3}) {
     SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
@@ -224,7 +224,7 @@ TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
     lambda[0] = lambda[1] = 2.0;
     EXPECT_TRUE(is_infeasible(at.system, v, y, lambda, space)) << cost;
     EXPECT_EQ(space.lambda[0], 2.0);
-    // One side alone proves nothing, nor does a multiplier that pulls.
+    // One side alone proves nothing, and neither does a multiplier of the wrong sign.
     lambda[1] = 0.0;
     EXPECT_FALSE(is_infeasible(at.system, v, y, lambda, space)) << cost;
     lambda[1] = -2.0;
@@ -245,9 +245,9 @@ TEST(Certificates, FarAwayDownhillWithoutCurvatureIsUnbounded) {
   EXPECT_TRUE(is_unbounded_at(-1.0, 0.0, infinity, 1e7));
   EXPECT_TRUE(is_unbounded_at(1.0, 0.0, 2.0, -1e7));
   EXPECT_FALSE(is_unbounded_at(-1.0, 0.0, infinity, 1e5));   // not far
-  EXPECT_FALSE(is_unbounded_at(1.0, 0.0, infinity, 1e7));    // uphill
-  EXPECT_FALSE(is_unbounded_at(-1.0, 1e-3, infinity, 1e7));  // it bends up
-  EXPECT_FALSE(is_unbounded_at(-1.0, 0.0, 2.0, 1e7));        // a side is in the way
+  EXPECT_FALSE(is_unbounded_at(1.0, 0.0, infinity, 1e7));    // the cost increases
+  EXPECT_FALSE(is_unbounded_at(-1.0, 1e-3, infinity, 1e7));  // the curvature is positive
+  EXPECT_FALSE(is_unbounded_at(-1.0, 0.0, 2.0, 1e7));        // a side blocks the direction
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// What kkt_system.hpp asks of the linear algebra, of both systems, by their own products: which are
-// right the solvers' optima tell. And Newton's step, by the equations that it solves.
+// Requirements of kkt_system.hpp on the linear algebra, tested for both systems by their own
+// products. The optima of the solvers test the products themselves. Newton's step is tested by its
+// equations.
 #include "saltus/qp/kkt_system.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ double size_of(const AlignedArray& a) {
   return most;
 }
 
-// A system that counts.
+// A system that counts its calls.
 template <class System>
 struct Counting : System {
   using System::System;
@@ -55,7 +56,7 @@ struct Counting : System {
   int solves = 0;
 };
 
-// A program for either system, and points of its space: padding stays zero.
+// A program for either system, and points of its space. Padding stays zero.
 struct Staged {
   explicit Staged(StageQp program) : qp(std::move(program)), system(qp, {}) {
     EXPECT_TRUE(system.pack(qp));
@@ -127,14 +128,14 @@ TYPED_TEST(KktSystemOf, ProductsFitTogether) {
     const auto near = [](double x, double y, double size) {
       EXPECT_NEAR(x, y, rounding * (1.0 + size));
     };
-    // Without multipliers a product with H and E: H is symmetric.
+    // Without multipliers the product uses H and E only, and H is symmetric.
     system.apply(a.v.data(), zero.y.data(), zero.side.data(), of_a.v.data(), of_a.y.data(),
                  of_a.side.data());
     system.apply(b.v.data(), zero.y.data(), zero.side.data(), of_b.v.data(), of_b.y.data(),
                  of_b.side.data());
     const double in_all = size_of(of_a.v) * static_cast<double>(of_a.v.size());
     near(dot(of_a.v, b.v), dot(of_b.v, a.v), in_all);
-    // E' and G' are the transposed of E and G.
+    // E' and G' are the transposes of E and G.
     Point pulled(system), pushed(system);
     system.apply(zero.v.data(), b.y.data(), zero.side.data(), pulled.v.data(), pulled.y.data(),
                  pulled.side.data());
@@ -145,7 +146,7 @@ TYPED_TEST(KktSystemOf, ProductsFitTogether) {
     Point alone(system);
     system.multiply(a.v.data(), alone.side.data());
     for (int i = 0; i < system.sides(); ++i) near(alone.side[i], of_a.side[i], size_of(of_a.side));
-    // Together they are the sum, and evaluate() adds g and e.
+    // All products together equal the sum, and evaluate() adds g and e.
     Point together(system);
     system.apply(a.v.data(), b.y.data(), b.side.data(), together.v.data(), together.y.data(),
                  together.side.data());
@@ -208,7 +209,7 @@ TYPED_TEST(KktSystemOf, SolvesItsEquationsWithAShiftAndWithout) {
     });
 }
 
-// An iterate, residuals and targets as they come. Weights are about `stiffness` at most.
+// Random iterate, residuals and targets. Weights are about `stiffness` at most.
 struct Linearised {
   template <class Program>
   Linearised(Program& given, Random& random, double stiffness)
@@ -231,7 +232,7 @@ struct Linearised {
     }
   }
 
-  // What a step leaves of each linear equation, relative to its terms.
+  // Residual of each linear equation after a step, relative to its terms.
   template <KktSystem System>
   void expect_solved(System& system, const Iterate& step, double shift, double accurate) const {
     const auto vanishes = [&](std::initializer_list<double> terms) {
@@ -278,7 +279,7 @@ template <class Program>
 class NewtonStepOf : public KktSystemOf<Program> {};
 TYPED_TEST_SUITE(NewtonStepOf, Programs);
 
-// As it is and as a careful one, which is refined; both with a shift and without.
+// Solves with and without refinement, and with and without a shift.
 TYPED_TEST(NewtonStepOf, SolvesTheLinearisedConditions) {
   constexpr double accurate = 1e-7;
   for (const bool careful : {false, true})
@@ -296,7 +297,7 @@ TYPED_TEST(NewtonStepOf, SolvesTheLinearisedConditions) {
       });
 }
 
-// A step that is accurate is not refined any further.
+// An accurate step is not refined further.
 TYPED_TEST(NewtonStepOf, IsRefinedOnlyWhereItHasTo) {
   int solves = 0;
   this->for_programs([&](TypeParam& given, Random& random) {
@@ -311,7 +312,7 @@ TYPED_TEST(NewtonStepOf, IsRefinedOnlyWhereItHasTo) {
     newton.solve(system, at.p, at.r, at.target, step);
     solves += system.solves;
   });
-  EXPECT_LE(solves, 1.6 * programs);  // 1.5 were measured of the recursion, 1 of the sparse factor
+  EXPECT_LE(solves, 1.6 * programs);  // measured: 1.5 for the recursion, 1 for the sparse factor
 }
 
 }  // namespace

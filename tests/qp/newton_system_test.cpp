@@ -1,4 +1,4 @@
-// Both systems of the barrier method by the equations that newton_system.hpp says they solve.
+// Both linear systems of the barrier method, tested by the equations in newton_system.hpp.
 #include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,8 @@ INSTANTIATE_TEST_SUITE_P(Kinds, NewtonSystemOf, ::testing::Values(Kind::sparse, 
                            return kind.param == Kind::sparse ? "sparse" : "by_stages";
                          });
 
-// As a barrier gives them: of each side that exists, none of fixed variables, equalities infinite.
+// Weights as a barrier gives them: one for each existing side, none for fixed variables, infinite
+// for equalities.
 struct Weights {
   Weights(const SparseQp& qp, Random& random)
       : variables(VectorXd::Zero(qp.variables())), rows(VectorXd::Zero(qp.row_pattern.rows())) {
@@ -53,7 +54,7 @@ struct Weights {
   VectorXd variables, rows;
 };
 
-// What a step leaves of the equations: of variables that are not fixed, and of rows with a weight.
+// Residuals of the equations after a step, for variables that are not fixed and rows with a weight.
 struct Left {
   VectorXd variables, rows;
 };
@@ -119,7 +120,7 @@ TEST_P(NewtonSystemOf, SolvesItsEquations) {
   }
 }
 
-// Every way to factor is another way to the same step, and is tried once; stages have one more.
+// Every factorisation gives the same step and is tried once. Stages have one more factorisation.
 TEST_P(NewtonSystemOf, OtherwiseFactoredItSolvesTheSame) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -141,7 +142,7 @@ TEST_P(NewtonSystemOf, OtherwiseFactoredItSolvesTheSame) {
   }
 }
 
-// An equation between variables that are given is no matter of the step, in any way to factor.
+// The step ignores an equation between fixed variables, with every factorisation.
 TEST(SparseNewton, AnEquationOfFixedVariablesAloneIsNoObstacle) {
   SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
               SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}));
@@ -164,7 +165,7 @@ TEST(SparseNewton, AnEquationOfFixedVariablesAloneIsNoObstacle) {
   EXPECT_EQ(ways, 6);
 }
 
-// What one program has taught is forgotten.
+// A restart discards the settings learned from one program.
 TEST(SparseNewton, RestartedItTakesTheSameStep) {
   RandomStaged staged(3, /*whole_diagonal=*/true);
   Random random(3);
@@ -176,7 +177,7 @@ TEST(SparseNewton, RestartedItTakesTheSameStep) {
   ASSERT_TRUE(system->load(qp) && system->factor(weights.variables, weights.rows));
   system->solve(rw, rr, first, dlambda);
   ASSERT_TRUE(system->factor_with_fallback());
-  ASSERT_TRUE(system->factor(weights.variables, weights.rows));  // with what served last
+  ASSERT_TRUE(system->factor(weights.variables, weights.rows));  // with the last good settings
   system->solve(rw, rr, dw, dlambda);
   EXPECT_NE(dw, first);
   system->restart();
@@ -185,7 +186,7 @@ TEST(SparseNewton, RestartedItTakesTheSameStep) {
   EXPECT_EQ(dw, first);
 }
 
-// A slack is eliminated by its curvature.
+// The curvature of a slack eliminates the slack.
 TEST(RiccatiNewton, ASlackThatCostsNothingIsRefused) {
   RandomStaged staged(8, /*whole_diagonal=*/true);
   Random random(8);

@@ -1,5 +1,5 @@
-// Optima of random programs by the structured solver, with all digits, for compare_widths.py: one
-// program is built per vector width.
+// Prints optima of random programs by the structured solver with all digits, for compare_widths.py.
+// One executable is built per vector width.
 #include <fmt/format.h>
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// Is a packed program a value: filled again and moved without a trace of what it held before?
+// A packed program has value semantics: refilling or moving it leaves no trace of earlier contents.
 #include "saltus/qp/packed_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -49,8 +49,8 @@ double largest_difference(const StageQp& qp, const StagePoint& a, const StagePoi
   return most;
 }
 
-// Of a fixed start rows of the start alone are no part of the packed program: they have no
-// multipliers to come back.
+// With a fixed start, rows on the start alone are not part of the packed program, so they have no
+// multipliers to return.
 TEST(PackedQp, PointsComeBackAsTheyWere) {
   for (int seed = 1; seed <= 200; ++seed) {
     const RandomQp random = random_qp(seed, {.free_start = 1.0});

@@ -9,8 +9,8 @@
 
 namespace saltus::testing {
 
-/// Groups of three inputs that act through their sum of forces, with bounds, friction-like rows and
-/// rows with equal sides in each; four states.
+/// Groups of three inputs that act through the sum of their forces. Each group has bounds,
+/// friction-like rows and rows with equal sides. There are four states.
 inline StageQp program_with_groups(int groups, std::uint64_t seed, double equality = 0.0) {
   constexpr int nx = 4, size = 3, intervals = 6;
   Random random(seed);

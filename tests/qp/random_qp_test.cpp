@@ -1,4 +1,4 @@
-// Do the generators deliver what they promise?
+// The generators of random programs satisfy their documented properties.
 #include "tests/support/random_qp.hpp"
 
 #include <gtest/gtest.h>

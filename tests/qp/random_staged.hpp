@@ -1,5 +1,5 @@
-// Sparse programs with random stages, couplings, slacks and globals, of which variables and rows
-// come and go.
+// Sparse programs with random stages, couplings, slacks and globals. Variables and rows appear and
+// disappear.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class RandomStaged {
     draw();
   }
 
-  /// New numbers, and what is fixed, bounded or off is drawn anew.
+  /// Draws new numbers, and a new selection of fixed variables, bounds and inactive rows.
   void draw() {
     w = VectorXd(variables_);
     for (double& entry : w) entry = number();
@@ -47,7 +47,7 @@ class RandomStaged {
     }
     const VectorXd scale = VectorXd::Constant(variables_, 1.0) + VectorXd(w.cwiseAbs());
     qp.hessian_pattern.for_each([&](int a, int b, int e) {
-      // Dominated by the diagonal; some entries are exactly zero, so that nothing is carried.
+      // The diagonal dominates. Some entries are exactly zero, so that no variable is carried.
       qp.hessian[e] = a == b ? scale[a] : chance(0.3) ? 0.0 : number() / variables_;
     });
     qp.row_pattern.for_each([&](int, int, int e) {
@@ -59,7 +59,7 @@ class RandomStaged {
       qp.lower[slack] = w[slack] = low;
       const int h = qp.hessian_pattern.find(slack, slack);
       if (h >= 0) qp.hessian[h] = testing_support::uniform(random_, 0.5, 2.0);
-      // In the slack above its least value the penalty rises from a slope that is not negative.
+      // The penalty increases in the slack above its least value, with a nonnegative slope.
       qp.gradient[slack] =
           (h >= 0 && chance(0.5) ? 0.0 : testing_support::uniform(random_, 0.1, 1.0)) -
           (h >= 0 ? qp.hessian[h] : 0.0) * low;
@@ -90,7 +90,7 @@ class RandomStaged {
 
   SparseQp qp;
   StageStructure structure;
-  VectorXd w;  ///< satisfies everything that is hard
+  VectorXd w;  ///< satisfies all hard constraints
 
  private:
   enum class Kind { start, dynamics, hard, soft };
@@ -123,7 +123,7 @@ class RandomStaged {
     for (int i = integer(0, 2); i > 0; --i) structure.globals.push_back(new_variable(false));
   }
 
-  // Variables that a row of a stage may contain: mostly its own.
+  // Variables that a row of a stage may contain, mostly those of the same stage.
   std::vector<int> draw_columns(int stage) {
     std::vector<int> columns;
     for (int k = 0; k <= stage; ++k)

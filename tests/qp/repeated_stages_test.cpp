@@ -1,6 +1,6 @@
-// Stages that repeat one another, as those of a controller do: equal rows, costs and dynamics are
-// stored once, states that hand on what was an input are copied, inputs may be held. None of this
-// may be seen in the optimum, so the sparse solver, which knows of no stages, decides.
+// Repeated stages, as a controller has them. Equal rows, costs and dynamics are stored once, states
+// that pass on an earlier input are copied, and inputs may be held. None of this may change the
+// optimum, so the sparse solver, which does not use stages, is the reference.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 constexpr int programs = 200;
 constexpr double required = 1e-8;  // of cost, relative; of residuals in units of the multipliers
 
-// The first `own` states follow dynamics, the others are the inputs of the stage before.
+// The first `own` states follow dynamics. The others are the inputs of the previous stage.
 struct Sizes {
   int own, inputs, first_copied;
   int states() const { return own + first_copied; }
@@ -47,7 +47,7 @@ Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
   s.u_upper.setConstant(0.7);
   if (random.chance(0.3)) s.u_lower[0] = s.u_upper[0] = 0.05;  // held
 
-  RowGroup& hard = s.groups[0];  // on inputs: what is held fits in between
+  RowGroup& hard = s.groups[0];  // on inputs: held inputs are compatible with these bounds
   hard.rows = 2;
   for (int j = 0; j < nu; ++j) hard.columns.push_back(nx + j);
   hard.M = random.matrix(2, nu);
@@ -64,7 +64,8 @@ Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
   return s;
 }
 
-// Equal stages; from the middle on others where `changes`, and linear costs of their own.
+// Equal stages. With `changes`, stages from the middle on differ. Linear costs differ in every
+// stage.
 StageQp repeated_stages(int seed, bool changes) {
   Random random(seed);
   const int inputs = random.integer(1, 14);
@@ -115,7 +116,7 @@ TEST_P(RepeatedStages, HaveTheOptimumOfTheSparseProgram) {
     expect_optimum(repeated_stages(seed, GetParam()), seed);
 }
 
-// What the last solve left of equal stages must not be taken for what they are now.
+// Equal stages from the last solve must be compared again with the present numbers.
 TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
   for (int seed = 1; seed <= programs; seed += 10) {
     const StageQp first = repeated_stages(seed, GetParam());
@@ -140,7 +141,7 @@ TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
   }
 }
 
-// Each stage has the rows of the one before but for one thing.
+// Each stage has the rows of the previous one except for one difference.
 StageQp almost_repeated_stages(int seed) {
   Random random(seed);
   const int inputs = random.integer(2, 6);
@@ -179,7 +180,7 @@ StageQp almost_repeated_stages(int seed) {
       case 6:
         on_states.M(random.integer(0, 2), random.integer(0, sizes.own - 1)) *= -2.0;
         break;
-      default:  // other columns, or one row less
+      default:  // other columns, or one row fewer
         if (on_states.columns.size() > 1)
           on_states.columns.erase(
               on_states.columns.begin() +
@@ -197,7 +198,7 @@ TEST(AlmostRepeatedStages, AreNotTakenForTheOneBefore) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(almost_repeated_stages(seed), seed);
 }
 
-// The same rows in stages of other sizes: where their entries go in a stage is the stage's own.
+// The same rows in stages of other sizes. Each stage has its own positions for their entries.
 TEST(RowsThatRepeat, InStagesOfOtherSizesHavePlacesOfTheirOwn) {
   constexpr int nx = 7;
   for (int seed = 1; seed <= 40; ++seed) {

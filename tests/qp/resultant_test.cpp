@@ -1,4 +1,4 @@
-// Are the maps of a common resultant found where there are any, and nowhere else?
+// Maps of a common resultant are found exactly where they exist.
 #include "saltus/qp/resultant.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ constexpr ResultantSizes sizes{states, size, parts};
 
 struct Resultant {
   MatrixXd B = MatrixXd::Zero(states, parts* size);
-  std::vector<MatrixXd> T;  // per further part
+  std::vector<MatrixXd> T;  // for each further part
 };
 
 Resultant random_resultant(std::uint64_t seed) {
@@ -61,7 +61,7 @@ TEST(Resultant, MapsAndInversesAreFoundWithoutAllocation) {
 
 TEST(Resultant, GroupsThatMoveTheStateDifferentlyHaveNone) {
   Resultant r = random_resultant(1);
-  r.B(0, 2 * size) += 1e-6;  // out of the range of B_1
+  r.B(0, 2 * size) += 1e-6;  // outside the range of B_1
   EXPECT_FALSE(Maps().find(r.B));
 }
 

@@ -1,5 +1,5 @@
-// The structured solver against known optima and against the sparse solver; programs without a
-// solution; resultants, warm starts, deadlines, no allocation.
+// The structured solver against known optima and the sparse solver. Also programs without a
+// solution, resultants, warm starts, deadlines, and absence of allocation.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -31,8 +31,8 @@ constexpr int programs = 10000, unsolvable = 1000;
 constexpr double required =
     1e-8;  // of cost (relative) and of residuals in units of the multipliers
 
-// The sparse solver takes 6 ms for what takes this one 0.3: it sees some of the programs, or
-// with SALTUS_ALL_SEEDS set all of them.
+// The sparse solver takes 6 ms for a program that this solver solves in 0.3 ms. It solves a subset
+// of the programs, or all of them if SALTUS_ALL_SEEDS is set.
 int one_in_for_sparse(int one_in) { return std::getenv("SALTUS_ALL_SEEDS") ? 1 : one_in; }
 
 QpResult solve_cold(const StageQp& qp, StagePoint& point) {
@@ -67,8 +67,9 @@ TEST(RiccatiSolver, FindsTenThousandKnownOptima) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(random_qp(seed), seed);
 }
 
-// A mass (kg) is brought to a place and to rest, or held at a speed from half of the time on: what
-// its input of thousands does to the states of an interval is small, and the rows stiff.
+// A mass (kg) moves to a place and stops there, or keeps a speed for the second half of the time.
+// Its input is thousands of newtons, its effect on the states of an interval is small, and the rows
+// are stiff.
 StageQp mass_to_hold(double mass, double interval, bool held) {
   constexpr int intervals = 20;
   std::vector<StageCapacity> sizes(intervals + 1, {2, 1, {}});
@@ -99,7 +100,7 @@ TEST(RiccatiSolver, HoldsHeavyMassesAtEqualBounds) {
         const QpResult structured = solve_cold(qp, point);
         ASSERT_EQ(structured.status, QpStatus::optimal);
         EXPECT_LE(kkt_residual(qp, point).feasibility, required);
-        if (mass > 1e3) continue;  // too much for the sparse solver
+        if (mass > 1e3) continue;  // too difficult for the sparse solver
         const QpResult sparse = solve_sparse(qp);
         ASSERT_EQ(sparse.status, QpStatus::optimal);
         EXPECT_NEAR(structured.objective, sparse.objective, 1e-6 * sparse.objective);
@@ -137,10 +138,10 @@ TEST(SparseSolver, RecognisesInfeasiblePrograms) {
     EXPECT_NE(status, QpStatus::optimal) << "seed " << seed;
     recognised += status == QpStatus::infeasible;
   }
-  EXPECT_GE(recognised, asked - 1);  // of a thousand, 999 were measured
+  EXPECT_GE(recognised, asked - 1);  // measured: 999 of a thousand
 }
 
-// Some iterates lose their digits before this can be detected.
+// Some iterates lose accuracy before the solver detects unboundedness.
 TEST(RiccatiSolver, NeverCallsAnUnboundedProgramSolved) {
   int structured = 0, sparse = 0, asked = 0;
   for (int seed = 1; seed <= unsolvable; ++seed) {
@@ -157,14 +158,14 @@ TEST(RiccatiSolver, NeverCallsAnUnboundedProgramSolved) {
     EXPECT_NE(other, QpStatus::infeasible) << "seed " << seed << ": " << random.proof;
     sparse += other == QpStatus::unbounded;
   }
-  EXPECT_GE(structured, 98 * unsolvable / 100);  // 98.8 % were measured
-  EXPECT_GE(sparse, 95 * asked / 100);           // 97.8 % were measured
+  EXPECT_GE(structured, 98 * unsolvable / 100);  // measured: 98.8 %
+  EXPECT_GE(sparse, 95 * asked / 100);           // measured: 97.8 %
 }
 
 struct Kind {
   const char* name;
   RandomQpOptions options;
-  int warm_iterations = 2;  // most, on average
+  int warm_iterations = 2;  // upper limit, on average
 };
 class EveryKind : public ::testing::TestWithParam<Kind> {};
 
@@ -187,7 +188,7 @@ TEST_P(EveryKind, AWarmStartFromTheSolutionStays) {
   EXPECT_LE(iterations, GetParam().warm_iterations * 300);
 }
 
-// Ordinary multipliers and margins, so that a warm start can be judged.
+// Options with ordinary multipliers and margins, so that warm starts are comparable.
 constexpr RandomQpOptions plain{.free_start = 0.0,
                                 .equality_rows = 0.0,
                                 .soft_rows = 0.0,
@@ -210,8 +211,8 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"SoftRows", with(&RandomQpOptions::soft_rows), 5}),
     [](const auto& kind) { return kind.param.name; });
 
-// Rows of one entry each, in columns that increase, are stored as entries; the same rows from the
-// last to the first are not.
+// Rows of one entry each in increasing columns are stored as entries. The same rows in reverse
+// order are not.
 TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
   constexpr int nx = 4, nu = 5, limited = 3;
   for (int seed = 1; seed <= 60; ++seed) {
@@ -239,7 +240,7 @@ TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
       for (int j = 0; j < nx + s.nu; ++j) rows.columns.push_back(j);
       rows.M.setZero();
       for (int i = 0; i < limited; ++i) {
-        // One after the other, or every second column of the states that all stages have.
+        // Consecutive columns, or every second column of the states that all stages have.
         rows.M(i, gaps ? i + (i > 1 ? 1 : 0) : i) = i == 1 ? -2.0 : 1.5;
         rows.lower[i] = -0.05;
         rows.upper[i] = i == 2 ? infinity : 0.1;
@@ -265,8 +266,8 @@ TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
   }
 }
 
-// The optima with what is declared of resultants and without: one objective, and the first meets
-// the conditions of the second.
+// Solves with and without the declared resultants. The objectives are equal, and the first optimum
+// satisfies the conditions of the second.
 std::array<StagePoint, 2> solve_both_ways(const StageQp& declared) {
   StageQp undeclared = declared;
   for (Stage& s : undeclared.stages) s.resultant_size = 0;
@@ -290,14 +291,14 @@ TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
       ASSERT_TRUE(system.pack(declared));
       EXPECT_EQ(system.packed().reduced_stages, declared.intervals());
       const auto [a, b] = solve_both_ways(declared);
-      // The cost determines inputs to the root of the tolerance.
+      // The cost determines inputs to the square root of the tolerance.
       for (int k = 0; k < declared.intervals(); ++k)
         EXPECT_LT((a.stages[k].u - b.stages[k].u).lpNorm<Eigen::Infinity>(), 1e-4) << "stage " << k;
     }
 }
 
-// The same rows and costs in all stages, while the groups act through other maps, or through none
-// that are declared, in some: what is stored for a stage must not be taken for the next.
+// All stages have the same rows and costs, but in some stages the groups act through other maps or
+// have no declared map. Data stored for one stage must not be reused for the next.
 TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
   constexpr int groups = 2, size = 3;
   for (int seed = 1; seed <= 40; ++seed) {
@@ -321,7 +322,7 @@ TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
   }
 }
 
-// The same numbers on other inputs of a group are other rows.
+// The same coefficients on other inputs of a group form different rows.
 TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
   constexpr int groups = 2, size = 3, nx = 4;
   for (int seed = 1; seed <= 20; ++seed) {
@@ -338,7 +339,7 @@ TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
   }
 }
 
-// Rows fill vectors: what a solve before had behind them must not be read.
+// Rows are padded to full vectors. Padding from an earlier solve must not be read.
 TEST(RiccatiSolver, FewerEqualitiesThanBeforeLeaveNothingBehind) {
   constexpr int nx = 2, nu = 5, intervals = 3;
   std::vector<StageCapacity> capacity(intervals, {nx, nu, {{3, nu, false}}});
@@ -413,7 +414,7 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrContradict) {
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
 }
 
-// min 1/2 (u - a)^2 + h(u), h Huber's penalty on u > 0 as stage_qp.hpp has it.
+// min 1/2 (u - a)^2 + h(u), with Huber's penalty h on u > 0 as in stage_qp.hpp.
 TEST(RiccatiSolver, AFurtherInputMakesAHuberPenaltyOfAQuadraticOne) {
   constexpr double c = 4.0, w = 2.0;
   for (const double a : {-1.0, 0.5, 2.4, 2.6, 5.0, 50.0}) {
@@ -437,8 +438,8 @@ TEST(RiccatiSolver, AFurtherInputMakesAHuberPenaltyOfAQuadraticOne) {
   }
 }
 
-// Beside the solution its active set is nearly the optimum's: rounds of it end where the method
-// without them ends, and mostly sooner.
+// Near the solution the active set is almost that of the optimum. Active-set rounds end at the same
+// optimum as the method without them, and usually sooner.
 TEST(RiccatiSolver, RoundsOfTheActiveSetEndAtTheSameOptimum) {
   int with_rounds = 0, without = 0;
   for (int seed = 1; seed <= 300; ++seed) {
@@ -461,11 +462,11 @@ TEST(RiccatiSolver, RoundsOfTheActiveSetEndAtTheSameOptimum) {
       without += b.iterations;
     }
   }
-  EXPECT_LT(with_rounds, 0.8 * without);  // 0.70 was measured
+  EXPECT_LT(with_rounds, 0.8 * without);  // measured: 0.70
 }
 
-// Far from the solution rounds of its active set end at once, and where the first one has come to
-// is where the method begins: what the round costs comes back.
+// Far from the solution the active-set rounds stop at once, and the method starts from the result
+// of the first round. This recovers the cost of the round.
 TEST(RiccatiSolver, TheMethodBeginsWhereTheFirstRoundHasComeTo) {
   int with_rounds = 0, without = 0;
   for (int seed = 1; seed <= 300; ++seed) {
@@ -488,7 +489,7 @@ TEST(RiccatiSolver, TheMethodBeginsWhereTheFirstRoundHasComeTo) {
     with_rounds += a.iterations;
     without += b.iterations;
   }
-  EXPECT_LT(with_rounds, without);  // 0.975 was measured, and 1.024 from the point as it was given
+  EXPECT_LT(with_rounds, without);  // measured: 0.975, and 1.024 from the given point
 }
 
 class OneStagedProgram : public ::testing::Test {
@@ -563,7 +564,7 @@ TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
-// One step of a row without columns that has to be 1.
+// One stage with a hard row without columns whose value must be 1.
 TEST(RiccatiSolver, AHardRowOfNothingHoldsOrContradicts) {
   for (const bool fixed : {true, false}) {
     StageQp qp({{1, 1, {{1, 1, false}}}, {1, 1, {{1, 1, false}}}, {1, 0, {}}});
@@ -590,7 +591,7 @@ TEST(RiccatiSolver, ProgramsWithoutStagesAreRefused) {
   EXPECT_EQ(solve_cold(nothing, point).status, QpStatus::invalid_problem);
 }
 
-// A mass that is moved by 1 m within 0.1 s.
+// A mass that must move by 1 m within 0.1 s.
 StageQp pushed_mass(double mass, double weight) {
   constexpr double dt = 0.01;
   StageQp qp(std::vector<StageCapacity>(11, {2, 1, {}}));
@@ -604,7 +605,7 @@ StageQp pushed_mass(double mass, double weight) {
 }
 
 TEST(RiccatiSolver, LargeForcesProveNothing) {
-  StageQp heavy = pushed_mass(1e5, 1.0);  // takes 5e7 N
+  StageQp heavy = pushed_mass(1e5, 1.0);  // requires 5e7 N
   for (Stage& s : heavy.stages) {
     s.u_lower[0] = -1e9;
     s.u_upper[0] = 1e9;

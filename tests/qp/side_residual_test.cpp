@@ -22,7 +22,7 @@ TEST(HardRow, ItsMultiplierCountsByTheDistanceToItsSide) {
   EXPECT_EQ(hard(0.5, 0.0, 2.0, 4.0).complementarity, 6.0);
   EXPECT_EQ(hard(0.5, 0.0, 2.0, -4.0).complementarity, 2.0);
   EXPECT_EQ(hard(2.0, 0.0, 2.0, 4.0).complementarity, 0.0);
-  EXPECT_EQ(hard(2.25, 0.0, 2.0, 4.0).complementarity, 0.0);  // missed, and pushed the right way
+  EXPECT_EQ(hard(2.25, 0.0, 2.0, 4.0).complementarity, 0.0);  // violated, with the right sign
   EXPECT_EQ(hard(0.5, 0.0, infinity, 4.0).complementarity, 4.0);
   EXPECT_EQ(hard(0.5, -infinity, 2.0, -4.0).complementarity, 4.0);
 }
@@ -34,7 +34,7 @@ TEST(HardRow, WhatItMissesIsItsViolation) {
   EXPECT_EQ(hard(std::numeric_limits<double>::quiet_NaN(), 0.0, 2.0, 0.0).feasibility, infinity);
 }
 
-// Also where the equation is missed, to whichever side.
+// This also holds if the equation is violated, on either side.
 TEST(HardRow, TheMultiplierOfAnEquationIsFree) {
   for (const double multiplier : {-3.0, 3.0})
     for (const double value : {0.5, 1.0, 1.5}) {
@@ -59,20 +59,20 @@ TEST(SoftRow, IsOptimalWhereTheMultiplierIsTheSlopeOfThePenalty) {
     const double missed = 1.0 + 1.5 * sign;  // by 0.5
     EXPECT_EQ(soft(missed, 3.0, 2.0, 4.0 * sign).complementarity, 0.0);
     EXPECT_EQ(soft(missed, 3.0, 2.0, 4.0 * sign).stationarity, 0.0);
-    // A multiplier that is too small, by 1, leaves the miss times that.
+    // A multiplier that is too small by 1 gives a residual of the violation times 1.
     EXPECT_EQ(soft(missed, 3.0, 2.0, 3.0 * sign).complementarity, 0.5);
-    // Where the side is not reached there is none.
+    // If the side is not reached, the residual is zero.
     EXPECT_EQ(soft(1.0, 3.0, 2.0, 2.0 * sign).complementarity, 2.0);
-    // At the side anything up to the slope there.
+    // At the side, any multiplier up to the slope is optimal.
     EXPECT_EQ(soft(1.0 + sign, 3.0, 2.0, 2.5 * sign).complementarity, 0.0);
   }
 }
 
 TEST(SoftRow, AMultiplierBeyondTheSlopeIsTheSmallerOfTwoErrors) {
-  // Beyond by 0.5, multiplier below l2: m * 0.5 / l2 of complementarity.
+  // Violated by 0.5 with a multiplier m below l2: complementarity m * 0.5 / l2.
   EXPECT_DOUBLE_EQ(soft(2.0, 1.0, 6.0, 1.5).complementarity, 0.125);
   EXPECT_EQ(soft(2.0, 1.0, 6.0, 1.5).stationarity, 0.0);
-  // With l1 alone, or a multiplier above l2, 0.5 of stationarity.
+  // With l1 alone, or with a multiplier above l2, stationarity 0.5.
   EXPECT_EQ(soft(2.0, 1.0, 0.0, 1.5).stationarity, 0.5);
   EXPECT_EQ(soft(2.0, 1.0, 1.5, 1.5).stationarity, 0.5);
 }

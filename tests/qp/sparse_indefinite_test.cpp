@@ -1,5 +1,5 @@
-// The factor with pivots against dense algebra: solutions and inertia of random indefinite
-// matrices, those of equality rows among them, and singular ones.
+// The pivoted factorisation against dense algebra: solutions and inertia of random indefinite
+// matrices, including those with equality rows and singular ones.
 #include "saltus/qp/sparse_indefinite.hpp"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
     const VectorXd eigenvalues =
         Eigen::SelfAdjointEigenSolver<MatrixXd>(saddle.dense).eigenvalues();
     const double size = eigenvalues.cwiseAbs().maxCoeff();
-    if (eigenvalues.cwiseAbs().minCoeff() < 1e-10 * size) continue;  // of unsure sign
+    if (eigenvalues.cwiseAbs().minCoeff() < 1e-10 * size) continue;  // with uncertain sign
     SparseIndefinite factor = saddle.factor();
     EXPECT_EQ(factor.rows(), n + m);
     ASSERT_TRUE(factor.factor(1e-2)) << trial;
@@ -60,12 +60,12 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
     const VectorXd right = random.vector(n + m);
     VectorXd x = right;
     factor.solve(x.data());
-    // Backward stable with pivots of a hundredth: some thousand roundings.
+    // Backward stable with a pivot threshold of 0.01: some thousand roundings.
     EXPECT_LT((saddle.dense * x - right).norm(), 1e-12 * (size * x.norm() + 1.0)) << trial;
   }
 }
 
-// Pivots count relative to their rows and columns.
+// Pivots are measured relative to their rows and columns.
 TEST(SparseIndefinite, UnitsDoNotDecideWhatIsSingular) {
   Random random(3);
   for (const double unit : {1e-20, 1.0, 1e20}) {
@@ -85,7 +85,7 @@ TEST(SparseIndefinite, UnitsDoNotDecideWhatIsSingular) {
 }
 
 TEST(SparseIndefinite, SaysThatRowsDependOnOneAnother) {
-  // x0 + x1 twice.
+  // The row x0 + x1 occurs twice.
   const SparsityPattern pattern = SparsityPattern::from_pairs(
       4, 4, {{0, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {3, 0}, {3, 1}, {3, 3}});
   SparseIndefinite factor(pattern, {{0, 2}, {1, 3}});

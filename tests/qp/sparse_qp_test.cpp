@@ -42,7 +42,7 @@ TEST_F(TwoVariables, EachErrorIsSeenInItsPart) {
   qp.row_upper[0] = 0.0;
   EXPECT_NEAR(kkt_residual(qp, point).feasibility, 0.25, rounding);
   qp.row_upper[0] = 1.0;
-  point.lambda[0] = 0.5;  // the row has 3/4 of room
+  point.lambda[0] = 0.5;  // the row has a slack of 3/4
   EXPECT_NEAR(kkt_residual(qp, point).complementarity, 0.375, rounding);
   point.lambda[0] = -0.5;  // there is no lower side
   EXPECT_NEAR(kkt_residual(qp, point).complementarity, 0.5, rounding);
@@ -58,7 +58,7 @@ TEST_F(TwoVariables, MultipliersOfEqualitiesAreFree) {
 }
 
 TEST(SparseQpResidual, LargeProgramsAreSeenToTheirEnds) {
-  constexpr int n = 1000;  // more than the function treats at once
+  constexpr int n = 1000;  // more than the function processes at once
   std::vector<std::pair<int, int>> diagonal, chain;
   for (int i = 0; i < n; ++i) diagonal.push_back({i, i});
   for (int i = 0; i + 1 < n; ++i) {

@@ -1,4 +1,5 @@
-// The sparse solver: known optima, programs without one, warm starts, deadlines, no allocation.
+// The sparse solver: known optima, programs without a solution, warm starts, deadlines, and absence
+// of allocation.
 #include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ namespace {
 
 using namespace testing;
 
-constexpr int seeds = 250;  // of each kind; thousands are solved where both back-ends are compared
+constexpr int seeds = 250;  // of each kind; the comparison of both back-ends solves thousands
 // A product of 1e-8 on each of some hundred sides would leave 1e-6 in the cost.
 constexpr QpOptions options{.tolerance = 1e-10};
 constexpr double required = 1e-8;  // of cost (relative) and scaled residual
@@ -54,7 +55,7 @@ TEST(SparseSolver, FindsKnownOptima) {
     EXPECT_EQ(result.objective, objective(qp, point.w)) << seed;
     EXPECT_EQ(result.residual, kkt_residual(qp, point).largest()) << seed;
   }
-  EXPECT_LT(iterations, 14 * seeds);  // 12 on average were measured
+  EXPECT_LT(iterations, 14 * seeds);  // measured: 12 on average
 }
 
 TEST(SparseSolver, RecognisesInfeasiblePrograms) {
@@ -67,11 +68,11 @@ TEST(SparseSolver, RecognisesInfeasiblePrograms) {
     recognised += result.status == QpStatus::infeasible;
     iterations += result.iterations;
   }
-  EXPECT_GE(recognised, 99 * seeds / 100);  // all but one were measured
-  EXPECT_LT(iterations, 6 * seeds);         // 4.5 on average were measured
+  EXPECT_GE(recognised, 99 * seeds / 100);  // measured: all but one
+  EXPECT_LT(iterations, 6 * seeds);         // measured: 4.5 on average
 }
 
-// The iterates diverge along the direction, and some lose their digits before this is detected.
+// The iterates diverge along the direction, and some lose accuracy before the solver detects this.
 TEST(SparseSolver, RecognisesMostUnboundedPrograms) {
   int recognised = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -80,7 +81,7 @@ TEST(SparseSolver, RecognisesMostUnboundedPrograms) {
     EXPECT_NE(result.status, QpStatus::optimal) << seed;
     recognised += result.status == QpStatus::unbounded;
   }
-  EXPECT_GE(recognised, 95 * seeds / 100);  // 98 % were measured
+  EXPECT_GE(recognised, 95 * seeds / 100);  // measured: 98 %
 }
 
 TEST(SparseSolver, WarmStartsSaveIterations) {
@@ -118,7 +119,7 @@ TEST_F(OneProgram, NothingIsAllocatedAfterConstruction) {
   const AllocationCount count;
   solve();
   solve(/*warm=*/true);
-  // Other sides are finite, other rows equalities, other variables fixed.
+  // Other sides are finite, other rows are equalities, and other variables are fixed.
   qp.row_upper = qp.row_lower;
   qp.lower.head(3).setConstant(-1.0);
   qp.upper.head(3).setConstant(-1.0);
@@ -185,7 +186,7 @@ SparseQp in_the_plane(double h, double gx, double gy, const std::vector<double>&
   return qp;
 }
 
-// An optimum that is far away, or that a row of small coefficients holds, is one nevertheless.
+// A distant optimum, or one that a row with small coefficients determines, is still an optimum.
 TEST(SparseSolver, DistanceProvesNothing) {
   SparseQp far = in_the_plane(1.0, 0.0, 0.0, {0.1, 0.0});  // x >= 3e5, twice
   far.lower[0] = 3e5;
@@ -219,8 +220,8 @@ TEST(SparseSolver, DistanceProvesNothing) {
     }
 }
 
-// Convex by far, with room about a point of size 1e6. Certificates of differences between large
-// gradients once called one in three of them infeasible.
+// Strongly convex, and strictly feasible around a point of size 1e6. Certificates from differences
+// of large gradients once reported one in three of these programs infeasible.
 TEST(SparseSolver, LargeProgramsAreFeasibleToo) {
   for (int seed = 1; seed <= seeds; ++seed) {
     Random random(seed);
@@ -245,7 +246,7 @@ TEST(SparseSolver, LargeProgramsAreFeasibleToo) {
   }
 }
 
-// 1/2 x^2 - 1/2 y^2 + y falls along y however that bends.
+// 1/2 x^2 - 1/2 y^2 + y decreases without bound along y.
 TEST(SparseSolver, NegativeCurvatureWithoutASideIsUnbounded) {
   SparseQp qp = in_the_plane(1.0, 0.0, 1.0, {});
   qp.hessian[1] = -1.0;

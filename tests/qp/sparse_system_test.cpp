@@ -73,7 +73,7 @@ struct Dense {
   std::vector<int> fixed;
 };
 
-// Arrays as the interior-point method brings them.
+// Arrays in the form that the interior-point method passes.
 struct Arrays {
   explicit Arrays(const qp::SparseSystem& system)
       : v(system.max_variables()),
@@ -95,7 +95,7 @@ double difference(const VectorXd& a, const VectorXd& b) {
   return a.size() == 0 ? 0.0 : (a - b).lpNorm<Eigen::Infinity>();
 }
 
-// The data of the last solution belong to its program.
+// The data of the last solution are valid for its program only.
 TEST(SparseSystem, RowsOfAnotherProgramAreMultipliedAnew) {
   const std::vector<std::pair<int, int>> squares{{0, 0}, {1, 1}}, entries{{0, 0}, {0, 1}};
   SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),
@@ -156,7 +156,7 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
     system.add_transposed(a.lambda.data(), a.dv.data());
     EXPECT_LT(difference(head(a.dv, n), dense.G.transpose() * lambda), rounding);
 
-    // Weights from far inside to hard on the side.
+    // Weights from far inside a side to directly on it.
     VectorXd w(m);
     for (Eigen::Index i = 0; i < m; ++i) w[i] = random.log_uniform(1e-10, 1e8);
     fill(a.side, w);
@@ -201,8 +201,8 @@ TEST(SparseSystem, NothingIsAllocatedAfterConstruction) {
   EXPECT_EQ(count.made(), 0);
 }
 
-// A cost that is hardly one: the first regularisation outweighs it, and refinement wins back too
-// little; the next one must be taken and its solution handed out.
+// A very small cost. The first regularisation dominates it, and refinement does not recover enough
+// accuracy. The solver must take the next regularisation and return its solution.
 TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
   constexpr double small = 4e-13;
   const SparsityPattern hessian = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}});
@@ -217,12 +217,12 @@ TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
   system.solve(a.v.data(), a.y.data(), a.dv.data(), a.dy.data());
   EXPECT_EQ(system.regularisation_changes(), 1);
   EXPECT_NEAR(a.dv[0], -1.0, 1e-12);
-  // Of the part that refinement leaves: it ends where the residual is rounding of its terms.
+  // Refinement stops when the residual reaches the rounding of its terms.
   EXPECT_NEAR(a.dv[1] * small, 1.0, 1e-3);
 }
 
 #if defined(__GLIBC__)
-// What CHOLMOD holds is given back: a leak of a factor each would be 300 kB.
+// SparseLdl frees the memory of CHOLMOD. A leak of one factor each time would be 300 kB.
 TEST(SparseLdl, GivesItsMemoryBack) {
   constexpr int n = 200;
   std::vector<std::pair<int, int>> diagonal;
@@ -254,7 +254,7 @@ TEST(SparseLdl, SignsOfThePivotsAreChecked) {
   EXPECT_FALSE(factor(2.0, 1.0, 3.0));  // two positive pivots
   EXPECT_FALSE(factor(-2.0, 1.0, -3.0));
   EXPECT_FALSE(factor(0.0, 0.0, -3.0));  // singular
-  EXPECT_TRUE(factor(2.0, 1.0, -3.0));   // and none of this is remembered
+  EXPECT_TRUE(factor(2.0, 1.0, -3.0));   // the singular matrix leaves no state behind
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Is the sparse form of a program in stages the same program, point for point?
+// The sparse form of a program in stages is equivalent to it, point by point.
 #include "tests/support/stage_conversion.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using namespace testing;
 
 constexpr int seeds = 300;
 
-// Sums of some ten products, of which multipliers are the largest factors.
+// Rounding of sums of some ten products, with multipliers as their largest factors.
 double rounding(const PrimalDualPoint& point) {
   return 1e-14 * (1.0 + point.lambda.lpNorm<Eigen::Infinity>() + point.z.lpNorm<Eigen::Infinity>());
 }
@@ -38,7 +38,7 @@ TEST(StageConversion, KeepsOptimaAndTheirCost) {
   }
 }
 
-// Away from optima too: what one form calls an error the other does.
+// Errors also agree at points that are not optimal.
 TEST(StageConversion, KeepsCostsOfOtherPoints) {
   for (int seed = 1; seed <= seeds; ++seed) {
     const RandomQp program = random_qp(seed);

@@ -1,5 +1,5 @@
-// Sparse programs with random stages, couplings, slacks and globals, of which variables and rows
-// come and go: are their stages equivalent, and do points go there and back?
+// Sparse programs with random stages, couplings, slacks and globals, in which variables and rows
+// appear and disappear. Their stages are equivalent, and points convert in both directions.
 #include "saltus/qp/stage_map.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ TEST_P(RandomStages, AreEquivalentAndPointsGoThereAndBack) {
     ASSERT_EQ(map.fill(staged.qp), StageFill::filled) << draw;
     expect_equivalent(staged.qp, map, random);
     expect_same_optimum(staged.qp, map);
-    // Lists that were changed are those that would be made anew.
+    // Updated lists equal lists that are built from scratch.
     StageMap fresh(staged.qp, staged.structure);
     ASSERT_EQ(fresh.fill(staged.qp), StageFill::filled);
     expect_equal(map.stages(), fresh.stages());
@@ -65,7 +65,7 @@ TEST_P(RandomStages, AreFilledAndReadWithoutAllocation) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomStages, ::testing::Range(1u, 101u));
 
-// --- rows that are written straight into the stages ----------------------------------------------
+// --- rows written directly into the stages -------------------------------------------------------
 
 // Writes the rows of a sparse program.
 struct Written final : DirectRows {
@@ -87,7 +87,7 @@ struct Written final : DirectRows {
   const SparseQp& qp;
 };
 
-// Whatever scales the dynamics: 1, -1 or another number.
+// Factor of the dynamics: 1, -1 or another number.
 TEST(DirectRows, AreThoseOfTheStagesThatAreFilledBySparseOnes) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
@@ -103,7 +103,7 @@ TEST(DirectRows, AreThoseOfTheStagesThatAreFilledBySparseOnes) {
     const SparseQp source = qp;
     Written rows(source);
     StageMap map(qp, staged.structure);
-    qp.rows.setConstant(std::numeric_limits<double>::quiet_NaN());  // nobody but `rows` has them
+    qp.rows.setConstant(std::numeric_limits<double>::quiet_NaN());  // only `rows` contains them
     map.write_directly(qp, rows);
     ASSERT_EQ(map.fill(qp, true), StageFill::filled);
     const StageQp &a = map.stages(), &b = expected.stages();
@@ -131,9 +131,9 @@ TEST(DirectRows, AreThoseOfTheStagesThatAreFilledBySparseOnes) {
   }
 }
 
-// --- what cannot be staged ----------------------------------------------------------------------
+// --- structures that cannot be staged -----------------------------------------------------------
 
-// x1 = x0 + u, both bounded; one row on u.
+// x1 = x0 + u with bounds on both, and one row on u.
 struct Small {
   Small() {
     structure.stages = {{.states = {0}, .inputs = {1}, .dynamics = {1}, .groups = {{2}}},
@@ -180,7 +180,7 @@ TEST(StageMap, NamesWhatDoesNotFit) {
   EXPECT_TRUE(refuses(0, 0));
   EXPECT_TRUE(refuses(-1, 1));
   EXPECT_TRUE(refuses(1, 1));
-  Small early;  // the row on u stands before u does
+  Small early;  // the row on u precedes u
   early.structure.stages[1].inputs = {1};
   early.structure.stages[0].inputs.clear();
   EXPECT_NE(refusal(early).find("contains variable 1 of stage 1"), std::string::npos);
@@ -199,7 +199,7 @@ TEST(StageMap, RowOfVanishedVariablesIsCheckedAndLeftOut) {
 }
 
 TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
-  Small small;  // x0 and u meet x1, and share a state
+  Small small;  // x0 and u couple with x1 and share a state
   small.structure.carried = {{0, 1}};
   small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}, {2, 0}, {2, 1}}),
                       small.qp.row_pattern);
@@ -221,7 +221,7 @@ TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
   EXPECT_EQ(map.stages().stages[1].nx, 1);
 }
 
-// Also where it is the first entry of the Hessian.
+// This also holds if the cost is the first entry of the Hessian.
 TEST(StageMap, AStateIsCarriedWhileItsCostMeetsALaterOne) {
   Small small;
   small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{2, 0}, {2, 2}}), small.qp.row_pattern);
@@ -245,8 +245,8 @@ TEST(StageMap, DynamicsThatAreNoEqualityAreRefused) {
   EXPECT_EQ(map.fill(small.qp), StageFill::filled);
 }
 
-// A soft row of the second stage that reads the input of the first: x1 = 1/2 + u, 1 <= u + x1 <= 5,
-// and the input is carried as long as one of its sides is there.
+// A soft row of the second stage depends on the input of the first: x1 = 1/2 + u, 1 <= u + x1 <= 5.
+// The input is carried as long as one of its sides exists.
 TEST(StageMap, ASoftRowThatLosesASideKeepsWhatItReads) {
   const auto pattern = SparsityPattern::from_pairs;
   const std::vector<std::pair<int, int>> squares{{1, 1}, {2, 2}},

@@ -1,5 +1,5 @@
-// Objective and residual of stage programs: zero at optima known by hand, each error seen in its
-// part, nothing allocated.
+// Objective and residual of stage programs. The residual is zero at known optima, each error
+// appears in its part, and nothing allocates.
 #include "saltus/qp/stage_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double rounding = 1e-14;  // a few operations on numbers of order one
 
-// x_1 = x_0 + u, x_0 = 1, cost 1/2 x_1^2 + 1/2 u^2; free optimum u = -1/2. With u held at
-// -1/4 <= u by a bound or a row: x_1 = costate = 3/4, multiplier -1/2.
+// x_1 = x_0 + u, x_0 = 1, cost 1/2 x_1^2 + 1/2 u^2. The unconstrained optimum is u = -1/2. A bound
+// or a row -1/4 <= u gives x_1 = costate = 3/4 and multiplier -1/2.
 class OneStep : public ::testing::Test {
  protected:
   OneStep() : qp({{1, 1, {{1, 1, false}}}, {1, 0, {}}}) {
@@ -70,7 +70,7 @@ TEST_F(OneStep, EachErrorIsSeenInItsPart) {
   input_at(-0.5, 0.5);
   point.stages[0].u_bound[0] = -0.5;  // there is no bound
   EXPECT_NEAR(residual().complementarity, 0.5, rounding);
-  qp.stages[0].u_lower[0] = -0.75;  // there is one, and it is 1/4 away
+  qp.stages[0].u_lower[0] = -0.75;  // the bound is 1/4 away
   EXPECT_NEAR(residual().complementarity, 0.125, rounding);
 }
 
@@ -88,9 +88,9 @@ TEST_F(OneStep, ActiveRow) {
   row_at_least(-0.25);
   multiplier() = -0.5;
   EXPECT_LT(residual().largest(), rounding);
-  multiplier() = 0.5;  // a side that is not there
+  multiplier() = 0.5;  // a side that does not exist
   EXPECT_NEAR(residual().complementarity, 0.5, rounding);
-  row().upper[0] = row().lower[0];  // an equality: any sign is right
+  row().upper[0] = row().lower[0];  // an equality allows either sign
   EXPECT_LT(residual().complementarity, rounding);
   EXPECT_NEAR(residual().stationarity, 1.0, rounding);
 }
@@ -101,7 +101,7 @@ TEST_F(OneStep, BoundsOfAFixedStartAreNotRead) {
   EXPECT_LT(residual().largest(), rounding);
   qp.fixed_start = false;
   EXPECT_NEAR(residual().feasibility, 1.0, rounding);
-  EXPECT_NEAR(residual().stationarity, 0.5, rounding);  // the costate pulls at x_0
+  EXPECT_NEAR(residual().stationarity, 0.5, rounding);  // the costate acts on x_0
 }
 
 TEST_F(OneStep, CheapSoftRowIsViolated) {
@@ -113,7 +113,7 @@ TEST_F(OneStep, CheapSoftRowIsViolated) {
   EXPECT_NEAR(objective(qp, point), 0.5 * (0.35 * 0.35 + 0.65 * 0.65) + 0.03, rounding);
   multiplier() = -0.2;  // a violated side is penalised in full
   EXPECT_NEAR(residual().complementarity, 0.1 * 0.1, rounding);
-  multiplier() = -0.4;  // and no more
+  multiplier() = -0.4;  // and not more
   EXPECT_NEAR(residual().stationarity, 0.1, rounding);
 }
 
@@ -124,7 +124,7 @@ TEST_F(OneStep, QuadraticPrice) {
   input_at(u, 1.0 + u);
   multiplier() = -(2.0 * u + 1.0);
   EXPECT_LT(residual().largest(), rounding);
-  // A multiplier too large by 0.06 would be right if the row were missed by 0.06 more.
+  // A multiplier too large by 0.06 would be correct if the row were violated by 0.06 more.
   const double right = multiplier();
   multiplier() -= 0.06;
   EXPECT_NEAR(residual().complementarity, 0.06 * (0.06 - right), rounding);
@@ -136,7 +136,7 @@ TEST_F(OneStep, DearSoftRowHoldsExactly) {
   input_at(-0.25, 0.75);
   multiplier() = -0.5;
   EXPECT_LT(residual().largest(), rounding);
-  soften(0.4, 0.0);  // now it would pay to miss it
+  soften(0.4, 0.0);  // a violation would now decrease the cost
   EXPECT_NEAR(residual().stationarity, 0.1, rounding);
 }
 

@@ -40,7 +40,7 @@ WidthReport solve_random_programs(int programs, bool fixed_sizes) {
 
 namespace {
 
-// The inputs follow what they were with the cost 1/2 |u - w|^2, and are bounded.
+// The cost 1/2 |u - w|^2 makes the inputs follow the previous inputs w, and the inputs are bounded.
 StageQp with_previous_inputs(int seed) {
   constexpr int intervals = 4;
   Random random(seed);

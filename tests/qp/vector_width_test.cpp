@@ -1,5 +1,5 @@
-// The structured solver in a vector width of its own: built once per width, each with all its
-// sources compiled for it. Skipped where the machine lacks the width.
+// The structured solver in each vector width. There is one build per width, with all sources
+// compiled for it. The test is skipped if the machine does not support the width.
 #include <gtest/gtest.h>
 
 #include "tests/qp/vector_width_checks.hpp"

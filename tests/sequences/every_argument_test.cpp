@@ -1,6 +1,6 @@
-// Random small graphs in which every feature of a mode, of a transition and of the end may depend
-// on every argument that its formula may take: a search over a single sequence has to agree with
-// solve() of that sequence, in cost and in feasibility.
+// Random small graphs in which each feature of a mode, of a transition and of the end may depend on
+// every argument of its formula. A search over a single sequence must agree with solve() of that
+// sequence in cost and feasibility.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,8 @@ namespace {
 
 constexpr double sample = 0.25;  // s
 
-// a + b t + c'x + d'u + e p: each argument with a chance. A quadratic cost is half its square.
+// a + b t + c'x + d'u + e p, in which each argument appears at random. A quadratic cost is half its
+// square.
 struct Affine {
   double a = 0.0, t = 0.0, p = 0.0;
   Vec<double, 2> x = Vec<double, 2>::Zero();
@@ -39,7 +40,7 @@ struct Affine {
   }
 };
 
-// Which arguments a formula may take, and how often it reads the time.
+// Arguments that a formula may take, and how often it depends on time.
 struct Reads {
   bool x = true, u = true, p = true;
   double time = 0.15;
@@ -104,7 +105,7 @@ Penalty penalty(Random& random, const std::string& name) {
   return soft(name, random.log_uniform(0.1, 100.0), random.chance(0.5) ? Penalty::L1 : Penalty::L2);
 }
 
-// A mode: its dynamics, and each feature with a chance.
+// A mode with its dynamics and a random selection of features.
 Phase<2, 1, 1> draw_mode(Random& random, const std::string& name, double data, double time) {
   const Reads all{.time = time};
   const Affine first = draw(random, all), second = draw(random, all);
@@ -156,7 +157,7 @@ Ends draw_ends(Random& random) {
   Ends ends;
   if (random.chance(0.6)) ends.costs.push_back(draw(random, may));
   if (random.chance(0.4)) ends.rows.emplace_back(draw(random, may), sides(random));
-  if (random.chance(0.15)) {  // of the time alone, fulfilled or not at the end of the horizon
+  if (random.chance(0.15)) {  // depends on time alone; true or false at the end of the horizon
     Affine clock;
     clock.t = 1.0;
     ends.rows.emplace_back(clock, at_least(random.chance(0.7) ? 1.7 : 1.8));
@@ -176,7 +177,7 @@ struct Tally {
   int convex = 0, enumerated = 0, feasible = 0, infeasible = 0, refused = 0;
 };
 
-// A graph with a mode per place, through which one path leads.
+// A graph with one mode per position, which contains a single path.
 void expect_agreement(int seed, Tally& tally) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   constexpr int phases = 3;
@@ -213,7 +214,7 @@ void expect_agreement(int seed, Tally& tally) {
   const Solution slow = solve(shooting, *solver);
   ++(is_convex ? tally.convex : tally.enumerated);
   EXPECT_NE(fast.guarantee, Guarantee::contradicted) << fast.message;
-  // An optimum of the samples; what holds between them the search does not promise.
+  // An optimum of the samples. The search makes no promise between them.
   const bool is_optimum = slow.ok() || (is_convex && slow.status == SolveStatus::coarse_grid);
   if (is_optimum) {
     ++tally.feasible;
@@ -248,7 +249,7 @@ TEST(EveryArgument, OfEveryFeatureTheSearchAgreesWithTheProblem) {
               tally.convex, tally.enumerated, tally.feasible, tally.infeasible, tally.refused);
 }
 
-// Of two modes every sequence is solved by itself: the search finds the cheapest, and its bound is
+// Solves every sequence of two modes separately. The search finds the cheapest, and its bound is
 // below all of them. Costs may be negative.
 TEST(EveryArgument, TheSearchIsAsGoodAsAllSequencesTogether) {
   constexpr int phases = 3;
@@ -305,7 +306,7 @@ ModeGraph chased(double reach_offset) {
   return graph;
 }
 
-// After 4 phases of 0.5 s the target is where the start is; after 1 s it would be out of reach.
+// After 4 phases of 0.5 s the target is at the start. After 1 s it would be out of reach.
 TEST(EveryArgument, TheEndIsWhereTheHorizonEnds) {
   const SequenceResult found = search(chased(4.0), {.phases = 4});
   EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
@@ -315,8 +316,8 @@ TEST(EveryArgument, TheEndIsWhereTheHorizonEnds) {
   EXPECT_EQ(none.guarantee, Guarantee::infeasible) << none.message;
 }
 
-// The input is bounded from the third phase on, or in the first two alone: the modes are the same.
-// The mode by itself, from the start on, never sees where the window begins or ends.
+// The input is bounded from the third phase on, or in the first two phases only; the modes are the
+// same. A mode alone, counted from the start, never contains the start or end of the window.
 TEST(EveryArgument, WindowsOfBoundsCountFromTheStartOfTheSequence) {
   const double third = 1.0 + 2.0 * sample;
   for (const bool late : {true, false}) {
@@ -338,7 +339,7 @@ TEST(EveryArgument, WindowsOfBoundsCountFromTheStartOfTheSequence) {
   }
 }
 
-// From tick to tick the end is later.
+// The end moves later in every tick.
 TEST(EveryArgument, TheEndMovesOnFromTickToTick) {
   ModeGraph graph = chased(4.0);
   SequenceSearch loop(graph, {.phases = 4}), fresh(graph, {.phases = 4});
@@ -356,7 +357,7 @@ TEST(EveryArgument, TheEndMovesOnFromTickToTick) {
 
 // --- certificates --------------------------------------------------------------------------------
 
-// Quadratic costs are multiplied by anything: the same sequence, the same relative gap.
+// Quadratic costs times any factor give the same sequence and the same relative gap.
 TEST(Certificates, DoNotDependOnTheUnitOfTheCost) {
   std::vector<int> sequence;
   double cost = 0.0;
@@ -388,7 +389,7 @@ TEST(Certificates, DoNotDependOnTheUnitOfTheCost) {
   }
 }
 
-// Inputs and states without bounds: bounds hold by the curvature of the cost.
+// Inputs and states have no bounds. The curvature of the cost provides the lower bounds.
 TEST(Certificates, HoldWithoutBoundsOfStatesAndInputs) {
   ModeGraph graph("free");
   for (const double push : {0.0, 2.0}) {
@@ -408,7 +409,7 @@ TEST(Certificates, HoldWithoutBoundsOfStatesAndInputs) {
   EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message << " gap " << found.gap();
 }
 
-// A row whose limit changes behind the search's back, as a formula with hidden state does.
+// A row whose limit changes unnoticed by the search, like a formula with hidden state.
 class Moving final : public FunctionBody {
  public:
   explicit Moving(std::shared_ptr<double> shift) : FunctionBody(3, 1), shift_(std::move(shift)) {
@@ -445,7 +446,7 @@ TEST(Certificates, AContradictionIsSaidAndIsNoCertificate) {
   const auto shift = std::make_shared<double>(1.0);  // at x >= 1: no input, no cost
   SequenceSearch holds = moving_search(shift);
   EXPECT_EQ(holds.solve(VectorXd{{1.0}}).guarantee, Guarantee::optimal);
-  *shift = 1.2;  // what the search found is infeasible now
+  *shift = 1.2;  // the sequence from the search is now infeasible
   const SequenceResult wrong = holds.solve(VectorXd{{1.0}});
   EXPECT_EQ(wrong.guarantee, Guarantee::contradicted) << wrong.message;
   EXPECT_EQ(wrong.lower_bound, -infinity);
@@ -460,7 +461,7 @@ TEST(Certificates, AContradictionIsSaidAndIsNoCertificate) {
   EXPECT_NE(excluded.message.find("when solved separately"), std::string::npos);
 }
 
-// No plan of a local solver is no proof that there is none.
+// A failure of a local solver does not prove that no plan exists.
 TEST(Certificates, AFailureOfALocalSolverIsInconclusive) {
   Phase<1, 1> mode{"only",
                    [](const auto&, const auto& x, const auto& u) {
@@ -480,7 +481,7 @@ TEST(Certificates, AFailureOfALocalSolverIsInconclusive) {
   EXPECT_EQ(none.guarantee, Guarantee::inconclusive) << none.message;
 }
 
-// The promise that prunes is checked where it can be.
+// The assumption of nonnegative costs, which allows pruning, is checked where possible.
 TEST(Certificates, ABrokenPromiseOfNonnegativeCostsIsSaid) {
   Phase<1, 1> mode{"only",
                    [](const auto&, const auto& x, const auto& u) {

@@ -1,4 +1,4 @@
-// Graphs of modes: paths as problems, and mistakes said in sentences with names before a solve.
+// Graphs of modes: paths as problems, and one sentence with names for each mistake, before a solve.
 #include "saltus/sequences/mode_graph.hpp"
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(ModeGraph, APathIsAnOptimalControlProblem) {
   EXPECT_EQ(problem.phases()[1].name, "down 2");
   EXPECT_EQ(problem.jumps()[1].name, "twice");
   EXPECT_EQ(problem.jumps()[2].name, "identity");
-  // What holds at the end stands in the last phase alone.
+  // Constraints at the end are in the last phase only.
   EXPECT_EQ(problem.phases()[0].terms.size(), 1u);
   EXPECT_EQ(problem.phases()[2].terms.size(), 2u);
 }
@@ -81,9 +81,9 @@ TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
   };
   EXPECT_FALSE(may({0}, 1));
   EXPECT_TRUE(may({0, 0}, 1));
-  EXPECT_TRUE(may({0}, 1, {.mode = 0, .phases = 1}));   // it has lasted two phases
-  EXPECT_FALSE(may({0}, 1, {.mode = 1, .phases = 1}));  // it was entered just now
-  EXPECT_TRUE(may({1}, 1));                             // staying is no entry
+  EXPECT_TRUE(may({0}, 1, {.mode = 0, .phases = 1}));   // the mode has lasted two phases
+  EXPECT_FALSE(may({0}, 1, {.mode = 1, .phases = 1}));  // the mode has just been entered
+  EXPECT_TRUE(may({1}, 1));                             // remaining in a mode is not an entry
   EXPECT_FALSE(may({1, 0, 0}, 1));                      // a second one
 }
 
@@ -114,7 +114,7 @@ TEST(ModeGraph, ACycleInWhichNoTimeNeedPass) {
   EXPECT_EQ(message_of(limited, false), "");
 }
 
-// What turns at 10 s passes the guard then, whichever phase of a sequence that is.
+// A field that changes sign at 10 s passes the guard then, in every phase of a sequence.
 TEST(ModeGraph, AGuardThatIsPassedLateIsAGuard) {
   const auto turning = [](const auto& t, const auto& x) {
     return select(t - 10.0, 0.0 * x[0] - 1.0, 0.0 * x[0] + 1.0);
@@ -169,7 +169,7 @@ TEST(ModeGraph, NamesAndSizesThatDoNotFit) {
   ModeGraph fine = up_and_down();
   fine.all_transitions();
   EXPECT_THROW(search(fine, {}), DefinitionError);                           // never ends
-  EXPECT_THROW(search(fine, {.phases = 2, .at_most = 3}), DefinitionError);  // which of them?
+  EXPECT_THROW(search(fine, {.phases = 2, .at_most = 3}), DefinitionError);  // ambiguous
 }
 
 }  // namespace

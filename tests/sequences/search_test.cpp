@@ -1,4 +1,4 @@
-// The search over sequences of nonlinear problems: what is found, and what is claimed for it.
+// The search over sequences of nonlinear problems: its results and its certificates.
 #include "saltus/sequences/search.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,8 @@
 namespace saltus {
 namespace {
 
-// No sequence beats any effort in between (a08_fishing_relaxed.cpp).
+// Lower bound of all sequences: the relaxed optimum with intermediate efforts
+// (a08_fishing_relaxed.cpp).
 constexpr double relaxed_fishing = 1.344081198;
 
 TEST(Search, FishesInAsManyTripsAsAllowed) {
@@ -36,8 +37,8 @@ TEST(Search, FishesInAsManyTripsAsAllowed) {
       << "it says why there is no bound";
 }
 
-// x' = u - x^3 pushed up or down: beginnings of known times that cost more are ruled out, and the
-// optimum stays.
+// x' = u - x^3 pushed up or down. The search prunes prefixes with fixed times that cost more, and
+// keeps the optimum.
 struct Pushed {
   double push;
   template <class S>
@@ -75,8 +76,8 @@ TEST(Search, RulesOutBeginningsThatCostMoreThanTheBest) {
   EXPECT_LT(b.nodes, a.nodes);
 }
 
-// A ball dropped from 1 m loses a fifth of its speed in every bounce, sqrt(2 h / g) = 0.4515 s
-// after its release, 1.1740 s and 1.7520 s: of all numbers of bounces, two are right for 1.5 s.
+// A ball dropped from 1 m loses a fifth of its speed in every bounce. It bounces sqrt(2 h / g) =
+// 0.4515 s after its release, at 1.1740 s and at 1.7520 s. For 1.5 s, two bounces are correct.
 struct Falling {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
@@ -103,12 +104,12 @@ TEST(Search, FindsTheNumberOfEventsOfGuardsAndJumps) {
   const SequenceResult found = search(graph, {.at_most = 5, .intervals_per_phase = 8});
   ASSERT_EQ(found.sequence.size(), 3u) << found.message;
   const double first = std::sqrt(2.0 / 9.81);
-  EXPECT_NEAR(found.solution.durations[0], first, 2e-4);  // the blow moves it as much
+  EXPECT_NEAR(found.solution.durations[0], first, 2e-4);  // the input changes it by about as much
   EXPECT_NEAR(found.solution.durations[1], 1.6 * first, 5e-4);
   EXPECT_EQ(found.solution.crossings.size(), 2u);
 }
 
-// A motor that may run for a second in all: of four half seconds two, whichever they are.
+// A motor may run for one second in total, in any two of four half seconds.
 TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
   const auto motor = [](double drive) {
     return [drive](const auto&, const auto& x, const auto& u) { return drive + u[0] - 0.1 * x[0]; };
@@ -132,7 +133,8 @@ TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
   EXPECT_NEAR(found.solution.integrals.back().value, 1.0, 1e-8);
 }
 
-// Three ticks of a tenth leave 0.2 s to the rest but for rounding, and it lasts 0.2 s at least.
+// Three ticks of 0.1 s leave 0.2 s for the rest except for rounding, and the rest lasts 0.2 s at
+// least.
 TEST(Search, TimesThatMissABoundByRoundingAreMet) {
   const auto drift = [](double speed) {
     return [speed](const auto&, const auto& x) { return speed + 0.0 * x[0]; };

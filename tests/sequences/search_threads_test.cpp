@@ -24,7 +24,7 @@
 namespace saltus {
 namespace {
 
-// Where a call is made.
+// Executes a call, possibly in another thread.
 using Place = std::function<void(const std::function<void()>&)>;
 void here(const std::function<void()>& call) { call(); }
 void on_a_thread_of_its_own(const std::function<void()>& call) { std::jthread{call}; }
@@ -46,7 +46,7 @@ void append(Numbers& numbers, const SequenceResult& result) {
 
 ModeGraph tanks() { return library::two_tanks(Vec<double, 2>{0.1, 0.3}); }
 
-// A search and two ticks after it, made at `place` call by call.
+// A search and two ticks after it. `place` executes each call.
 Numbers search(const ModeGraph& graph, double level, const Place& place) {
   Numbers numbers;
   std::unique_ptr<SequenceSearch> search;
@@ -83,7 +83,7 @@ TEST(PromiseOfSearches, EachCallMayComeFromAnotherThread) {
   EXPECT_EQ(search(tanks(), 0.1, here), search(tanks(), 0.1, on_a_thread_of_its_own));
 }
 
-// A pendulum with a gravity that is data, limited in torque.
+// A pendulum with limited torque. Gravity is a data parameter.
 OptimalControlProblem pendulum() {
   Phase<2, 1, 1> phase{"swing",
                        [](const auto&, const auto& x, const auto& u, const auto& p) {
@@ -133,7 +133,7 @@ TEST(PromiseOfOptimumDerivatives, EachCallMayComeFromAnotherThread) {
   EXPECT_EQ(derivatives_at(here), derivatives_at(on_a_thread_of_its_own));
 }
 
-// Cold solves and a warm one.
+// Cold solves and one warm solve.
 TEST(PromiseOfQpSolvers, EachCallOfAStageQpSolverMayComeFromAnotherThread) {
   const auto points_at = [](const Place& place) {
     Numbers numbers;
@@ -160,7 +160,7 @@ TEST(PromiseOfQpSolvers, EachCallOfAStageQpSolverMayComeFromAnotherThread) {
   EXPECT_EQ(points_at(here), points_at(on_a_thread_of_its_own));
 }
 
-// Ten variables between bounds, five rows between sides, a Hessian on the diagonal.
+// Ten bounded variables, five rows with two sides, and a diagonal Hessian.
 SparseQp small_program(unsigned seed) {
   constexpr int variables = 10, rows = 5;
   std::vector<std::pair<int, int>> diagonal, entries;

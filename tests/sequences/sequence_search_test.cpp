@@ -1,5 +1,5 @@
-// Branch and bound over sequences against enumeration, against a mixed-integer solver, from tick to
-// tick, and stopped half way.
+// Branch and bound over sequences against enumeration and a mixed-integer solver, over several
+// ticks, and with early stops.
 #include "saltus/sequences/sequence_search.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ using library::cart_between_walls;
 using library::thermostats;
 using library::two_tanks;
 
-// Quadratic programs are solved to 1e-8, their duality gap relative to the cost.
+// Quadratic programs are solved to 1e-8, and their duality gap is relative to the cost.
 constexpr double same_cost = 1e-6;
 
 // The cheapest of all sequences, each solved as a separate OptimalControlProblem.
@@ -35,7 +35,7 @@ double by_enumeration(const ModeGraph& graph, int phases) {
       MultipleShooting shooting(graph.problem(path),
                                 {.intervals_per_phase = 1, .integrator = zero_order_hold()});
       const Solution s = solve(shooting, *solver);
-      // The sequence of samples; the search says, too, where a plan breaks bounds between them.
+      // The sequence of samples. The search also reports plans that violate bounds between samples.
       if (s.ok() || s.status == SolveStatus::coarse_grid) best = std::min(best, s.cost);
       return;
     }
@@ -67,7 +67,7 @@ void expect_as_enumerated(const ModeGraph& graph, int phases) {
 }
 
 TEST(SequenceSearch, FindsTheCheapestOfAllSequences) {
-  // Touching at the start; free; leaning on the left wall from the second phase on.
+  // In contact at the start; free; in contact with the left wall from the second phase on.
   for (const VectorXd& start : {VectorXd(Vec<double, 4>(0.45, -0.1, 0.0, 0.2)),
                                 VectorXd(Vec<double, 4>(0.2, 0.02, -0.3, 0.1)),
                                 VectorXd(Vec<double, 4>(-0.45, 0.03, -0.4, 0.3))})
@@ -76,8 +76,8 @@ TEST(SequenceSearch, FindsTheCheapestOfAllSequences) {
   expect_as_enumerated(thermostats(Vec<double, 3>(18.0, 20.0, 19.0)), 4);
 }
 
-// Optima computed by benchmarks/compare_mode_search.py: SCIP 10.0 through pyscipopt, gap 0,
-// feasibility 1e-9, on the equations written down a second time.
+// Optima from benchmarks/compare_mode_search.py: SCIP 10.0 through pyscipopt with gap 0 and
+// feasibility 1e-9, from an independent implementation of the equations.
 struct Certified {
   ModeGraph (*graph)(const VectorXd& start);
   int phases;
@@ -134,12 +134,12 @@ TEST(SequenceSearch, FindsTheOptimaOfAMixedIntegerSolver) {
   }
 }
 
-// 200 nodes in the time of at most 250 of the programs that they solve.
+// 200 nodes take at most the time of 250 of their programs.
 TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
 #ifndef NDEBUG
   GTEST_SKIP() << "measured where the compiler optimises";
 #endif
-  constexpr int tries = 8;  // the least disturbed counts
+  constexpr int tries = 8;  // the minimum has the least disturbance
   const auto cost = [](ModeGraph (*graph)(const VectorXd&), const VectorXd& x) {
     SequenceSearch search(graph(x), {.phases = 15, .gap = 0.0, .max_nodes = 200, .confirm = false});
     double least = infinity;
@@ -154,7 +154,7 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
   EXPECT_LE(cost(two_tanks, Vec<double, 2>(0.1, 0.3)), 1.25);
 }
 
-// From a warm point or a cold one the same tree is searched; the warm one takes fewer iterations.
+// Warm and cold starts search the same tree. The warm start takes fewer iterations.
 TEST(SequenceSearch, WarmNodesFindTheSameInFewerIterations) {
   const VectorXd x = Vec<double, 2>(0.1, 0.3);
   SequenceSearch warm(two_tanks(x), {.phases = 8, .confirm = false});
@@ -185,8 +185,8 @@ TEST(SequenceSearch, StoppedItHasABoundAndTheBestSoFar) {
   EXPECT_EQ(none.gap(), infinity);
 }
 
-// Every tick of a disturbed loop: as from nothing, with the tree of the tick before. `fewer`: nodes
-// of all ticks, relative to those from nothing.
+// Compares every tick of a disturbed loop with and without the tree of the previous tick. `fewer`
+// is the ratio of the numbers of nodes in all ticks.
 void expect_loop(ModeGraph (*graph)(const VectorXd&), VectorXd x, int phases, int ticks,
                  double disturbance, double fewer) {
   Random random(7);
@@ -210,16 +210,16 @@ void expect_loop(ModeGraph (*graph)(const VectorXd&), VectorXd x, int phases, in
 }
 
 TEST(SequenceSearch, TakesOverTheTreeOfTheLastTick) {
-  // Mostly by what shows the same sequences infeasible once more.
+  // Most nodes prove again that the same sequences are infeasible.
   expect_loop(cart_between_walls, Vec<double, 4>(0.3, 0.02, -0.3, 0.0), 6, 10, 1e-3, 0.5);
   expect_loop(two_tanks, Vec<double, 2>(0.1, 0.3), 6, 10, 1e-3, 1.0);
-  // Disturbed by half of what heating does in a sample, so that sequences change.
+  // The disturbance is half the effect of heating in a sample, so that sequences change.
   expect_loop(thermostats, Vec<double, 3>(18.0, 20.0, 19.0), 6, 25, 0.7, 1.2);
   expect_loop(thermostats, Vec<double, 3>(18.0, 20.0, 19.0), 6, 8, 0.02, 1.0);
 }
 
-// However far the state is thrown, bounds and proofs of the last tick hold: of sequences that were
-// dear or infeasible before, the best one is found now.
+// Bounds and proofs of the last tick remain valid after any change of the state. The search finds
+// the best sequence even if it was expensive or infeasible before.
 void expect_throws(ModeGraph (*graph)(const VectorXd&), const VectorXd& low, const VectorXd& high,
                    int phases, int ticks) {
   Random random(11);
@@ -249,9 +249,9 @@ TEST(SequenceSearch, BoundsOfTheLastTickHoldWhereverTheStateIsThrown) {
                 20);
 }
 
-// Every second tick is stopped early: leaves that it did not come to hold what was moved from the
-// tick before, of which the last phase is invented. Of 700 seeds the two in which that passed
-// for a bound, and two others.
+// Every second tick is stopped early. Unvisited leaves contain shifted data of the previous tick,
+// whose last phase is invented. Two of these seeds are those of 700 in which such data once counted
+// as a bound; two are others.
 TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
   for (const int seed : {229, 230, 423, 424}) {
     Random random(seed);
@@ -275,7 +275,7 @@ TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
   }
 }
 
-// The mode that was applied and how long it has lasted outlive a tick in which nothing is found.
+// The applied mode and its elapsed duration are kept after a tick without a result.
 TEST(SequenceSearch, RemembersWhatWasAppliedAfterATickWithoutAResult) {
   const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0), hopeless = Vec<double, 3>(10.0, 10.0, 10.0);
   SequenceSearch loop(thermostats(x), {.phases = 5, .confirm = false});
@@ -313,7 +313,7 @@ TEST(SequenceSearch, RefusesAStateThatIsNone) {
   EXPECT_GT(loop.solve_next(x).reused, 0) << "what was refused changes nothing";
 }
 
-// x' = -x + u or x' = x - u, |u| <= 1: a problem that is not convex is refused by name.
+// x' = -x + u or x' = x - u, |u| <= 1. A non-convex problem is rejected with its name.
 TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
   const auto reason = [](auto dynamics, Bounds duration,
                          Bounds total = unbounded()) -> std::string {
@@ -336,7 +336,7 @@ TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
     return std::decay_t<decltype(x)>(u[0] - x[0] * x[0] * x[0]);
   };
   EXPECT_EQ(reason(linear, exactly(0.1)), "");
-  EXPECT_EQ(reason(linear, exactly(0.1), exactly(0.3)), "");  // but for rounding
+  EXPECT_EQ(reason(linear, exactly(0.1), exactly(0.3)), "");  // except for rounding
   EXPECT_NE(reason(linear, exactly(0.1), exactly(0.2))
                 .find("3 phases of 0.1 s last 0.3 s, but the total time is [0.2, 0.2] s"),
             std::string::npos)

@@ -1,4 +1,4 @@
-// Does the closed loop do what the discrete system does, and does its log tell?
+// The closed loop matches the discrete system, and its log contains the result.
 #include "saltus/simulation/closed_loop.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using testing_support::Cart;
 constexpr double step = 0.1;  // s
 constexpr int intervals = 8;
 
-// Costs summed at the nodes: a discrete linear-quadratic regulator of `intervals` steps.
+// Costs are summed at the nodes, as in a discrete linear-quadratic regulator of `intervals` steps.
 const Vec<double, 2> state_weight{4.0, 0.5}, end_weight{10.0, 2.0};
 const Vec<double, 1> input_weight{0.3};
 
@@ -51,7 +51,7 @@ RecedingHorizonController controller_for(OptimalControlProblem ocp,
   return {std::move(shooting), std::move(solver), std::move(options)};
 }
 
-// The gain of the first step, by Riccati's recursion on the exactly sampled system.
+// Gain of the first step, by the Riccati recursion on the exactly sampled system.
 struct SampledRegulator {
   Mat<double, 2, 2> A;
   Vec<double, 2> B;
@@ -105,7 +105,7 @@ TEST(ClosedLoop, AFeedbackLawIsTheDiscreteClosedLoop) {
   EXPECT_FALSE(log.ticks[0].provenance);
 }
 
-// x' = p u: the controller's model has p = 1.
+// x' = p u, where the model of the controller has p = 1.
 struct Drift {
   template <class S>
   Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
@@ -122,7 +122,7 @@ TEST(ClosedLoop, ThePlantHasParametersOfItsOwn) {
   EXPECT_NEAR(simulate_closed_loop(down, plant, {.duration = 0.4}).final_state()[0], 0.4, 1e-12);
   plant.set_parameters(VectorXd{{0.5}});
   const LoopLog log = simulate_closed_loop(down, plant, {.duration = 0.4});
-  EXPECT_NEAR(log.recording.samples.front().time, 0.4, 1e-12);  // it goes on
+  EXPECT_NEAR(log.recording.samples.front().time, 0.4, 1e-12);  // the loop continues
   EXPECT_NEAR(log.final_state()[0], 0.2, 1e-12);
 }
 
@@ -133,7 +133,7 @@ TEST(ClosedLoop, InputsArriveLateInFullLength) {
   options.disturbances.first_input = VectorXd{{2.0}};
   const LoopLog log = simulate_closed_loop(down, plant, options);
   EXPECT_NEAR(log.final_state()[0], 1.0 + 2.0 * 0.13 - 0.37, 1e-12);
-  bool seen = false;  // where the input changes there is a sample
+  bool seen = false;  // the log has a sample at each change of the input
   for (const Sample& s : log.recording.samples) seen = seen || std::abs(s.time - 0.13) < 1e-12;
   EXPECT_TRUE(seen);
 }
@@ -151,7 +151,7 @@ TEST(ClosedLoop, DisturbancesAddUp) {
   IntegratorPlant plant = drift();
   LoopOptions options{.duration = 1.0, .period = step};
   options.disturbances.input = [](double t, const VectorRef&, VectorOut w) {
-    w[0] = t < 0.45 ? 0.5 : 0.0;  // changes at 0.5: inputs are pieces from tick to tick
+    w[0] = t < 0.45 ? 0.5 : 0.0;  // the input changes at 0.5 s: it is constant from tick to tick
   };
   options.disturbances.state = [](double t, const VectorRef&, VectorOut w) {
     w[0] = std::abs(t - 0.3) < 1e-9 ? 7.0 : 0.0;
@@ -182,7 +182,7 @@ TEST(ClosedLoop, NoiseIsWhiteAndTheSeedDecides) {
     before = e;
   }
   const auto n = static_cast<double>(one.ticks.size());
-  // Four standard deviations of the estimates from 2000 numbers.
+  // The tolerance is four standard deviations of the estimates from 2000 numbers.
   EXPECT_NEAR(sum / n, 0.0, 4.0 * 0.2 / std::sqrt(n));
   EXPECT_NEAR(square / n, 0.04, 4.0 * 0.04 * std::sqrt(2.0 / n));
   EXPECT_NEAR(lag / n, 0.0, 4.0 * 0.04 / std::sqrt(n));
@@ -220,7 +220,7 @@ TEST(ClosedLoop, EventsOfTheplantHaveTheirTimes) {
   EXPECT_EQ(heard, 3);
   double t = first, flight = 2.0 * first;
   for (const HybridEvent& e : log.recording.events) {
-    // Two hundred intervals at a local error of 1e-11.
+    // Two hundred intervals with a local error of 1e-11.
     EXPECT_NEAR(e.time, t, 1e-8);
     EXPECT_EQ(e.kind, EventKind::jumps);
     EXPECT_NEAR(e.after[1], -restitution * e.before[1], 1e-12);
@@ -240,7 +240,8 @@ TEST(ClosedLoop, APlantThatCannotGoOnEndsTheRun) {
   EXPECT_NE(log.summary_json().find("\"completed\": false"), std::string::npos);
 }
 
-// x warms up or cools down at 1 / s, half a degree above and below the set-point u + p.
+// x warms up or cools down at 1 / s. The mode switches half a degree above and below the set-point
+// u + p.
 Automaton<1, 1, 1> thermostat() {
   const auto above = [](const auto&, const auto& x, const auto& u, const auto& p) {
     return x[0] - (u[0] + p[0] + 0.5);
@@ -282,7 +283,8 @@ TEST(ClosedLoop, ASetPointThatJumpsOverTheStateSwitches) {
                               by_parameter, options));
 }
 
-// Without hysteresis it slides on the set-point, which moves away under it, or is left by a push.
+// Without hysteresis the state slides on the set-point until the set-point moves away or a push
+// occurs.
 TEST(ClosedLoop, ASurfaceThatJumpsAwayIsNotSlidOn) {
   Automaton<1, 1> relay;
   relay.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
@@ -308,7 +310,7 @@ TEST(ClosedLoop, ASurfaceThatJumpsAwayIsNotSlidOn) {
   EXPECT_NEAR(log.final_state()[0], 19.0, 1e-12);
 }
 
-// x' = u, until the formula cannot go on.
+// x' = u, until the formula throws.
 bool armed = false;
 struct Fragile {
   template <class S>
@@ -346,7 +348,7 @@ TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
   }
 }
 
-// A plant that ends, and a model of the controller that does: the fallback goes on.
+// If the formula of the controller's model throws, the fallback continues.
 TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
   Phase<1, 1> phase{"drift", Fragile{}, exactly(step * intervals)};
   phase.minimise("effort", [](const auto&, const auto& x, const auto& u) {
@@ -366,7 +368,7 @@ TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
   EXPECT_TRUE(log.completed) << log.message;
   EXPECT_EQ(log.count(Provenance::fallback), 10);
   EXPECT_TRUE(log.plans.empty());
-  EXPECT_TRUE(std::isinf(log.ticks[0].objective));  // no plan, no figures of it: empty cells
+  EXPECT_TRUE(std::isinf(log.ticks[0].objective));  // without a plan its cells are empty
   EXPECT_NE(log.ticks_csv().find(",0,,,,"), std::string::npos) << log.ticks_csv();
   EXPECT_NEAR(log.final_state()[0], 0.75, 1e-12);
 }
@@ -383,13 +385,13 @@ TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   ControllerOptions options;
   options.fallback_input = VectorXd{{-1.0}};
   RecedingHorizonController controller = controller_for(wall, options);
-  // At 3 m, 1 m beyond the wall, and no input brings it back within a step.
+  // At 3 m, 1 m beyond the wall, no input brings the cart back within a step.
   IntegratorPlant plant = make_plant<2, 1>(Cart{}, zero_order_hold(), VectorXd{{3.0, 0.0}});
   const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 3.0, .plan_every = 1});
   ASSERT_TRUE(log.completed);
   ASSERT_EQ(log.ticks[0].provenance, Provenance::fallback);
   EXPECT_EQ(log.recording.samples[0].input[0], -1.0);
-  EXPECT_GT(log.count(Provenance::fallback), 5);  // until it is behind the wall again
+  EXPECT_GT(log.count(Provenance::fallback), 5);  // until it is within the wall again
   EXPECT_GT(log.count(Provenance::optimal), 5);
   EXPECT_EQ(static_cast<int>(log.plans.size()), 30 - log.count(Provenance::fallback));
   EXPECT_EQ(log.statistics.count(Provenance::fallback), log.count(Provenance::fallback));
@@ -406,7 +408,7 @@ TEST(ClosedLoop, APlantDoesNotGoBack) {
   EXPECT_TRUE(plant.advance(VectorXd::Ones(1), 0.0));
 }
 
-// The user's own plant: four functions.
+// A user-defined plant with four functions.
 class Counter final : public LoopPlant {
  public:
   double time() const override { return time_; }
@@ -438,7 +440,8 @@ TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
   EXPECT_THROW(simulate_closed_loop(up, plant, options), DefinitionError);
 }
 
-// The user's own controller: counts down from what it sees, at half of the rate of its ticks.
+// A user-defined controller. It counts down from the state that it sees, at half the rate of its
+// ticks.
 class CountDown final : public LoopController {
  public:
   double period() const override { return step; }

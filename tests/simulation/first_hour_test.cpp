@@ -1,5 +1,5 @@
-// What a user writes in the first hour: bounds per row, costs at starts and over links, one set of
-// options, a plan as files, and a plant of their own under a controller with an end.
+// Features for new users: bounds per row, costs at starts and over links, one set of options, plans
+// as files, and a user-defined plant under a controller with a fixed end.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -84,12 +84,12 @@ TEST(FirstHour, CostsAtAStart) {
     problem.start_within({unbounded()}, VectorXd::Zero(1)).then(phase);
     const Solution plan = solve(problem);
     ASSERT_TRUE(plan.ok()) << plan.message;
-    EXPECT_NEAR(plan.trajectory.state(0.0)[0], 1.0, 1e-6);  // x^2 + (2 - x)^2 is least
+    EXPECT_NEAR(plan.trajectory.state(0.0)[0], 1.0, 1e-6);  // x^2 + (2 - x)^2 is minimal
     EXPECT_NEAR(plan.cost, 1.0, 1e-6);
   }
 }
 
-// From 0 over 1 to 3 in 3 s. In a phase of length T the least effort is d^2 / 2 T.
+// From 0 through 1 to 3 in 3 s. In a phase of length T the minimum effort is d^2 / 2 T.
 OptimalControlProblem two_moves(bool equal_lengths) {
   Phase<1, 1> first{"first", Rate{}, between(0.1, 2.9)},
       second{"second", Rate{}, between(0.1, 2.9)};
@@ -118,7 +118,7 @@ TEST(FirstHour, CostsAndBoundsOverLinks) {
   ASSERT_TRUE(plan.ok()) << plan.message;
   const double T = plan.durations[0];
   const double slope = -0.5 / (T * T) + 2.0 / ((3.0 - T) * (3.0 - T)) + 20.0 * (2.0 * T - 3.0);
-  EXPECT_NEAR(slope, 0.0, 1e-4);  // of 1/2T + 2/(3-T) + 10/2 (2T-3)^2
+  EXPECT_NEAR(slope, 0.0, 1e-4);  // minimum of 1/2T + 2/(3-T) + 10/2 (2T-3)^2
   EXPECT_NEAR(plan.cost, 0.5 / T + 2.0 / (3.0 - T) + 5.0 * (2.0 * T - 3.0) * (2.0 * T - 3.0), 1e-6);
   const std::string wrong = refusal([] {
     OptimalControlProblem problem = two_moves(true);
@@ -167,7 +167,7 @@ ShrinkingHorizonController controller_of(const OptimalControlProblem& problem, d
                                 })};
 }
 
-// One metre from rest to rest in the least time: full throttle, full brake.
+// One metre from rest to rest in minimum time: full throttle, then full brake.
 TEST(FirstHour, AnEndIsReachedWithAPlantOfOnesOwn) {
   Phase<2, 1> throttle{"throttle", Cart{}, between(0.1, 5.0)},
       brake{"brake", Cart{}, between(0.1, 5.0)};
@@ -198,7 +198,7 @@ TEST(FirstHour, AnEndIsReachedWithAPlantOfOnesOwn) {
   }
 }
 
-// A ball that bounces by itself and reports the event, or that bounces in enter_phase().
+// A ball that bounces in advance() and reports the event, or that bounces in enter_phase().
 class BouncingBall final : public LoopPlant {
  public:
   explicit BouncingBall(bool reports) : reports_(reports) {}

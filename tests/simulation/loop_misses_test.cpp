@@ -1,4 +1,4 @@
-// What a closed loop misses of its controller's problem is in its log.
+// The log contains each violation of the controller's problem in a closed loop.
 #include "saltus/simulation/loop_log.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ struct Cart {
 const auto whole_state = [](const auto&, const auto& x) { return x; };
 const auto effort = [](const auto&, const auto&, const auto& u) { return u; };
 
-// A cart is brought 1 m on and stopped within a second.
+// A cart moves by 1 m and stops within one second.
 OptimalControlProblem transfer(double strength = 1.0) {
   Phase<2, 1> go{"go", Cart{strength}, exactly(1.0)};
   go.reach("there", whole_state, std::vector<Bounds>{exactly(1.0), exactly(0.0)})
@@ -87,7 +87,8 @@ TEST(LoopMisses, ARunThatIsTooShortIsNotOk) {
   EXPECT_TRUE(run_transfer(1.0, asked).ok()) << "it ended where the run asked for";
 }
 
-// A receding horizon has no ends; the speed of the plant breaks its bound and a row of data.
+// A receding horizon has no end constraints. The speed of the plant violates its bound and a row
+// with data.
 TEST(LoopMisses, ARecedingHorizonTellsBoundsAndPathConstraints) {
   Phase<2, 1> hold{"hold", Cart{}, exactly(1.0)};
   hold.bound_input(0, between(-20.0, 20.0))
@@ -124,7 +125,7 @@ TEST(LoopMisses, ARecedingHorizonTellsBoundsAndPathConstraints) {
   EXPECT_EQ(log.misses[1].tolerance, 3e-6);
 }
 
-// Without a controller's problem that of the plant judges.
+// Without a controller's problem, the problem of the plant defines the violations.
 TEST(LoopMisses, AFeedbackLawIsJudgedByThePlantsProblem) {
   PhasedPlant plant(transfer(), runge_kutta4());
   plant.end_phase_at(0, 1.0);

@@ -1,4 +1,5 @@
-// A plant with phases: does each end where its guard or the plan says, and what did it cost?
+// A plant with phases: each phase ends at its guard or at the time in the plan, and the plant
+// reports the cost.
 #include "saltus/simulation/plants.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ namespace {
 
 using namespace testing_support;
 
-// Falls until it touches the ground, loses a fifth of its speed, and rises for some time.
+// The ball falls to the ground, loses a fifth of its speed, and rises for some time.
 OptimalControlProblem bounce(bool with_ceiling = false) {
   Phase<2, 1> fall{"fall", Ball{}, between(0.1, 0.9)}, rise{"rise", Ball{}, between(0.1, 0.9)};
   fall.ends_when("impact", height, Crossing::falling).minimise("effort", effort);
@@ -36,7 +37,7 @@ OptimalControlProblem bounce(bool with_ceiling = false) {
 TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
   PhasedPlant plant(bounce(), runge_kutta4());
   const VectorXd none = VectorXd::Zero(1);
-  plant.end_phase_at(0, 0.1);  // not heard: the guard decides
+  plant.end_phase_at(0, 0.1);  // ignored: the guard decides
   for (int k = 0; k < 5; ++k) ASSERT_TRUE(plant.advance(none, 0.1)) << plant.failure();
   const double impact = std::sqrt(2.0 / gravity);
   const std::vector<HybridEvent> events = plant.take_events();
@@ -53,7 +54,7 @@ TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
               1e-12);
 }
 
-// A cost has no value outside of its window: the root is that of a negative number.
+// A cost is not defined outside its window, because the root of a negative number is NaN.
 TEST(PhasedPlant, ChargesACostInItsWindowOnly) {
   Phase<2, 1> fall{"fall", Ball{}, exactly(0.4)};
   const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.1); };
@@ -65,7 +66,7 @@ TEST(PhasedPlant, ChargesACostInItsWindowOnly) {
   EXPECT_NEAR(plant.cost(), (std::pow(0.3, 1.5) - std::pow(0.1, 1.5)) / 1.5, by_runge_kutta);
 }
 
-// What cannot be integrated to its end has not begun.
+// A failed integration leaves the plant at the start of the piece.
 TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
   const auto root = [](const auto&, const auto& x, const auto& u) {
     using std::sqrt;
@@ -109,13 +110,13 @@ TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
   for (const PhasedPlant::Miss& miss : plant.end_misses())
     if (miss.term == "back")
       EXPECT_NEAR(miss.amount, 1.0 - end, 1e-12);
-    else if (miss.term == "impact")  // of the guard, which is zero but for rounding
+    else if (miss.term == "impact")  // of the guard, which is zero except for rounding
       EXPECT_LT(miss.amount, 1e-12);
     else
       EXPECT_EQ(miss.term, "at rest");
   ASSERT_EQ(plant.path_misses().size(), 1u);
   EXPECT_NEAR(plant.path_misses()[0].amount, end - 0.3, 1e-12);
-  plant.disturb(VectorXd::Ones(2));  // over is over
+  plant.disturb(VectorXd::Ones(2));  // the plant has ended
   EXPECT_EQ(plant.state()[0], end);
 }
 
@@ -138,7 +139,7 @@ TEST(PhasedPlant, ADisturbancePastTheGuardAndBackChangesNothing) {
   EXPECT_EQ(plant.phase(), 0);
 }
 
-// x' = 1, up to 1, to 2 and on; a hop takes it from 1 to 1 + hop.
+// x' = 1, up to 1, then up to 2, then further. A jump takes x from 1 to 1 + hop.
 double end_of_the_second(double hop) {
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
   const auto level = [](double at) {
@@ -165,7 +166,7 @@ TEST(PhasedPlant, APhaseThatBeginsOnItsGuardOrBeyondEndsAtOnceIfItGoesOn) {
   EXPECT_NEAR(end_of_the_second(1.5), 1.0, 1e-12);
 }
 
-// On the ground, where rounding may put it a little below, and on its way up.
+// The ball starts upward from the ground, or slightly below it because of rounding.
 TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
   for (const double height_at_first : {0.0, -1e-17, 1e-17}) {
     Phase<2, 1> fly{"fly", Ball{}, between(0.1, 2.0)}, rest{"rest", Ball{}, between(0.1, 2.0)};
@@ -180,7 +181,7 @@ TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
   }
 }
 
-// A throw from the ground or beside it by rounding, also when it is over within one piece.
+// A throw from the ground, with and without rounding. It may end within one piece.
 TEST(PhasedPlant, AHopEndsOnTheGroundHoweverShortItIs) {
   for (const double height_at_first : {0.0, 1e-17, -1e-17, 1e-12})
     for (const double flight : {0.02, 0.05, 0.08, 0.1, 0.13, 0.2, 0.3}) {
@@ -201,7 +202,7 @@ TEST(PhasedPlant, AHopEndsOnTheGroundHoweverShortItIs) {
     }
 }
 
-// It comes back from half a metre below the ground, or turns before.
+// The ball returns from half a metre below the ground, or turns before it gets there.
 TEST(PhasedPlant, WhatBeginsBeyondItsGuardComesBackFirstOrEndsWhereItTurns) {
   const auto run = [](double pull) {
     const auto field = [pull](const auto&, const auto& x, const auto&) {
@@ -263,7 +264,7 @@ TEST(PhasedPlant, AGuardThatIsNoNumberIsAFailure) {
   EXPECT_EQ(plant.time(), 0.2);
 }
 
-// x' = the sum of the inputs, of which the phases have 1, 3 and 2.
+// x' is the sum of the inputs. The phases have 1, 3 and 2 inputs.
 template <int nu>
 Phase<1, nu> summing(const char* name) {
   const auto sum = [](const auto&, const auto& x, const auto& u) { return u.sum() + 0.0 * x[0]; };
@@ -294,7 +295,7 @@ TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
     EXPECT_EQ(sample.input, VectorXd::Ones(sample.input.size())) << sample.time;
 }
 
-// At 1.7e9 s, which is now, neighbouring numbers are 2.4e-7 s apart.
+// At the present time of 1.7e9 s, neighbouring floating-point numbers are 2.4e-7 s apart.
 TEST(PhasedPlant, TimeFarFromZeroAddsUp) {
   constexpr double start = 1.7e9;
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
@@ -353,7 +354,7 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
                               }));
   };
   LoopOptions options{.duration = 2.0, .plan_every = 5};
-  // Once, while it falls: three centimetres down.
+  // One disturbance during the fall: three centimetres downward.
   options.disturbances.state = [](double t, const VectorRef&, VectorOut added) {
     if (std::abs(t - 0.2) < 1e-9) added[0] = -0.03;
   };
@@ -364,7 +365,7 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
   ASSERT_TRUE(plant.is_over());
   EXPECT_NEAR(plant.over_since(), 1.0, 1e-6);
   EXPECT_EQ(log.count(Provenance::fallback), 0);
-  EXPECT_NEAR(plant.state()[0], 1.0, 1e-3);  // the input is held where the plan has ramps
+  EXPECT_NEAR(plant.state()[0], 1.0, 1e-3);  // the plant holds the input, and the plan has ramps
   EXPECT_NEAR(plant.state()[1], 0.0, 1e-2);
   ASSERT_EQ(log.recording.events.size(), 2u);
   EXPECT_EQ(log.recording.events[0].mode_after, "rise");
@@ -375,10 +376,10 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
   const LoopLog undisturbed =
       simulate_closed_loop(first, other, {.duration = 2.0, .plan_every = 0});
   EXPECT_LT(undisturbed.ticks.size(), 22u);
-  EXPECT_GT(plant.cost(), other.cost());  // what the disturbance costs
+  EXPECT_GT(plant.cost(), other.cost());  // the cost of the disturbance
 }
 
-// One metre from rest to rest in the least time, 2 s: full throttle, full brake.
+// One metre from rest to rest in minimum time, 2 s: full throttle, then full brake.
 OptimalControlProblem dash() {
   const auto clock = [](const auto& t, const auto&) { return t; };
   Phase<2, 1> throttle{"throttle", Cart{}, between(0.1, 5.0)},
@@ -393,7 +394,8 @@ OptimalControlProblem dash() {
   return ocp;
 }
 
-// With one input left, 2e-6 m at 4e-5 m/s take a tenth of a second more, if a solver finds that.
+// With one input left, 2e-6 m at 4e-5 m/s take a tenth of a second more, if a solver finds that
+// plan.
 TEST(ShrinkingLoop, ATickThatFallsOnTheEndIsNotMade) {
   const OptimalControlProblem problem = dash();
   ShrinkingHorizonController loop(

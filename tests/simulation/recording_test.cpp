@@ -1,4 +1,4 @@
-// Tables that others read: names, units, empty cells, both sides of an event.
+// Exported tables: names, units, empty cells, and both sides of an event.
 #include "saltus/simulation/loop_log.hpp"
 
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ void expect_order(const Recording& recording) {
     EXPECT_LE(recording.samples[i - 1].time, recording.samples[i].time) << i;
 }
 
-// x' = u = 0, 1, 2, ... in pieces of so many seconds, also far from where time is counted from.
+// x' = u = 0, 1, 2, ... in pieces of equal length, also far from the origin of time.
 TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
   const auto moved = [](const auto&, const auto& x, const auto& u) { return u[0] + 0.0 * x[0]; };
   IntervalProblem problem;
@@ -107,7 +107,7 @@ TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
     }
 }
 
-// x' = (1, 1) below 0.35 and (-1, -1) above: on to the end along the surface.
+// x' = (1, 1) below 0.35 and (-1, -1) above. The state follows the surface to the end.
 TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
   Automaton<2> automaton;
   const auto field = [](double rate) {
@@ -148,7 +148,7 @@ TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
   }
 }
 
-// Where an interval ends, seven sevenths of it may end a rounding before.
+// The sum of seven sevenths of an interval may differ from its end by rounding.
 TEST(Recording, AnEventWhereAPieceEndsIsKept) {
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
   const auto reset = [](const auto&, const auto& x) { return x[0] - 5.0; };

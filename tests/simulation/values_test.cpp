@@ -1,6 +1,6 @@
-// What public values say when they are asked for what they do not have: empty, moved from, an index
-// that does not exist, a time that is NaN. A DefinitionError each; a tick, which never throws,
-// falls back.
+// Errors of public values that are empty, moved from, or asked for an invalid index or a NaN time.
+// Each access throws a DefinitionError, except for a tick, which never throws and uses the
+// fallback.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// Expects a DefinitionError of one sentence with this word in it.
+// Expects a DefinitionError of one sentence that contains this word.
 template <class Access>
 void expect_refused(const char* word, const Access& access) {
   try {
@@ -155,7 +155,7 @@ TEST(Trajectory, IsCheckedWhenItIsMadeByHand) {
   });
 }
 
-// Times of a plan may be NaN themselves where a solve failed: what is read of it is NaN.
+// Times of a plan may be NaN after a failed solve. The plan then returns NaN.
 TEST(Trajectory, OfAPointThatIsNanIsReadAsNan) {
   Phase<1, 1> phase{
       "free",

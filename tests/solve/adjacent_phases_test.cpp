@@ -1,6 +1,6 @@
-// A constraint on states that is kept in two phases has two equal rows where they meet. Twelve
-// problems of this kind, drawn by a fixed generator, are solved from a flat guess: the start
-// throughout.
+// A state constraint in two adjacent phases has two equal rows at their common node. Twelve
+// problems of this kind from a fixed generator are solved from a flat guess: the start at every
+// node.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,9 +29,9 @@ struct Case {
   OptimalControlProblem problem;
 };
 
-// Two phases of the same dynamics, in which `keep(phase, window)` limits the state; `close(phase)`
-// says where the second one ends. Without `twice` the second phase keeps the limit behind its
-// first node only.
+// Two phases with the same dynamics. `keep(phase, window)` limits the state, and `close(phase)`
+// sets the end of the second phase. Without `twice` the limit in the second phase begins after its
+// first node.
 template <int nx, int nu, class Dynamics, class Keep, class Close>
 Case two_phases(const std::string& name, bool twice, const Vec<double, nx>& start,
                 Dynamics dynamics, Bounds first_duration, Bounds second_duration, Keep keep,
@@ -264,8 +264,8 @@ TEST(AdjacentPhases, ALimitKeptInBothIsNoHindrance) {
       SCOPED_TRACE(fmt::format("{}, {}", kept_in_both[i].name, name_of(choice)));
       const Solution both = solved(kept_in_both[i].problem, choice);
       EXPECT_TRUE(both.ok()) << both.message;
-      // Without the second row the second phase has one more node, 1 ms behind its first. Where a
-      // fastest way changes its phase is free, so that grids have several optima.
+      // Without the second row the second phase has one more node, 1 ms after its first. The phase
+      // change of a fastest path is free, so grids have several optima.
       EXPECT_NEAR(both.cost, solved(once[i].problem, choice).cost, 1e-3 * both.cost);
     }
 }

@@ -1,5 +1,6 @@
-// Problems that were spoilt on purpose, each in one way, and what the check finds; of the sound one
-// it finds nothing. Of the library's own `saltus check` finds nothing either (tests/problems).
+// The check finds the error in problems that each contain one deliberate error. It finds nothing in
+// the correct problem. `saltus check` also finds nothing in the problems of the library
+// (tests/problems).
 #include "saltus/solve/check.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +26,7 @@ const auto position = [](auto, auto x) { return x[0]; };
 const auto speed = [](auto, auto x) { return x[1]; };
 const auto effort = [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; };
 
-// What a user's own code would be: speed squared times the force, at most so much.
+// Like user code: speed squared times force, with an upper limit.
 class Power final : public FunctionBody {
  public:
   enum class Mistake { none, derivative, pattern, second_derivative, not_a_number };
@@ -91,7 +92,7 @@ TEST(Check, finds_nothing_in_what_is_sound) {
   }
 }
 
-// A pendulum whose place is an arc in units of which a radius has one or a ten-thousandth.
+// A pendulum whose position is an arc length. The unit is one radius or ten thousand radii.
 struct Swing {
   double radius;
   template <class S>
@@ -117,7 +118,7 @@ TEST(Check, derivatives_are_looked_at_in_the_units_of_the_problem) {
     }
 }
 
-// Watts in place of megawatts: what is wrong is wrong.
+// Watts in place of megawatts: the check still finds the error.
 TEST(Check, finds_a_wrong_derivative_of_small_numbers) {
   for (const auto mistake :
        {Power::Mistake::derivative, Power::Mistake::second_derivative, Power::Mistake::none}) {
@@ -141,7 +142,7 @@ std::function<ProblemCheck()> ride(std::function<void(Ride&)> spoil, ShootingOpt
   return [=] { return check(spoilt(spoil), options); };
 }
 
-struct Wind {  // fast, and with a stiff state
+struct Wind {  // fast, with a stiff state
   double rate;
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
@@ -149,7 +150,7 @@ struct Wind {  // fast, and with a stiff state
   }
 };
 
-// A blow that takes half of the speed, from a user's own code.
+// A jump that halves the speed, like user code.
 class Blow final : public FunctionBody {
  public:
   explicit Blow(double derivative) : FunctionBody(3, 2), derivative_(derivative) {
@@ -188,7 +189,7 @@ ProblemCheck check_blow(double derivative) {
        2}));
 }
 
-// A cart with a second input, which its bounds hold at 1 and a term wants elsewhere.
+// A cart with a second input. Its bounds fix it at 1, and a term requires another value.
 ProblemCheck check_trim(double wanted) {
   Phase<2, 2> ride{"ride",
                    [](const auto&, const auto& x, const auto& u) {
@@ -240,7 +241,8 @@ const Spoilt all_spoilt[] = {
      ride([](Ride& r) { r.bound_input(0, exactly(0.5)); }),
      "ranks",
      {"equations for", "term '"}},
-    // Nothing is left to decide in it, and it does not hold: a contradiction from either side.
+    // The term contains a fixed input only and is violated. The check reports a contradiction from
+    // above and from below.
     {"given_input_asked_to_be_more",
      [] { return check_trim(2.0); },
      "ranks",

@@ -1,5 +1,5 @@
-// Solvers by name and by method: the same optimum, whoever makes them; and no clash with the
-// namespace of Ipopt itself.
+// Solvers selected by name and by method find the same optimum, and names do not clash with the
+// namespace of Ipopt.
 #include <gtest/gtest.h>
 
 #include "saltus/core/error.hpp"
@@ -38,7 +38,7 @@ TEST(SolverChoice, EveryNameMakesASolverThatFindsTheOptimum) {
   for (const auto& [name, choice] : solver_choices()) {
     const Solution s = solve(shooting, *make_solver(choice, {.tolerance = 1e-10}));
     ASSERT_TRUE(s.ok()) << name << ": " << s.message;
-    EXPECT_NEAR(s.cost, optimum, 1e-9) << name;  // two tolerances, costs of the size of 1
+    EXPECT_NEAR(s.cost, optimum, 1e-9) << name;  // two tolerances, for costs of about 1
   }
 }
 
@@ -78,7 +78,7 @@ TEST(RealTimeChoice, TheLimitOfIterationsIsTheUsers) {
   }
 }
 
-// x0 - 1 = 0 has no stages.
+// x0 - 1 = 0: a program without stages.
 class NoStages final : public NonlinearProgram {
  public:
   int variables() const override { return 1; }

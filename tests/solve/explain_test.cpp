@@ -1,5 +1,5 @@
-// What explain() says of small problems whose answers are known by hand, and of a controller's
-// tick. Twenty problems of the library that were spoilt: tests/problems/explain_test.cpp.
+// Results of explain() for small problems with known answers and for the tick of a controller.
+// tests/problems/explain_test.cpp covers twenty library problems with deliberate errors.
 #include "saltus/solve/explain.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ const auto cart = [](const auto&, const auto& x, const auto& u) {
 const auto position = [](const auto&, const auto& x) { return x[0]; };
 const auto pull = [](const auto&, const auto&, const auto& u) { return u; };
 
-// At most 2 m in 2 s, from rest.
+// At most 2 m can be reached in 2 s from rest.
 OptimalControlProblem ride(double distance) {
   Phase<2, 1> phase{"ride", cart, exactly(2.0)};
   phase.bound_input(0, between(-1.0, 1.0))
@@ -39,7 +39,7 @@ const Remedy* find(const Explanation& e, ProblemChange::Kind kind) {
   return nullptr;
 }
 
-// What is not convex is known near the guess only; events make it jump.
+// A result for a non-convex problem is valid near the guess only, and events make it jump.
 TEST(Explain, SaysWhereItHasLooked) {
   const auto spring = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[1], u[0] - x[0] * x[0] * x[0]};
@@ -74,7 +74,8 @@ TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
   EXPECT_NEAR(s.time, 2.0, 1e-12);
   EXPECT_TRUE(s.is_exact);
   EXPECT_NE(e.text().find("'there' cannot be met: 2.5 too little"), std::string::npos) << e.text();
-  // 1/2 a T^2 = 4.5: T = 3 s, or a = 2.25 m/s^2; twice 1 % and the rounding to three digits beyond.
+  // 1/2 a T^2 = 4.5: T = 3 s, or a = 2.25 m/s^2. The suggestion exceeds this by 1 % twice and by
+  // rounding to three digits.
   const Remedy* longer = find(e, ProblemChange::Kind::duration);
   ASSERT_NE(longer, nullptr) << e.text();
   EXPECT_NEAR(longer->changes.front().by, 1.0, 0.035);
@@ -86,7 +87,7 @@ TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
   for (const Remedy& remedy : e.remedies) EXPECT_TRUE(is_success(remedy.status)) << remedy.text;
 }
 
-// The same ride in meters and in lengths of ten micrometers, without nominal magnitudes.
+// The same ride in metres and in units of ten micrometres, without nominal magnitudes.
 TEST(Explain, WhatIsMissingDoesNotDependOnTheUnits) {
   for (const double unit : {1.0, 1e-5})
     for (const double distance : {1.5, 4.5}) {
@@ -112,8 +113,8 @@ TEST(Explain, NothingIsMissingWhereConstraintsCanBeMet) {
   EXPECT_EQ(e.text(), "the constraints can be met, at least near the guess\n");
 }
 
-// At the first node, not at the start, 0.1 m/s are asked for: a longer ride has that node later,
-// and would not help a ride on as fine a grid.
+// The first node after the start requires 0.1 m/s. A longer ride has that node later, and would not
+// help on an equally fine grid.
 TEST(Explain, WhatOnlyMovesTheNodesIsNoRemedy) {
   Phase<2, 1> phase{"ride", cart, exactly(2.0)};
   phase.bound_input(0, between(-1.0, 1.0))
@@ -127,7 +128,7 @@ TEST(Explain, WhatOnlyMovesTheNodesIsNoRemedy) {
   EXPECT_EQ(find(e, ProblemChange::Kind::duration), nullptr) << e.text();
 }
 
-// A frequency, a mass: what was positive stays so.
+// Data such as a frequency or a mass stay positive if they were positive.
 TEST(Explain, DataKeepTheirSign) {
   Phase<2, 1, 1> phase{"ride",
                        [](const auto&, const auto& x, const auto& u, const auto& p) {
@@ -139,7 +140,7 @@ TEST(Explain, DataKeepTheirSign) {
       .reach("there", position, exactly(4.5));
   OptimalControlProblem problem("ride");
   problem.start_at({0.0, 0.0}).then(phase);
-  const Explanation e = explain(problem, exact);  // a drag of -11.5 would do
+  const Explanation e = explain(problem, exact);  // a drag of -11.5 would be enough
   ASSERT_TRUE(e.is_infeasible());
   EXPECT_EQ(find(e, ProblemChange::Kind::parameter), nullptr) << e.text();
 }
@@ -156,7 +157,7 @@ TEST(Explain, ATickIsExplainedWhenTheRunIsOver) {
   OptimalControlProblem problem = ride(1.5);
   RecedingHorizonController controller(MultipleShooting(problem, exact.shooting), {.period = 0.1});
   IntegratorPlant plant = nominal_plant(problem, zero_order_hold());
-  plant.disturb(VectorXd{{-1.0, 0.0}});  // from there 2.5 m are asked for, and 2 m can be done
+  plant.disturb(VectorXd{{-1.0, 0.0}});  // from there 2.5 m are required, and 2 m are feasible
   const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 0.3, .keep_unmet = 2});
   ASSERT_EQ(log.unmet.size(), 2u);
   EXPECT_EQ(log.unmet.front().time, 0.0);
@@ -167,8 +168,8 @@ TEST(Explain, ATickIsExplainedWhenTheRunIsOver) {
   EXPECT_NEAR(e.shortages.front().amount, 0.5, 1e-5);
 }
 
-// At most 2 m in 2 s, and the least effort to reach d < 4/3 m is that of u = lambda (T - t), with
-// lambda = 3 d / T^3: what a penalty has to weigh to hold.
+// At most 2 m in 2 s. The minimum-effort input to reach d < 4/3 m is u = lambda (T - t) with lambda
+// = 3 d / T^3. This lambda is the least weight of an exact penalty.
 OptimalControlProblem soft_ride(double distance, Penalty penalty) {
   Phase<2, 1> phase{"ride", cart, exactly(2.0)};
   phase.bound_input(0, between(-1.0, 1.0))
@@ -205,7 +206,7 @@ TEST(ExplainSoftTerms, WhatCouldHoldIsToldWithItsPriceAndTheWeightFromWhichOnItD
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
   const SoftShortage& s = e.gives_way.front();
   constexpr double grid = 1e-3;             // of the zero-order hold on 20 intervals
-  EXPECT_NEAR(s.missed.amount, 0.4, grid);  // 0.8 m are reached
+  EXPECT_NEAR(s.missed.amount, 0.4, grid);  // 0.8 m is reached
   EXPECT_NEAR(s.price, 0.12, grid);
   ASSERT_TRUE(s.least && s.cost_if_held && s.weight_that_holds);
   EXPECT_EQ(*s.least, 0.0);
@@ -258,7 +259,7 @@ TEST(ProblemChange, MovesOneNumberAndLeavesTheOriginal) {
                DefinitionError);
 }
 
-// One bound that serves both rows of a link is moved for the row that is meant.
+// One bound serves both rows of a link. The change affects only the selected row.
 TEST(ProblemChange, MovesOneRowOfALinkWhoseBoundServesAll) {
   Phase<2, 1> drive{"drive",
                     [](const auto&, const auto& x, const auto& u) {

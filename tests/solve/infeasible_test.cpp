@@ -1,5 +1,5 @@
-// "The constraints cannot all be satisfied" is a proof. Where there is none the message speaks of
-// an apparent local minimum of the violation.
+// The message "The constraints cannot all be satisfied" requires a proof. Without one, the message
+// reports an apparent local minimum of the violation.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ bool is_local(const Solution& plan) {
   return plan.message.find("apparent local minimum of their violation") != std::string::npos;
 }
 
-// Three integrators behind one another: the input that is needed is 1e-2 / gain^3 and more.
+// A chain of three integrators. It needs an input of at least 1e-2 / gain^3.
 OptimalControlProblem chain(double gain, double limit = infinity) {
   Phase<3, 1> phase{"chain",
                     [gain](auto, auto x, auto u) {
@@ -47,7 +47,7 @@ OptimalControlProblem chain(double gain, double limit = infinity) {
   return problem;
 }
 
-// Least input of the chain: 0.32 / gain^3, bang-bang.
+// Minimum input of the chain: 0.32 / gain^3, bang-bang.
 TEST(Infeasible, SmallGainsAreNoProof) {
   for (const double gain : {1.0, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
     for (const SolverChoice choice : all_solvers) {
@@ -72,7 +72,7 @@ TEST(Infeasible, SmallGainsAreNoProof) {
   }
 }
 
-// A cart that cannot come far enough, in other units of length and force.
+// A cart that cannot reach its target, in other units of length and force.
 OptimalControlProblem too_far(double length, double force, double curvature) {
   Phase<2, 1> ride{
       "ride",
@@ -108,7 +108,7 @@ TEST(Infeasible, OtherProblemsAreNotProved) {
   }
 }
 
-// Explanations say "cannot be met" for the same reason only.
+// Explanations say "cannot be met" only with the same proof.
 TEST(Infeasible, ExplanationsAreAsCertain) {
   EXPECT_NE(explain(too_far(1.0, 1.0, 0.0)).text().find("cannot be met"), std::string::npos);
   EXPECT_EQ(explain(too_far(1.0, 1.0, 0.1)).text().find("cannot be met"), std::string::npos);

@@ -1,6 +1,6 @@
-// What a beginner gets wrong, and the one sentence that each mistake is answered with: it names the
-// place, what was given there and what to do. Mistakes that the compiler sees are in
-// tests/autodiff/refused.cpp, further ones of definition in tests/ocp/definition_errors_test.cpp.
+// Common mistakes of beginners and the one-sentence error of each. The error names the place, the
+// given value and the remedy. tests/autodiff/refused.cpp covers mistakes that the compiler detects;
+// tests/ocp/definition_errors_test.cpp covers further errors in definitions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,14 +47,14 @@ std::string message_of(const OptimalControlProblem& ocp, const SolveOptions& opt
   }
 }
 
-// The sound ride, changed.
+// The correct ride after a change.
 std::function<std::string()> ride(std::function<void(Ride&)> change, SolveOptions options = {}) {
   return [change = std::move(change), options] {
     try {
       Ride ride = sound();
       change(ride);
       return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(ride), options);
-    } catch (const DefinitionError& e) {  // at the definition itself
+    } catch (const DefinitionError& e) {  // from the definition itself
       return std::string(e.what());
     }
   };

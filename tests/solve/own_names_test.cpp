@@ -1,4 +1,4 @@
-// A program that says `using namespace saltus` may have these names for its own types.
+// A program with `using namespace saltus` may use these names for its own types.
 #include <gtest/gtest.h>
 
 #include "saltus/saltus.hpp"
@@ -45,7 +45,7 @@ namespace {
 template <class... Own>
 constexpr int count = sizeof...(Own);
 
-// Compiled is passed: an ambiguous name would be refused where it is used.
+// The test passes if it compiles: the compiler rejects an ambiguous name where it is used.
 TEST(OwnNames, AreTheUsersOwn) {
   EXPECT_EQ((count<Body, Car, Contact, Control, Controller, Cost, Constraint, Data, Dynamics, Foot,
                    Force, Gear, Guard, Input, Mode, Model, Motion, Node, Obstacle, Options,

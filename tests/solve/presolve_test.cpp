@@ -1,5 +1,5 @@
-// What every solver is spared: rows that nothing can change, rows that are said twice, bounds that
-// stand for none. And what is left of such rows if nothing can meet them: a name.
+// Presolve removes rows without free variables, duplicated rows, and bounds that represent
+// infinity, for every solver. If such a row is infeasible, the message names it.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ MultipleShooting shooting_of(OptimalControlProblem problem, int intervals = 10) 
   return MultipleShooting(std::move(problem),
                           {.intervals_per_phase = intervals,
                            .integrator = runge_kutta4(),
-                           .accuracy = {.verify = false}});  // rows at nodes are what is compared
+                           .accuracy = {.verify = false}});  // this test compares rows at nodes
 }
 Solution solved(const OptimalControlProblem& problem, const std::string& name) {
   MultipleShooting shooting = shooting_of(problem);
@@ -72,7 +72,7 @@ struct Plane {
 
 // --- rows without free variables ------------------------------------------------------------
 
-// A cart that goes 1 m in 1 s, and a hard row that the variables do not change.
+// A cart that moves 1 m in 1 s, with a hard row that does not depend on the variables.
 enum class Row {
   data_kept,
   data_reached,
@@ -92,7 +92,7 @@ std::string name_of(const Constant& c) {
   return fmt::format("{}{}", names[static_cast<std::size_t>(c.row)],
                      c.is_equality ? ", equality" : "");
 }
-// The row reads q - 1, and so is violated by 1 where q is 2.
+// The row is q - 1, so its violation is 1 for q = 2.
 OptimalControlProblem with_constant_row(const Constant& c, double q) {
   Phase<2, 1, 1> phase{"drive", Cart<1>{}, exactly(1.0)};
   phase.data("q", VectorXd::Constant(1, q))
@@ -120,7 +120,7 @@ OptimalControlProblem with_constant_row(const Constant& c, double q) {
       phase.bound_input(0, exactly(0.5), {.from = 0.5})
           .keep("limit", [](auto, auto, auto u, auto p) { return u[0] - 1.5 + p[0]; },
                 c.is_equality ? exactly(0.0) : at_most(0.0), {.from = 0.5});
-      // u is 0.5 there, so the row is q - 1.
+      // u is 0.5 there, so the row equals q - 1.
       break;
     case Row::start_only:
       phase.begin_with(
@@ -154,7 +154,7 @@ TEST(Presolve, ARowThatNothingChangesIsLeftOutOrIsInfeasibleWithItsName) {
       SCOPED_TRACE(name_of(c) + ", " + name);
       const Solution met = solved(with_constant_row(c, 1.0), name);
       EXPECT_TRUE(met.ok()) << met.message;
-      // Within the tolerance of a row whose bounds are zero, 1e-6.
+      // Within 1e-6, the tolerance of a row whose bounds are zero.
       EXPECT_TRUE(solved(with_constant_row(c, 1.0 + 5e-7), name).ok());
       const Solution missed = solved(with_constant_row(c, 2.0), name);
       EXPECT_EQ(missed.status, SolveStatus::infeasible) << missed.message;
@@ -196,11 +196,11 @@ TEST(Presolve, EveryControllerSaysSo) {
     }
 }
 
-// --- rows that are said twice ---------------------------------------------------------------
+// --- duplicated rows ------------------------------------------------------------------------
 
 struct Twice {
   std::string name;
-  std::function<OptimalControlProblem(bool)> make;  // true: with what is superfluous
+  std::function<OptimalControlProblem(bool)> make;  // true: with the redundant constraints
 };
 
 template <int nx, int nu>
@@ -225,7 +225,8 @@ std::vector<Twice> twices() {
       all.push_back({fmt::format("{}, {} phases", name, phases), std::move(make)});
     };
     const double far = 0.35 * phases;
-    // Kept in all phases; without what is superfluous, in later ones behind their first node.
+    // Kept in all phases. Without the redundant rows, the constraint in later phases begins after
+    // their first node.
     add("speed kept", [=](bool twice) {
       return in_phases(phases, VectorXd::Zero(2), [&](OptimalControlProblem& problem, int j) {
         Phase<2, 1> p{phase_name(j), Pendulum{}, exactly(1.0)};
@@ -340,9 +341,9 @@ TEST(Presolve, WhatIsSaidTwiceChangesNothing) {
       const Solution twice = solve(shooting, *solver);
       ASSERT_TRUE(once.ok()) << once.message;
       ASSERT_TRUE(twice.ok()) << twice.message;
-      // Both to a scaled residual of 1e-8.
+      // Both solves have a scaled residual of 1e-8.
       EXPECT_NEAR(twice.cost, once.cost, 1e-6 * (1.0 + std::abs(once.cost)));
-      // Multipliers are given for the program as it is.
+      // Multipliers refer to the original program.
       const KktResidual kkt = kkt_residual(shooting.nlp(), twice.point);
       EXPECT_LE(kkt.scaled(), 1e-7);
     }
@@ -441,7 +442,7 @@ TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
     }
 }
 
-// Near the guess the rows are one; where the optimum is they are not.
+// The rows coincide near the guess but differ at the optimum.
 TEST(Presolve, RowsThatAreTheSameNearTheGuessOnlyAreBothKept) {
   const auto make = [](bool with_second) {
     Phase<2, 1> p{"push", Pendulum{}, exactly(1.0)};
@@ -471,7 +472,7 @@ TEST(Presolve, RowsThatAreTheSameNearTheGuessOnlyAreBothKept) {
   }
 }
 
-// --- bounds that stand for none -------------------------------------------------------------
+// --- bounds that represent infinity ---------------------------------------------------------
 
 OptimalControlProblem bounded_by(double side) {
   Phase<2, 1> p{"drive", Cart<>{}, exactly(1.0)};
@@ -499,7 +500,7 @@ TEST(Presolve, BoundsBeyond1e19AreNone) {
     for (const double side : {1e19, 1e20, 1e30, 1e300}) {
       const Solution same = solved(bounded_by(side), name);
       ASSERT_TRUE(same.ok()) << same.message;
-      EXPECT_EQ(same.cost, free.cost);  // the same program, to the bit
+      EXPECT_EQ(same.cost, free.cost);  // the same program, bit for bit
     }
   }
   EXPECT_EQ(without_sentinels(exactly(1e20)), exactly(1e20));

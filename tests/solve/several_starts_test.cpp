@@ -1,5 +1,5 @@
-// Several starts and homotopy: distinct optima in an order that no thread decides, and the way to a
-// problem that its own guess does not solve.
+// Several starts and homotopy. Several starts give distinct optima in an order that is independent
+// of threads. Homotopy solves a problem that its own guess does not solve.
 #include "saltus/solve/solve.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace saltus {
 namespace {
 
-// A ball rolls off or stays: the end of x' = u, |u| <= 3 s^-1, after 1 s pays for a valley at -1
-// that is deeper than the one at 1, (x^2 - 1)^2 + x / 4.
+// A ball with x' = u, |u| <= 3 s^-1 for 1 s, and the end cost (x^2 - 1)^2 + x / 4. The valley at -1
+// is deeper than the one at 1.
 OptimalControlProblem valleys() {
   Phase<1, 1> roll{
       "roll", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
@@ -45,7 +45,7 @@ TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
     const SeveralSolutions found = solve_from(valleys(), starts, options);
     ASSERT_EQ(found.optima.size(), 2u);
     EXPECT_EQ(found.optimum_of, (std::vector<int>{1, 0, 1, 0})) << threads << " threads";
-    // Minima of the quartic, less effort that is small: x = -1.03 and x = 0.97.
+    // Minima of the quartic, shifted by a small effort: x = -1.03 and x = 0.97.
     EXPECT_NEAR(found.optima[0].trajectory.final_state()[0], -1.03, 0.01);
     EXPECT_NEAR(found.optima[1].trajectory.final_state()[0], 0.97, 0.01);
     EXPECT_LT(found.optima[0].cost, found.optima[1].cost - 0.4);
@@ -53,8 +53,8 @@ TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
   }
 }
 
-// Around a disc that lies to one side of the straight way: the shorter way and the longer one, in
-// scenes of 1 m and of 0.3 mm, or the same in other units.
+// Paths around a disc that lies off the straight line: a shorter path and a longer one. Scenes have
+// a size of 1 m or 0.3 mm, or the same size in other units.
 OptimalControlProblem around_a_disc(double size) {
   Phase<2, 2> go{
       "go", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
@@ -91,10 +91,11 @@ TEST(SeveralStarts, AreToldFromOneAnotherInScenesOfAnySize) {
     EXPECT_LT(found.optima[0].cost, 0.9 * found.optima[1].cost);
     best.push_back(found.optima[0].cost / (size * size));
   }
-  EXPECT_NEAR(best[1], best[0], 1e-4 * best[0]);  // the solver's tolerance in small numbers
+  EXPECT_NEAR(best[1], best[0], 1e-4 * best[0]);  // the tolerance of the solver for small numbers
 }
 
-// With a coarse measure all optima are one: the cheapest stands for them, whichever start found it.
+// With a coarse distance measure all optima count as one. The cheapest represents them, independent
+// of the start that found it.
 TEST(SeveralStarts, TheCheapestStandsForThoseThatCountAsOne) {
   const SeveralSolutions found =
       solve_from(valleys(), {towards(1.2), towards(-1.2)},
@@ -148,8 +149,8 @@ TEST(SeveralStarts, WrongStartsAreSaidBeforeAnythingIsSolved) {
   EXPECT_THROW(solve_from(valleys(), {}), DefinitionError);
 }
 
-// A pendulum that hangs is to stand after 3 s with a torque that cannot lift it, T = 0.6 m g l:
-// from no gravity to all of it.
+// A hanging pendulum must be upright after 3 s with a torque that cannot lift it, T = 0.6 m g l.
+// The homotopy goes from zero to full gravity.
 struct Pendulum {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
@@ -182,8 +183,8 @@ TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
                DefinitionError);
 }
 
-// 1.02 m in 1 s at no more than 1 m/s: after half of the way the next step is cut at its end, where
-// the solve fails; the one after is half as far, not the same again.
+// 1.02 m in 1 s with at most 1 m/s. After half of the homotopy, the next step is limited to the
+// end, where the solve fails. The step after that is half as long and does not repeat the same one.
 TEST(Homotopy, TriesNothingTwiceInARow) {
   Phase<1, 1, 1> go{"go",
                     [](const auto&, const auto&, const auto& u, const auto&) {
@@ -205,7 +206,7 @@ TEST(Homotopy, TriesNothingTwiceInARow) {
   const Homotopy way =
       solve_along(shooting, *solver, "goal", VectorXd::Zero(1), VectorXd::Constant(1, 1.02));
   EXPECT_FALSE(way.ok());
-  EXPECT_NEAR(way.reached, 1.0 / 1.02, 2e-3);  // least_step, and what it is halved from
+  EXPECT_NEAR(way.reached, 1.0 / 1.02, 2e-3);  // one to two times least_step
   for (std::size_t i = 1; i < way.steps.size(); ++i)
     EXPECT_NE(way.steps[i].at, way.steps[i - 1].at) << "step " << i;
 }

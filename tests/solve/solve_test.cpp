@@ -1,4 +1,5 @@
-// One call from a problem to its solution: are the defaults an optimum, and can each be replaced?
+// One call from a problem to its solution. The defaults give an optimum, and each default can be
+// replaced.
 #include <saltus/saltus.hpp>
 
 #include <gtest/gtest.h>
@@ -79,7 +80,7 @@ TEST(Solve, CostRulesAreAsFarOffAsTheReadmeSays) {
   }
 }
 
-// The observer of one solve is not that of the next, however the one has ended.
+// The observer of one solve is not used in the next, even after an exception.
 TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
   const std::shared_ptr<Solver> solver = make_native_solver();
   int heard = 0;

@@ -1,5 +1,5 @@
-// A verdict holds in the units of the problem: guesses, idle bounds, penalty weights and units do
-// not change what is found, and what is no optimum is not called one.
+// Verdicts do not depend on guesses, idle bounds, penalty weights or units, and a point that is not
+// optimal is not called optimal.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,7 +45,7 @@ OptimalControlProblem car(double first_speed) {
   return problem;
 }
 
-// The time falls by less than 0.2 s per m/s of a head start.
+// The time decreases by less than 0.2 s per m/s of initial speed.
 TEST(Verdicts, AStartNearRestIsNoMagnitude) {
   for (const SolverChoice choice : all_solvers) {
     const Solution at_rest = solved(car(0.0), choice);
@@ -58,7 +58,7 @@ TEST(Verdicts, AStartNearRestIsNoMagnitude) {
   }
 }
 
-// From rest to rest: x'' = gain u - stiffness x, with the least effort.
+// From rest to rest with x'' = gain u - stiffness x and minimum effort.
 OptimalControlProblem rest_to_rest(double gain, double stiffness, double way, double duration,
                                    double weight) {
   Phase<2, 1> move{"move",
@@ -82,7 +82,7 @@ TEST(Verdicts, ASmallEffectOfTheInputIsNoContradiction) {
   }
 }
 
-// Speeds of 2e5 that end at rest: an error of 1 is small, also where the state is zero.
+// Speeds of 2e5 that end at rest. An error of 1 is small, even where the state is zero.
 TEST(Verdicts, ALargeStateThatComesToRestIsIntegratedWellEnough) {
   for (const SolverChoice choice : all_solvers) {
     const Solution plan = solved(rest_to_rest(1.0, 1e10, 1.5, 1e-5, 1e-22), choice);
@@ -90,7 +90,7 @@ TEST(Verdicts, ALargeStateThatComesToRestIsIntegratedWellEnough) {
   }
 }
 
-// 2 - t / 2 exceeds 2 - 0.03 before the first node only, where a given start has no rows of states.
+// 2 - t / 2 exceeds 2 - 0.03 before the first node only, and a given start has no rows on states.
 TEST(Verdicts, ARowOfTimeAloneHoldsAtAGivenStart) {
   for (const SolverChoice choice : all_solvers) {
     for (const bool is_met : {true, false}) {
@@ -108,7 +108,7 @@ TEST(Verdicts, ARowOfTimeAloneHoldsAtAGivenStart) {
                 },
                 {at_most(1.0), at_most(is_met ? 2.0 : 1.97)});
       OptimalControlProblem problem("push");
-      problem.start_at({1.1, 0.0}).then(push);  // beyond the row of the state, which is allowed
+      problem.start_at({1.1, 0.0}).then(push);  // violates the row on the state, which is allowed
       const Solution plan = solved(problem, choice);
       EXPECT_EQ(plan.status == SolveStatus::infeasible, !is_met) << plan.message;
       if (!is_met) {
@@ -154,7 +154,7 @@ TEST(Verdicts, BoundsThatNeverActAreNoMagnitudes) {
     }
 }
 
-// A target and a limit on the way, both soft.
+// A soft target and a soft path limit.
 OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds duration) {
   const auto position = [](auto, auto x) { return x[0]; };
   Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, duration};
@@ -172,8 +172,9 @@ OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds dur
   return problem;
 }
 
-// Hard, the cost is 1/(2 T) + 2 T, 2.5 after 1 s and 2 for the best duration of 0.5 s, which the
-// limit of 1.5 forbids: 2.083333 for 2/3 s. An L2 penalty is off by about 1 / weight.
+// With hard constraints the cost is 1/(2 T) + 2 T: 2.5 for 1 s and 2 for the optimal duration of
+// 0.5 s. The limit of 1.5 excludes that, so the optimum is 2.083333 for 2/3 s. An L2 penalty has an
+// error of about 1 / weight.
 TEST(Verdicts, PenaltyWeightsAreNoMagnitudes) {
   for (const bool is_free : {false, true})
     for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2})
@@ -189,7 +190,7 @@ TEST(Verdicts, PenaltyWeightsAreNoMagnitudes) {
         }
 }
 
-// An L1 penalty that cannot hold is paid in full, whatever its weight.
+// An L1 penalty on an infeasible constraint is paid in full, for any weight.
 TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
   const auto position = [](auto, auto x) { return x[0]; };
   for (const double weight : {1e2, 1e6, 1e10})
@@ -207,7 +208,7 @@ TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
     }
 }
 
-// Ends at once, as when someone stops it, and counts.
+// Stops at once, as on request of a user, and counts the solves.
 class Stopped final : public Solver {
  public:
   explicit Stopped(SolveStatus status) : status_(status) {}
@@ -242,8 +243,8 @@ TEST(Verdicts, ASolveThatWasStoppedDoesNotBeginAgainWithOtherWeights) {
   }
 }
 
-// Forces of up to 2 N per kg act at their bounds, whatever the mass is. The guess, zero, shows no
-// size of a force.
+// Forces of up to 2 N per kg are at their bounds for any mass. The guess of zero gives no magnitude
+// of a force.
 TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
   const auto push = [](double mass) {
     Phase<2, 1> phase{"push",
@@ -267,7 +268,7 @@ TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
     }
 }
 
-// Rest to rest over 1 m in the least time, 2 s with |u| <= 1, in units of time of 1 / unit s.
+// Rest to rest over 1 m in minimum time, 2 s with |u| <= 1, with a unit of time of 1 / unit s.
 TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
   for (const double unit : {1e-8, 1e-4, 1.0, 1e4, 1e8})
     for (const SolverChoice choice : all_solvers) {
@@ -290,8 +291,8 @@ TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
     }
 }
 
-// An arm of two links whose hand stays on a line: equations of sines and cosines, as in whole-body
-// problems, from a guess that stands still.
+// An arm of two links whose hand stays on a line. The equations contain sines and cosines, as in
+// whole-body problems, and the guess is a state at rest.
 OptimalControlProblem arm() {
   const auto hand = [](const auto& x) {
     using S = std::decay_t<decltype(x[0])>;
@@ -315,8 +316,8 @@ OptimalControlProblem arm() {
   return problem;
 }
 
-// Wherever a solve is stopped: the residual that it reports decides whether it is called an optimum
-// (good or bad), and all of its iterations are counted.
+// A solve may stop anywhere. The reported residual decides whether it is called an optimum, and all
+// of its iterations are counted.
 TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
   constexpr double tolerance = 1e-6, acceptable = 100.0 * tolerance;
   for (const SolverChoice choice : all_solvers)
@@ -348,7 +349,7 @@ TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
         if (plan.status == SolveStatus::iteration_limit) {
           EXPECT_EQ(plan.message.find("the iteration limit was reached"), 0u);
         }
-        // The first report of each attempt is that of its start.
+        // The first report of each attempt describes its start.
         EXPECT_GE(plan.iterations, iterations - 4);
       }
 }

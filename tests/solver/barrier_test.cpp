@@ -1,5 +1,5 @@
-// The barrier method's parts: Newton's equations by both kinds of linear algebra, second
-// derivatives by differences, restoration; and the method on random programs in stages.
+// Parts of the barrier method: Newton's equations by both kinds of linear algebra, second
+// derivatives by differences, and restoration. Also the whole method on random programs in stages.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ class Numbers {
   std::mt19937_64 generator_{20261122};
 };
 
-// min (b - 2)^2 + b^4 a with a = 0 and a >= 0; not linear-quadratic, so that the barrier method
+// min (b - 2)^2 + b^4 a with a = 0 and a >= 0. It is not linear-quadratic, so the barrier method
 // solves it.
 class StartsOnItsBound : public OfTwoVariables {
  public:
@@ -78,7 +78,8 @@ struct Car {
   }
 };
 
-// Linear-quadratic, with durations, jumps and resets, soft rows and slacks, and free starts.
+// A linear-quadratic problem with durations, jumps and resets, soft rows and slacks, and free
+// starts.
 class Newton : public testing::TestWithParam<const char*> {};
 
 TEST_P(Newton, StepsByStagesAreThoseOfTheSparseFactor) {
@@ -120,8 +121,7 @@ TEST_P(Newton, StepsByStagesAreThoseOfTheSparseFactor) {
   EXPECT_LT((dlambda - dlambda_by_stages).cwiseAbs().maxCoeff(),
             of_steps * (1.0 + dlambda.cwiseAbs().maxCoeff()));
 
-  // Refinement would make up for a factor that is wrong by little, and others for one that is by
-  // much.
+  // Refinement can correct a factor with a small error but not one with a large error.
   if (sparse.shift() != 0.0) return;
   ASSERT_TRUE(by_stages->load(qp) && by_stages->factor(weights, row_weights));
   by_stages->solve(rw, rr, dw_by_stages, dlambda_by_stages);
@@ -159,7 +159,7 @@ TEST(Sqp, DoesWithoutSecondDerivatives) {
   EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
 }
 
-// The row holds the first variable on its bound.
+// The row holds the first variable at its bound.
 TEST(Barrier, BoundWithoutRoomHasAFiniteMultiplier) {
   for (const double start : {0.0, 1.0, 30.0}) {
     StartsOnItsBound program;
@@ -175,9 +175,9 @@ TEST(Barrier, BoundWithoutRoomHasAFiniteMultiplier) {
   }
 }
 
-// A car that is too weak for its hill swings up in least time (Moore, Efficient Memory-based
-// Learning for Robot Control, 1990); its end lies on a bound of the state. Rows that cannot be met
-// within the bounds make multipliers diverge on the way.
+// An underpowered car swings up a hill in minimum time (Moore, Efficient Memory-based Learning for
+// Robot Control, 1990). Its end lies on a bound of the state. Rows that are infeasible within the
+// bounds make multipliers diverge during the solve.
 TEST(Barrier, WeakCarIsSolvedByBothKindsOfLinearAlgebra) {
   Phase<2, 1> drive{"drive", Car{}, between(0.05, 1e4)};
   drive.bound_state(0, between(-1.2, 0.5))
@@ -216,8 +216,8 @@ TEST(Verdict, FollowsFromTheReportedResidual) {
   EXPECT_EQ(judged(SolveStatus::infeasible, 0.0), SolveStatus::infeasible);
 }
 
-// Where the barrier method ends, the tolerance is out of reach of the program's own residual, and
-// the models that are tried in vain are counted too.
+// The tightest tolerances are below the rounding of the residual. The count includes models that
+// are tried without success.
 TEST(Sqp, CountsTheEffortOfEveryAttempt) {
   Rosenbrock program;
   program.seconds_per_evaluation = 2e-4;
@@ -248,7 +248,7 @@ TEST(Filter, RefusesWhatIsWorseInBoth) {
   EXPECT_TRUE(filter.accepts(2.0, 4.9));
 }
 
-// A few of those of benchmarks/compare_solvers.cpp.
+// A few of the programs of benchmarks/compare_solvers.cpp.
 TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     const RandomProgram program = random_program(seed);
@@ -262,8 +262,8 @@ TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
   }
 }
 
-// In the last three another term is violated, because that costs less: the message names what it is
-// in conflict with.
+// In the last three cases a different term is violated because that costs less. The message names
+// the term that it conflicts with.
 TEST(RandomPrograms, SayWhichTermCannotBeMet) {
   for (const unsigned seed : {1, 2, 3, 4, 5, 6, 35, 40, 47}) {
     const RandomProgram program = contradictory_program(seed);

@@ -1,4 +1,5 @@
-// Is a convexified Hessian positive definite, within its pattern, and left alone where it was?
+// A convexified Hessian is positive definite and within its pattern, and a positive definite
+// Hessian is unchanged.
 #include "saltus/solver/convexify.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +20,7 @@ double lowest_eigenvalue(const MatrixXd& m) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(m).eigenvalues().minCoeff();
 }
 
-// Blocks of one to eight variables, not all of their entries present.
+// Blocks of one to eight variables, with some of their entries missing.
 SparsityPattern random_pattern(std::mt19937& random) {
   std::vector<std::pair<int, int>> pairs;
   int n = 0;

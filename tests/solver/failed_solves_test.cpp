@@ -1,4 +1,5 @@
-// What an optimal control problem says when it cannot be solved: phase, term, time and amount.
+// Messages of optimal control problems that have no solution: they name phase, term, time and
+// amount.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +34,8 @@ OptimalControlProblem too_far(Vec<double, 2> nominal_state) {
 }
 
 TEST(Infeasible, NamesPhaseTermTimeAndAmount) {
-  // However the states are scaled, and wherever the solver leaves the gap therefore.
+  // The message does not depend on the scaling of the states or on the distribution of the
+  // violation.
   for (const Vec<double, 2>& nominal :
        {Vec<double, 2>{1.0, 1.0}, Vec<double, 2>{100.0, 100.0}, Vec<double, 2>{0.01, 0.01}}) {
     const Solution s = attempt(too_far(nominal));
@@ -69,7 +71,7 @@ TEST(Infeasible, NamesBoundsOfStatesInTheirUnits) {
   expect_in("violates its bounds by ", s.message);
 }
 
-// min int x^2 - 2 u^2 with x' = u, x(0) = 0: as a linear-quadratic program not convex.
+// min int x^2 - 2 u^2 with x' = u, x(0) = 0. As a linear-quadratic program it is not convex.
 OptimalControlProblem not_convex(bool bounded, double guess) {
   const auto rate = [](const auto&, const auto&, const auto& u) { return u; };
   Phase<1, 1> phase{"phase", rate, exactly(1.0)};
@@ -93,7 +95,7 @@ TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrSayWhyNot) {
     };
     const Solution minimum = solution(true, 0.1);
     EXPECT_EQ(minimum.status, SolveStatus::optimal) << name_of(choice) << minimum.message;
-    EXPECT_LT(minimum.cost, -1.8);  // -2 but for int x^2: inputs are at their bounds
+    EXPECT_LT(minimum.cost, -1.8);  // -2 without the integral of x^2: inputs are at their bounds
     EXPECT_EQ(solution(true, 0.0).status, SolveStatus::no_minimum) << name_of(choice);
     const Solution endless = solution(false, 0.1);
     EXPECT_TRUE(endless.status == SolveStatus::unbounded ||

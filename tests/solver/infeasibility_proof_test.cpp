@@ -1,5 +1,5 @@
-// Random linear rows and bounds in random units: what has a point is never proved to have none, and
-// what has none mostly is.
+// Random linear rows and bounds in random units. A feasible program is never proved infeasible, and
+// most infeasible programs are proved infeasible.
 #include "saltus/solver/infeasibility_proof.hpp"
 
 #include <gtest/gtest.h>
@@ -61,8 +61,8 @@ struct LinearRows final : NonlinearProgram {
   std::vector<double> entries_;
 };
 
-// A program that a point meets, some sides without any room. With `gap`, one more row asks a
-// combination of the others for more than they allow, by this share of its terms.
+// A feasible program, in which some sides hold with equality. With `gap`, one more row requires
+// more of a combination of the others than they allow, by this fraction of its terms.
 LinearRows draw(unsigned seed, double decades, double gap) {
   Random random(seed);
   const int n = 3 + static_cast<int>(random.uniform(0.0, 12.0));
@@ -92,7 +92,7 @@ LinearRows draw(unsigned seed, double decades, double gap) {
     if (is_likely(0.5)) {
       low -= is_likely(0.5) ? random.uniform(0.0, 1.0) : 0.0;
       high += is_likely(0.5) ? random.uniform(0.0, 1.0) : 0.0;
-      // A side that the combination does not need may be missing.
+      // A side that the combination does not use may be missing.
       if (multipliers[k] > 0.0 && is_likely(0.5)) low = -infinity;
       if (multipliers[k] < 0.0 && is_likely(0.5)) high = infinity;
     }

@@ -1,4 +1,4 @@
-// Ipopt behind the seam: statuses, limits, warm starts, and silence.
+// Ipopt behind the solver interface: statuses, limits, warm starts, and no output.
 #include "saltus/solver/ipopt.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(Ipopt, MultipliersHaveTheSignOfTheSideThatHolds) {
   EXPECT_NEAR(upper.point.z[0], 1.0, 1e-6);
   EXPECT_LT(upper.kkt.scaled(), 1e-7);
   program.upper_[0] = infinity;
-  program.row_upper_[0] = 0.75;  // the same point; moving along the row
+  program.row_upper_[0] = 0.75;  // same optimum, by a move along the row
   const NlpResult row = run(program);
   EXPECT_GT(row.point.lambda[0], 0.0);
   EXPECT_LT(row.kkt.scaled(), 1e-7);
@@ -90,11 +90,11 @@ TEST(IpoptStatus, IterationLimit) {
 
 TEST(IpoptStatus, TimeLimitIsWallClock) {
   Rosenbrock program;
-  program.seconds_per_evaluation = 0.02;  // asleep: no processor time passes
+  program.seconds_per_evaluation = 0.02;  // sleeps, so no processor time passes
   const NlpResult result = run(program, {.time_limit = 0.1});
   EXPECT_EQ(result.status, SolveStatus::time_limit);
   EXPECT_GE(result.seconds, 0.1);
-  EXPECT_LT(result.seconds, 1.0);  // one iteration takes a few evaluations
+  EXPECT_LT(result.seconds, 1.0);  // one iteration needs a few evaluations
 }
 
 TEST(IpoptStatus, Infeasible) {
@@ -179,7 +179,7 @@ TEST(Ipopt, WarmStartNeedsFewerIterations) {
   ASSERT_EQ(warm.status, SolveStatus::optimal);
   EXPECT_LT(warm.iterations, cold.iterations / 2);
   EXPECT_NEAR(warm.objective, cold.objective, 1e-8);
-  // And after a small change of the problem.
+  // A warm start also works after a small change of the problem.
   program.row_upper_[0] = 0.69;
   const NlpResult moved = solver->solve(program, cold.point, true);
   ASSERT_EQ(moved.status, SolveStatus::optimal);

@@ -1,4 +1,4 @@
-// Our own residual: zero at an optimum, and each part sees its own kind of error.
+// The KKT residual is zero at an optimum, and each part detects one kind of error.
 #include "saltus/solver/optimum_check.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace saltus {
 namespace {
 
-// The optimum of Rosenbrock's valley with a <= 1/2: (1/2, 1/4), multiplier 1.
+// The optimum of Rosenbrock's function with a <= 1/2 is (1/2, 1/4), with multiplier 1.
 class AtTheOptimum : public testing::Test {
  protected:
   AtTheOptimum() { program.upper_[0] = 0.5; }
@@ -37,14 +37,14 @@ TEST_F(AtTheOptimum, AMultiplierThatPushesAgainstNothingIsSeenInComplementarity)
 }
 
 TEST_F(AtTheOptimum, AMultiplierOfASideThatDoesNotHoldIsSeenInComplementarity) {
-  program.row_upper_[0] = 2.75;  // 2 away
+  program.row_upper_[0] = 2.75;  // off by 2
   point.lambda[0] = 0.5;
   EXPECT_NEAR(kkt_residual(program, point).complementarity, 1.0, 1e-14);
 }
 
 TEST_F(AtTheOptimum, TheWrongSignIsSeen) {
   program.lower_[0] = -1.5;
-  point.z[0] = -1.0;  // claims that the lower side holds
+  point.z[0] = -1.0;  // the sign of the lower side
   EXPECT_NEAR(kkt_residual(program, point).complementarity, 2.0, 1e-14);
 }
 
@@ -74,10 +74,11 @@ TEST_F(AtTheOptimum, WhatIsNoNumberOrMissingIsNotOverlooked) {
   other = point;
   other.lambda.resize(0);
   EXPECT_TRUE(std::isinf(check(program, other).scaled()));
-  EXPECT_LT(check(program, point).scaled(), 1e-14);  // nothing is left of it
+  EXPECT_LT(check(program, point).scaled(), 1e-14);  // no residual remains
 }
 
-// What holds a fixed variable is free, however much that is, and excuses nothing elsewhere.
+// The multiplier of a fixed variable may have any size. It does not relax the check of other
+// variables.
 TEST_F(AtTheOptimum, AMultiplierOfAFixedVariableDoesNotScale) {
   program.lower_[0] = 0.5;
   point.z[0] = 1e12;

@@ -59,7 +59,7 @@ TEST(Observer, HearsOfEveryIterationFromTheStartToTheOptimum) {
     EXPECT_GT(heard[1].step, 0.0);
     EXPECT_GT(heard[1].step_length, 0.0);
 
-    // Being watched changes nothing.
+    // An observer does not change the result.
     solver->set_observer({});
     const std::unique_ptr<Solver> alone = named.make();
     const Solution unwatched = solve(shooting, *alone);
@@ -87,7 +87,7 @@ TEST(Observer, EndsASolveWithWhatThereIs) {
   }
 }
 
-// A cost of 1e6 times as much is divided before it is solved.
+// A cost that is 1e6 times as large is scaled down before the solve.
 MultipleShooting dear_swing() {
   OptimalControlProblem ocp = pendulum();
   ocp.editable_phase(0).terms.front().weight *= 1e6;
@@ -105,7 +105,7 @@ TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
   EXPECT_NEAR(last, s.cost, 1e-6 * s.cost);
 }
 
-// A solve that ends by what its observer throws leaves the solver as it was.
+// An exception from the observer leaves the solver unchanged.
 TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
   MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_native_solver();

@@ -1,4 +1,4 @@
-// Saddles and maxima are not called optima, and flat optima are not called saddles.
+// The check does not accept saddles and maxima as optima, and it accepts flat optima.
 #include "saltus/solver/optimum_check.hpp"
 
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ TEST(SecondOrder, ASaddleHasAHint) {
   }
 }
 
-// At its bounds a cost that curves downward has a minimum all the same.
+// A cost with negative curvature can still have a minimum at its bounds.
 TEST(SecondOrder, ACornerIsAnOptimum) {
   const OptimalControlProblem ocp =
       problem([](auto, auto x,
@@ -87,7 +87,7 @@ TEST(SecondOrder, ACornerIsAnOptimum) {
   }
 }
 
-// Singular arcs and inputs that cost nothing: semidefinite, and no saddle.
+// Singular arcs and inputs without cost give a semidefinite Hessian, which is not a saddle.
 TEST(SecondOrder, FlatIsNoSaddle) {
   for (const auto& solver : solvers()) {
     const Solution singular = solved(
@@ -119,7 +119,7 @@ TEST(SecondOrder, TheDirectionIsWhatItSays) {
   EXPECT_LT(rows.cwiseAbs().maxCoeff(), 1e-5);
 }
 
-// Second derivatives vanish at x = 0, and the cost falls to -1 on both sides.
+// Second derivatives vanish at x = 0, and the cost decreases to -1 on both sides.
 TEST(SecondOrder, AMaximumOfFourthOrderIsNoMinimum) {
   Phase<1, 1> phase{"only", Integrator1{}, exactly(1.0)};
   phase.bound_input(0, between(-1.0, 1.0)).minimise_at_end("hill", [](auto, auto x) {
@@ -129,7 +129,8 @@ TEST(SecondOrder, AMaximumOfFourthOrderIsNoMinimum) {
   ocp.start_at({0}).then(phase);
   for (const auto& solver : solvers()) {
     const Solution s = solved(ocp, *solver);
-    // A solver may leave the hill by itself; what counts is that its top is not called an optimum.
+    // A solver may leave the maximum by itself. The test requires only that the maximum is not
+    // called an optimum.
     if (s.ok())
       EXPECT_NEAR(s.cost, -1.0, 1e-6) << solver->name();
     else
@@ -137,8 +138,8 @@ TEST(SecondOrder, AMaximumOfFourthOrderIsNoMinimum) {
   }
 }
 
-// A fall of the cost below the tolerance does not turn an optimum into a failure, and the top of a
-// hill is none however small the multipliers of distant bounds are.
+// A decrease of the cost below the tolerance does not turn an optimum into a failure. A maximum is
+// not an optimum, even with very small multipliers of distant bounds.
 TEST(SecondOrder, ThePredictedFallDecides) {
   for (const double height : {1e-9, 1.0}) {
     const OptimalControlProblem ocp = problem(
@@ -159,7 +160,7 @@ TEST(SecondOrder, ThePredictedFallDecides) {
   }
 }
 
-// The two first-order numbers in closed form: min (w0 - 2)^2 / 2 with w0 <= 1 at w0 = 0.9, z = 0.5.
+// Both first-order quantities in closed form: min (w0 - 2)^2 / 2 with w0 <= 1 at w0 = 0.9, z = 0.5.
 class OneBound final : public NonlinearProgram {
  public:
   int variables() const override { return 1; }
@@ -199,7 +200,7 @@ TEST(FirstOrder, GapAndGainAreThoseOfTheEquations) {
   const VectorXd w = VectorXd::Constant(1, 0.9), z = VectorXd::Constant(1, 0.5);
   const OptimumCheck check = check_optimum(program, {w, VectorXd(), z});
   EXPECT_NEAR(check.gap, 0.5 * 0.1, 1e-15);
-  // Residual -1.1 + 0.5; curvature 1 + z / distance = 6.
+  // The residual is -1.1 + 0.5, and the curvature is 1 + z / distance = 6.
   EXPECT_NEAR(check.gain, 0.5 * 0.6 * 0.6 / 6.0, 1e-6);
   const OptimumCheck optimum =
       check_optimum(program, {VectorXd::Ones(1), VectorXd(), VectorXd::Ones(1)});

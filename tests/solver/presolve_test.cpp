@@ -1,4 +1,4 @@
-// Which sides does presolve() leave of a program, and what does it call a contradiction?
+// Sides that presolve() keeps in a program, and rows that it reports as contradictions.
 #include "saltus/solver/presolve.hpp"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace saltus {
 namespace {
 
-// Two phases: x0 is given, x1 and x2 follow by curved equations, y = x2 by an identity; a and b are
-// free.
+// Two phases. x0 is given, x1 and x2 follow from nonlinear equations, and y = x2 by an identity. a
+// and b are free.
 enum Variable { x0, x1, x2, y, a, b, variable_count };
 enum Row {
   start,        // x0 = 1
@@ -74,7 +74,7 @@ class TwoPhases final : public NonlinearProgram {
     rl[reversed] = -6.0;
   }
 
-  VectorXd l, u, rl, ru;  // to be changed by tests
+  VectorXd l, u, rl, ru;  // tests change this
 
   int variables() const override { return variable_count; }
   int rows() const override { return row_count; }
@@ -143,7 +143,7 @@ class TwoPhases final : public NonlinearProgram {
   SparsityPattern jacobian_, hessian_;
 };
 
-// From the flat guess, where curved rows have no slope.
+// Presolves at a guess of zeros, where nonlinear rows have zero slope.
 Presolve look_at(TwoPhases& program) { return presolve(program, VectorXd::Zero(variable_count)); }
 std::vector<int> rows_left(const Presolve& sides) {
   std::vector<int> rows;
@@ -165,12 +165,12 @@ TEST(PresolveRows, ConstantRowsAndMultiplesAcrossAnIdentityAreLeftOut) {
 TEST(PresolveRows, TheTightestSidesAreKept) {
   TwoPhases program;
   program.ru[same_curve] = 3.0;  // x2^2 <= 3
-  program.ru[reversed] = 8.0;    // y >= -4, besides y <= 3
+  program.ru[reversed] = 8.0;    // y >= -4, in addition to y <= 3
   program.u[y] = 2.5;
   const Presolve sides = look_at(program);
   EXPECT_EQ(sides.row_upper[curved], infinity);
   EXPECT_EQ(sides.row_upper[same_curve], 3.0);
-  EXPECT_EQ(sides.row_upper[straight], infinity);  // the bound says more
+  EXPECT_EQ(sides.row_upper[straight], infinity);  // the bound is tighter
   EXPECT_EQ(sides.row_lower[reversed], -infinity);
   EXPECT_EQ(sides.row_upper[reversed], 8.0);
   EXPECT_EQ(sides.upper[y], 2.5);

@@ -1,5 +1,5 @@
-// Units do not decide what is found: library problems whose states, inputs, times, costs and rows
-// are multiplied by factors far from one have the same optimum and the same status.
+// Results do not depend on units. Library problems with states, inputs, times, costs and rows
+// multiplied by factors far from one have the same optimum and the same status.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ const char* const cases[] = {"A01", "A02", "A04", "A06", "A08", "A09", "A11", "A
 
 class Units : public testing::TestWithParam<const char*> {};
 
-// Cost times `factor`, every row of a term times it or its inverse, as it comes.
+// Multiplies the cost by `factor`, and every row of a term by the factor or its inverse at random.
 ProgramScale scale_of_cost_and_rows(const NonlinearProgram& program, double factor) {
   ProgramScale units{factor, VectorXd::Ones(program.rows()), VectorXd::Ones(program.variables())};
   int at = 0;
@@ -53,7 +53,7 @@ TEST_P(Units, OfCostAndRowsDoNotDecideWhatIsFound) {
   }
 }
 
-// One unit for each component of state and input and for each parameter, one for all durations.
+// One unit for each component of state and input and for each parameter, and one for all durations.
 ProgramScale other_units(const MultipleShooting& shooting, const Quantities& quantities,
                          NonlinearProgram& program, int set) {
   ProgramScale units = scale_of_cost_and_rows(program, set % 2 == 0 ? 1e4 : 1e-4);
@@ -70,14 +70,14 @@ ProgramScale other_units(const MultipleShooting& shooting, const Quantities& qua
   return units;
 }
 
-// Problems with several local optima: in other units the solvers take other paths, and may end at
-// another one, or give up and say so.
+// Problems with several local optima. In other units the solvers take other paths, and may reach
+// another optimum or report a failure.
 bool has_other_optima(const std::string& id) {
   return id == "B15" || id == "B18" || id == "B25" || id == "C03";
 }
 
-// Twenty problems in four other sets of units: all times 1e4, all times 1e-4, and each quantity
-// times its own factor between them.
+// Twenty problems in four other sets of units: all times 1e4, all times 1e-4, and two with a
+// separate factor for each quantity.
 TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
@@ -111,7 +111,7 @@ TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
 INSTANTIATE_TEST_SUITE_P(Library, Units, testing::ValuesIn(cases),
                          [](const auto& of) { return std::string(of.param); });
 
-// A cart far away and slow, whose force nobody guessed.
+// A distant, slow cart without a guess of its force.
 OptimalControlProblem far_cart(bool with_nominal) {
   Phase<2, 1> phase{"cart",
                     [](const auto&, const auto& x, const auto& u) {
@@ -191,7 +191,8 @@ TEST(Scale, OfACostIsFoundByEverySolver) {
         cart(factor),
         {.intervals_per_phase = 20, .integrator = runge_kutta4(), .automatic_scale = automatic});
     const Solution s = solve(shooting, solver);
-    // As it is stated, a cost of 1e-8 meets a solver's tolerance anywhere, and the judge says so.
+    // Without scaling, a cost of 1e-8 meets the tolerance of a solver anywhere, and the optimum
+    // check reports that.
     EXPECT_EQ(s.ok(), automatic) << solver.name() << " at " << factor << ": " << s.message;
     EXPECT_LE(s.kkt_in_scale.scaled(), 1e-7);
     return s.cost / factor;
@@ -222,8 +223,8 @@ TEST(Scale, WhatIsWellStatedStaysAsItIs) {
   EXPECT_TRUE(size.is_well_scaled_where_known(size.usual()));
 }
 
-// Three tenths of a millimetre in a second from rest, at 1.3 mm / s^2 at most: with a guess of
-// zeros only the solution tells that the numbers are small.
+// A move of 0.3 mm in one second from rest, with at most 1.3 mm/s^2. With a guess of zeros, only
+// the solution shows that the numbers are small.
 OptimalControlProblem small_cart(double unit) {
   Phase<2, 1> phase{"cart",
                     [](const auto&, const auto& x, const auto& u) {
@@ -241,7 +242,7 @@ OptimalControlProblem small_cart(double unit) {
   return ocp;
 }
 
-// One that gives up at the start from its second solve on.
+// A solver that fails at the start from its second solve on.
 class Once final : public Solver {
  public:
   explicit Once(std::unique_ptr<Solver> solver) : solver_(std::move(solver)) {}
@@ -260,7 +261,7 @@ class Once final : public Solver {
   std::unique_ptr<Solver> solver_;
 };
 
-// Ticks are not judged afterwards: a side that is far away for the guess may act.
+// Ticks have no check afterwards, so presolve keeps a side that is far away at the guess.
 TEST(Scale, SidesAreLeftOutOnlyOnRequest) {
   MultipleShooting shooting(small_cart(1e7),
                             {.intervals_per_phase = 4, .integrator = runge_kutta4()});
@@ -273,7 +274,7 @@ TEST(Scale, SidesAreLeftOutOnlyOnRequest) {
   EXPECT_GT(scaled.leave_out_idle_sides(), 0);
   for (int r = 0; r < program.rows(); ++r) {
     const bool is_equality = program.row_lower()[r] == program.row_upper()[r];
-    EXPECT_EQ(scaled.row_lower()[r] == scaled.row_upper()[r], is_equality) << r;  // 3e6, too
+    EXPECT_EQ(scaled.row_lower()[r] == scaled.row_upper()[r], is_equality) << r;  // also 3e6
   }
   EXPECT_LT(scaled.row_upper().array().isFinite().count(),
             program.row_upper().array().isFinite().count());

@@ -11,7 +11,8 @@
 
 namespace saltus::testing_support {
 
-/// Two variables and some rows that read both. The bounds, none at first, are public.
+/// Two variables and some rows that depend on both. Members are public; there are no bounds by
+/// default.
 class OfTwoVariables : public NonlinearProgram {
  public:
   explicit OfTwoVariables(int rows)
@@ -38,8 +39,8 @@ class OfTwoVariables : public NonlinearProgram {
   SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
 };
 
-/// min (a - 1)^2 + 100 (b - a^2)^2 with one row: row_lower <= a + b <= row_upper. Everything that a
-/// test wants to change is public.
+/// min (a - 1)^2 + 100 (b - a^2)^2 with one row: row_lower <= a + b <= row_upper. Members that
+/// tests change are public.
 class Rosenbrock : public OfTwoVariables {
  public:
   Rosenbrock() : OfTwoVariables(1) {}

@@ -1,5 +1,5 @@
-// Does sequential quadratic programming reach known optima, whatever the Hessian, and does it say
-// why when there is none?
+// Sequential quadratic programming reaches known optima with every kind of Hessian, and reports a
+// reason if there is none.
 #include "saltus/solver/native_solver.hpp"
 
 #include <gtest/gtest.h>
@@ -42,9 +42,9 @@ TEST_P(SqpReference, ReachesTheKnownOptimumFromItsOwnGuess) {
   EXPECT_LE(solution.iterations, 60);  // 5 to 25 were measured, 44 for B07
 }
 
-// Not among them: B01 on three phases. Its optimum is an inflection of the cost over the length of
-// the climb, and on a grid a lower plan lies beyond it; a method of descent goes there. A01: two
-// optima are near its guess, and rounding decides for one.
+// B01 on three phases is excluded. Its optimum is an inflection of the cost over the length of the
+// climb. On a grid, a plan with lower cost lies beyond it, and a descent method goes there. A01 is
+// excluded because two optima are near its guess and rounding decides between them.
 std::vector<ReferenceCase> solved_cases() {
   std::vector<ReferenceCase> cases;
   for (const char* id : {"A02", "A04", "A08", "A11", "B03", "B05", "B07", "B10", "B11", "B15",
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, SqpReference,
                          testing::Combine(testing::ValuesIn(solved_cases()),
                                           testing::Values(Curvature::exact)),
                          instance_name);
-// Gauss-Newton is for costs that are least squares.
+// Gauss-Newton applies to least-squares costs.
 INSTANTIATE_TEST_SUITE_P(LeastSquares, SqpReference,
                          testing::Combine(testing::Values(reference_case("B22"),
                                                           reference_case("C02"),
@@ -80,7 +80,7 @@ TEST(Sqp, FindsTheOptimumOfACurvedValleyFromFarAway) {
   }
 }
 
-// A saddle in the middle of the box, and minima in two of its corners.
+// A saddle in the middle of the box, with minima in two of its corners.
 struct Saddle : Rosenbrock {
   bool objective(const double* w, double& f) override {
     f = w[0] * w[1] + 0.1 * w[0];
@@ -107,7 +107,7 @@ TEST(Sqp, LeavesASaddleForACornerOfTheBox) {
     ASSERT_EQ(r.status, SolveStatus::optimal) << a;
     EXPECT_NEAR(std::abs(r.point.w[0]), 1.0, 1e-8) << a;
     EXPECT_NEAR(r.point.w[0] * r.point.w[1], -1.0, 1e-8) << a;
-    EXPECT_LE(r.iterations, 10) << a;  // a factor each
+    EXPECT_LE(r.iterations, 10) << a;  // one factor each
   }
 }
 
@@ -116,7 +116,7 @@ TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
   program.row_upper_[0] = 1.0;
   NlpResult r = sqp()->solve(program, point_at(-1.2, 1.0), false);
   ASSERT_EQ(r.status, SolveStatus::optimal);
-  EXPECT_NEAR(r.point.w.sum(), 1.0, 1e-7);  // a barrier stays that far off
+  EXPECT_NEAR(r.point.w.sum(), 1.0, 1e-7);  // a barrier method stops at that distance
   EXPECT_GT(r.point.lambda[0], 1e-3);
   program.row_upper_[0] = infinity;
   program.lower_[0] = 1.5;
@@ -129,7 +129,7 @@ TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
 TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
   const ReferenceCase& c = reference_case("C03");
   MultipleShooting shooting(c.problem(), c.options);
-  // The dense solver knows nothing of indefinite models.
+  // The dense solver does not support indefinite models.
   const NativeSolverOptions options{.curvature = Curvature::gauss_newton};
   const QpMethod dense_qp = [](const NonlinearProgram&, const SparsityPattern& hessian,
                                const SparsityPattern& rows, const QpOptions& qp) {
@@ -151,7 +151,7 @@ TEST(Sqp, WarmStartAtTheSolutionNeedsNoStep) {
   EXPECT_EQ(solve(shooting, *solver, cold.point).iterations, 0);
 }
 
-// At most 2 can be reached; linear-quadratic if the duration is fixed.
+// The limit of the state is 2. The problem is linear-quadratic if the duration is fixed.
 OptimalControlProblem too_far(Bounds duration) {
   Phase<2, 1> run{"run", Cart{}, duration};
   run.bound_input(0, between(-1.0, 1.0))
@@ -209,11 +209,11 @@ TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
   other.row_lower_[0] = infinity;
   EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::invalid_problem);
   other.row_lower_[0] = -infinity;
-  other.has_curvature = false;  // differences of the first derivatives serve
+  other.has_curvature = false;  // uses differences of the first derivatives
   EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::optimal);
 }
 
-// min |w|^2 in a disc and beyond a line that does not meet it.
+// min |w|^2 within a disc and beyond a line that does not intersect it.
 class DiscAndLine : public OfTwoVariables {
  public:
   DiscAndLine() : OfTwoVariables(2) {
@@ -274,7 +274,7 @@ TEST(SqpStatus, TheIterationLimitHoldsForWhatIsRefined) {
   }
 }
 
-// min a, which one model proves to be unbounded.
+// min a, which one model proves unbounded.
 class Slope final : public Rosenbrock {
  public:
   bool is_linear_quadratic() const override { return true; }

@@ -8,7 +8,7 @@
 
 namespace saltus::testing_support {
 
-/// x' and z of one phase as an interval, without costs.
+/// The dynamics x' and the algebraic state z of one phase as an interval without costs.
 inline IntervalProblem differentiable_interval_of(const PhaseDefinition& phase) {
   IntervalProblem interval = saltus::interval_problem_of(phase);
   interval.differentiate_parameter.assign(phase.sizes.np, true);
@@ -43,8 +43,8 @@ inline PhaseDefinition akzo_nobel() {
 const inline VectorXd akzo_nobel_start =
     (VectorXd(5) << 0.444, 0.00123, 0.0, 0.007, 0.0).finished();
 
-/// A mathematical pendulum of length 1 in Cartesian coordinates, its constraint differentiated
-/// twice: z is the tension over mass and length.
+/// Mathematical pendulum of length 1 in Cartesian coordinates. Its constraint is differentiated
+/// twice, and z is the tension divided by mass and length.
 struct Pendulum {
   template <class S>
   Vec<S, 4> operator()(const S&, const Vec<S, 4>& x, const Vec<S, 1>& z) const {
@@ -61,7 +61,7 @@ inline PhaseDefinition pendulum() {
       .definition();
 }
 
-/// Robertson's kinetics with the conservation of mass in place of the third equation: z = y3.
+/// Robertson's kinetics. Conservation of mass replaces the third equation: z = y3.
 struct Robertson {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& y, const Vec<S, 1>& z, const Vec<S, 0>&,

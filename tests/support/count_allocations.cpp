@@ -7,8 +7,8 @@
 
 #include "tests/support/sanitized.hpp"
 
-// Eigen allocates with malloc, so malloc itself is replaced: glibc lets a program do so and keeps
-// its own under __libc_*. operator new calls malloc and is thereby counted as well.
+// Eigen allocates with malloc, so this file replaces malloc itself. glibc allows that and keeps its
+// implementation under __libc_*. operator new calls malloc, so its calls are counted as well.
 namespace {
 std::atomic<long> allocations{0};
 thread_local long allocations_here = 0;
@@ -49,7 +49,7 @@ int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
 }
 }
 #else
-// Called by the sanitizer after each allocation, by malloc or by new.
+// The sanitizer calls this hook after each allocation by malloc or new.
 extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t) { count_one(); }
 #endif
 

@@ -1,17 +1,18 @@
-// How many times memory was allocated since a point in a test: proves that a real-time path does
-// not allocate. Eigen's own ban does not see std::vector; the global operator new sees both.
-// A test that uses it adds tests/support/count_allocations.cpp to its sources.
+// Counts memory allocations from a point in a test on, to prove that a real-time path does not
+// allocate. Eigen's own check does not see std::vector; this counter sees both. A test that uses it
+// adds tests/support/count_allocations.cpp to its sources.
 #pragma once
 
 namespace saltus::testing {
 
-/// AllocationCount count; ...; EXPECT_EQ(count.made(), 0);
+/// Usage: AllocationCount count; ...; EXPECT_EQ(count.made(), 0);
 class AllocationCount {
  public:
   AllocationCount();
-  /// Calls of operator new and of Eigen's malloc, in all threads, since construction.
+  /// Number of calls of operator new and of Eigen's malloc in all threads since construction.
   long made() const;
-  /// Those of the calling thread, which is the one that constructed this.
+  /// Number of these calls in the calling thread, which must be the thread that constructed this
+  /// object.
   long made_by_this_thread() const;
 
  private:

@@ -1,5 +1,5 @@
-// Factorisations by Eigen, compiled once: each takes seconds to compile wherever it is used, for
-// every size and kind of expression anew.
+// Eigen's factorisations, compiled once. Each use elsewhere would take seconds to compile for every
+// size and kind of expression.
 #pragma once
 
 #include <functional>
@@ -8,9 +8,9 @@
 
 namespace saltus::testing {
 
-/// b to x with A x = b, by LU with partial pivoting.
+/// Maps b to the solution x of A x = b, by LU with partial pivoting.
 std::function<VectorXd(const VectorXd&)> solver_of(const MatrixXd& A);
-/// b to the shortest x of those that come closest to A x = b, by a complete orthogonal
+/// Maps b to the least-squares solution of A x = b with the smallest norm, by a complete orthogonal
 /// decomposition.
 std::function<VectorXd(const VectorXd&)> least_squares_of(const MatrixXd& A);
 

@@ -9,9 +9,9 @@
 namespace saltus::testing_support {
 namespace {
 
-// A finite side of a row or bound, as sign (a'w) + s = sign limit with s >= 0.
+// A finite side of a row or bound, written as sign (a'w) + s = sign limit with s >= 0.
 struct Side {
-  int row;  // of the rows, then of the bounds
+  int row;  // rows first, then bounds
   double sign, limit;
 };
 
@@ -140,7 +140,7 @@ class DenseQpSolver final : public QpSolver {
     result.violation = residual.feasibility;
     if (result.status == QpStatus::iteration_limit && result.residual <= options_.tolerance)
       result.status = QpStatus::optimal;
-    // No certificates here: what stays violated is taken for infeasible.
+    // This solver has no certificates: a violation that remains counts as infeasible.
     if (result.status == QpStatus::iteration_limit && residual.feasibility > 1e-6)
       result.status = QpStatus::infeasible;
     return result;

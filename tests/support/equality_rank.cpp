@@ -9,8 +9,8 @@
 namespace saltus {
 namespace {
 
-// Entries below this, in rows whose largest entry is 1, are what rounding leaves of a zero after
-// some hundred operations, with a margin for data of nine digits.
+// Rows have a largest entry of 1. Rounding leaves entries below this tolerance in place of zeros
+// after some hundred operations. The margin allows for data of nine digits.
 constexpr double rank_tolerance = 1e-9;
 
 // Rows over (x, u) with their right-hand sides.
@@ -18,10 +18,10 @@ class Demands {
  public:
   Demands(int nx, int nu) : nx_(nx), nu_(nu) {}
 
-  // The sizes of the terms that were added up, to an entry of the row and to its side, tell how
-  // much of them is rounding.
+  // `terms` and `side` are the sizes of the summands of an entry and of its right-hand side. They
+  // show how much of the result is rounding.
   void add(VectorXd row, double terms, double side, double size, int label) {
-    // In units of the row, so that entries of different rows compare.
+    // Divide by the size of the row, so that entries of different rows are comparable.
     const double unit = row.size() > 0 ? row.lpNorm<Eigen::Infinity>() : 0.0;
     if (unit <= rank_tolerance * terms) {
       row.setZero();
@@ -55,10 +55,10 @@ class Demands {
       r.entries.setZero();
     }
   }
-  // Judges rows without entries and forgets them.
+  // Passes rows without entries to `judge` and removes them.
   template <class Judge>
   void judge_empty(Judge&& judge) {
-    // Rows with equal parts in x appear when x is eliminated from all but one.
+    // Rows with equal parts in x appear after x is eliminated from all but one of them.
     const std::vector<char> pivots = eliminate(0, nx_);
     for (std::size_t i = rows_.size(); i-- > 0;) {
       const Row& r = rows_[i];
@@ -75,7 +75,7 @@ class Demands {
     int label;
   };
 
-  // Marks the rows that were pivots; the others are left without entries in these columns.
+  // Marks the pivot rows. The other rows have no entries left in these columns.
   std::vector<char> eliminate(int first, int columns) {
     std::vector<char> is_pivot(rows_.size(), 0);
     for (int step = 0; step < columns; ++step) {

@@ -1,5 +1,4 @@
-// Which equality rows of a program in stages say something new, which repeat others, which
-// contradict them?
+// Classifies the equality rows of a program in stages as independent, dependent or contradictory.
 #pragma once
 
 #include <string>
@@ -12,7 +11,7 @@ namespace saltus {
 enum class RowRank {
   independent,
   dependent,      ///< follows from the independent ones, the dynamics and the start
-  contradictory,  ///< cannot hold together with those
+  contradictory,  ///< contradicts the independent ones, the dynamics and the start
 };
 
 /// A hard row with equal sides, or a bound with equal sides.
@@ -25,14 +24,14 @@ struct EqualityRow {
 /// "row 2 of group 0 of stage 3 contradicts other equality rows".
 std::string describe(const EqualityRow& row);
 
-/// Of rows that depend on one another, some are called independent and the rest dependent (or
-/// contradictory); which, is a matter of numerical size. Sides that inequalities force together are
-/// not seen. For checks and messages: it allocates.
+/// Among rows that depend on one another, numerical size decides which are independent and which
+/// are dependent or contradictory. Sides that only inequalities imply are not detected. For checks
+/// and messages: this function allocates.
 ///
-/// Backward over the stages: the rows of a stage are joined by what the next stage demands of its
-/// state, D x_next = d, as D A x + D B u = d - D b. Inputs are eliminated with complete pivoting;
-/// rows that served as pivots can be met by choice of input, those left are demands on x. At the
-/// start they must hold for the given x, or are eliminated in turn if it is free.
+/// Works backward over the stages. The next stage demands D x_next = d of its state, which adds the
+/// rows D A x + D B u = d - D b to the rows of a stage. Complete pivoting eliminates the inputs: a
+/// choice of input can meet the pivot rows, and the remaining rows are demands on x. At the start
+/// these must hold for the given x; if x is free, they are eliminated as well.
 std::vector<EqualityRow> rank_equality_rows(const StageQp& qp);
 
 }  // namespace saltus

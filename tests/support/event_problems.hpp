@@ -1,4 +1,4 @@
-// Small problems around an event, and what their programs say about it.
+// Small problems with an event, and functions that read their programs.
 #pragma once
 
 #include <string>
@@ -22,13 +22,13 @@ inline constexpr auto one = [](const auto& t, const auto&) { return 0.0 * t + 1.
 
 inline const ShootingOptions ten{.intervals_per_phase = 10, .integrator = runge_kutta4()};
 
-/// x' = u for one second, from 1; event "impact" at the given time.
+/// x' = u for one second from x = 1, with the event "impact" at the given time.
 OptimalControlProblem with_impact(const Phase<1, 1>& phase, double impact);
 
-/// Times at which rows of the term have a finite bound, in order.
+/// Times in ascending order at which rows of the term have a finite bound.
 std::vector<double> active_times(MultipleShooting& shooting, const std::string& term);
 
-/// Bounds of input 0 of a phase, interval by interval, as pairs of start time and bounds. Empty
+/// Bounds of input 0 of a phase as pairs of start time and bounds, one for each interval. Empty
 /// slots are left out.
 struct InputBounds {
   double from, to;
@@ -37,7 +37,7 @@ struct InputBounds {
 
 std::vector<InputBounds> input_bounds(MultipleShooting& shooting, int phase = 0);
 
-/// The cost of the program at the point where every state is x and every input u.
+/// Cost of the program at the point with every state equal to x and every input equal to u.
 double cost_at(MultipleShooting& shooting, double x, double u);
 
 }  // namespace saltus::testing_support

@@ -1,5 +1,5 @@
-// A real-time solver that has no time in chosen ticks: what a controller does then can be tested
-// without a slow machine.
+// A real-time solver that misses its deadline in chosen ticks. It tests the reaction of a
+// controller without a slow machine.
 #pragma once
 
 #include <functional>
@@ -12,8 +12,8 @@
 
 namespace saltus {
 
-/// The given solver, whose deadline has passed in the solves for which `is_late` is true. Solves
-/// count from 0.
+/// Wraps the given solver and reports a missed deadline in each solve for which `is_late` is true.
+/// Solves count from 0.
 class LateSolver final : public RealTimeSolver {
  public:
   LateSolver(std::unique_ptr<RealTimeSolver> solver, std::function<bool(long solve)> is_late)

@@ -27,7 +27,7 @@ class Adapter : public Ipopt::TNLP {
   }
   bool get_bounds_info(Index, Number* lower, Number* upper, Index, Number* row_lower,
                        Number* row_upper) override {
-    // Ipopt reads +-1e19 and beyond as infinite.
+    // Ipopt reads values of +-1e19 and beyond as infinite.
     const auto finite = [](double b) { return std::clamp(b, -1e20, 1e20); };
     for (const Bounds& b : lp_.variables) {
       *lower++ = finite(b.lower);

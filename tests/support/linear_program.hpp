@@ -1,4 +1,5 @@
-// A linear program by interior points, for tests that need an answer independent of closed forms.
+// Solves a linear program by an interior-point method, for tests that need an answer independent of
+// closed forms.
 #pragma once
 
 #include <vector>
@@ -8,7 +9,7 @@
 
 namespace saltus::testing {
 
-/// minimise cost.x with x and the rows sum_j value_j x_column_j within bounds.
+/// Minimises cost.x subject to bounds on x and on the rows sum_j value_j x_column_j.
 struct LinearProgram {
   struct Entry {
     int column;

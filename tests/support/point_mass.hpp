@@ -1,5 +1,5 @@
-// A mass on a line, pushed along it (a cart) or lifted against gravity (a ball), and what is asked
-// of it in many tests: x = (position m, speed m/s), u = acceleration by the input in m/s^2.
+// A mass on a line, as a cart or as a ball under gravity, with goals that many tests share: x =
+// (position m, speed m/s), u = acceleration by the input in m/s^2.
 #pragma once
 
 #include "saltus/core/types.hpp"

@@ -1,4 +1,4 @@
-// GoogleTest names a case by its id, not by its bytes.
+// Makes GoogleTest print the id of a case instead of its bytes.
 #pragma once
 
 #include <ostream>

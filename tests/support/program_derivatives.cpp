@@ -21,7 +21,7 @@ NlpPoint perturbed(const NonlinearProgram& program, const VectorXd& w, unsigned 
 DerivativeErrors derivative_errors(NonlinearProgram& program, const NlpPoint& point,
                                    Curvature curvature, double h) {
   const int n = program.variables(), m = program.rows();
-  const double sigma = 0.7;  // any weight of the cost
+  const double sigma = 0.7;  // arbitrary weight of the cost
   const auto dense_jacobian = [&](const VectorXd& w) {
     std::vector<double> entries(program.jacobian_pattern().entries());
     EXPECT_TRUE(program.jacobian(w.data(), entries.data()));
@@ -35,7 +35,7 @@ DerivativeErrors derivative_errors(NonlinearProgram& program, const NlpPoint& po
     return result;
   };
   MatrixXd hessian = MatrixXd::Zero(n, n);
-  const bool has_hessian = program.supports(curvature);  // else its error stays zero
+  const bool has_hessian = program.supports(curvature);  // otherwise the error stays zero
   if (has_hessian) {
     std::vector<double> entries(program.hessian_pattern().entries());
     EXPECT_TRUE(

@@ -10,9 +10,9 @@
 namespace saltus::testing {
 namespace {
 
-// The optimum z and a second point z + d with room on every inequality are drawn first. Equality
-// rows are made orthogonal to d; an inequality is active at z on the side that d leaves.
-// Multipliers are drawn, and the linear cost is what makes them right.
+// Draws the optimum z first, and a second point z + d that is strictly inside every inequality.
+// Equality rows are made orthogonal to d. An active inequality is active at z on the side from
+// which d leads inside. The linear cost follows from the multipliers, which are drawn too.
 class Builder {
  public:
   Builder(std::uint64_t seed, const RandomQpOptions& options) : o_(options), random_(seed) {
@@ -67,13 +67,13 @@ class Builder {
       MatrixXd H = root.transpose() * root / n;
       const double input_cost = random_.log_uniform(1e-3, 1.0);
       H.bottomRightCorner(s.nu, s.nu).diagonal().array() += input_cost;
-      // A free initial state must be held by something, or the optimum is not attained.
+      // A row or a cost must hold a free initial state; otherwise the optimum is not attained.
       if (k == 0 && !qp_.fixed_start) H.topLeftCorner(s.nx, s.nx).diagonal().array() += 0.1;
       s.Q = H.topLeftCorner(s.nx, s.nx);
       s.S = H.bottomLeftCorner(s.nu, s.nx);
       s.R = H.bottomRightCorner(s.nu, s.nu);
       s.constant = random_.uniform(-1.0, 1.0);
-      // About 1 is the growth of a state over a stage, whatever the sizes.
+      // The scale makes a state grow by a factor of about 1 over a stage for all sizes.
       s.A = random_.matrix(s.b.size(), s.nx) * std::sqrt(3.0 / s.nx);
       s.B = random_.matrix(s.b.size(), s.nu);
     }
@@ -109,7 +109,8 @@ class Builder {
   }
   void note_margin(double margin) { out_.margin = std::min(out_.margin, margin); }
 
-  // Sides of a quantity that is `value` at the optimum and moves by `step` to the point with room.
+  // Draws the sides of a quantity that is `value` at the optimum and changes by `step` to the
+  // interior point.
   void choose_hard_sides(double value, double step, double active, double& lower, double& upper,
                          double& multiplier) {
     const double low = std::min(value, value + step), high = std::max(value, value + step);
@@ -164,7 +165,7 @@ class Builder {
     return sum;
   }
 
-  // Room for one more row in all; `rows` of them are drawn.
+  // Reserves one more row than the `rows` that are drawn.
   std::pair<RowGroup&, VectorXd&> add_group(int k, std::vector<int> columns, int rows, bool soft) {
     RowGroup& g = stage(k).groups.emplace_back();
     g.columns = std::move(columns);
@@ -182,7 +183,7 @@ class Builder {
     Stage& s = stage(k);
     for (int count = random_.integer(0, 2); count > 0; --count) add_inequalities(k);
     if (with_soft_rows_ && random_.chance(0.7)) add_soft_rows(k);
-    // Fewer than the inputs, so that they are independent and leave d room.
+    // Fewer rows than inputs, so that rows are independent and d exists.
     if (with_equalities_ && s.nu >= 2) add_equalities(k, random_.integer(0, s.nu - 1));
   }
 
@@ -194,7 +195,7 @@ class Builder {
     for (int i = 0; i < rows; ++i)
       choose_hard_sides(product(k, g, i, out_.optimum), product(k, g, i, d_), 0.3, g.lower[i],
                         g.upper[i], multipliers[i]);
-    // The same row again at twice its size, and active again: no unique multipliers.
+    // Adds the same row again at twice its size. Both are active, so multipliers are not unique.
     if (!out_.degenerate || multipliers[0] == 0.0) return;
     g.M.row(rows) = 2.0 * g.M.row(0);
     g.lower[rows] = 2.0 * g.lower[0];
@@ -247,7 +248,7 @@ class Builder {
   }
 
   void add_dependent_rows() {
-    // Within a stage: the sum of two equality rows, or twice the only one.
+    // Within a stage: the sum of two equality rows, or twice a single row.
     for (int k = 0; k <= N_; ++k) {
       for (std::size_t j = 0; j < stage(k).groups.size(); ++j) {
         RowGroup& g = stage(k).groups[j];
@@ -258,14 +259,15 @@ class Builder {
         ++g.rows;
       }
     }
-    // Across two: a row of stage k on (x, u) fixes c'x of the next stage, which says so again.
+    // Across two stages: a row of stage k on (x, u) fixes c'x of the next stage, and a row there
+    // repeats it.
     const int k = random_.integer(0, N_ - 1);
     const VectorXd& step = d_.stages[k + 1].x;
     VectorXd c = random_.vector(stage(k + 1).nx);
     if (step.squaredNorm() > 0.0) c -= (c.dot(step) / step.squaredNorm()) * step;
     VectorXd row(stage(k).nx + stage(k).nu);
     row << stage(k).A.transpose() * c, stage(k).B.transpose() * c;
-    if (c.norm() < 0.1 || row.norm() < 0.1) return;  // no such row leaves d room
+    if (c.norm() < 0.1 || row.norm() < 0.1) return;  // no such row is compatible with d
     const auto& [first, y] = add_group(k, all_columns(stage(k)), 1, false);
     first.M.row(0) = row.transpose();
     first.lower[0] = first.upper[0] = product(k, first, 0, out_.optimum);
@@ -298,7 +300,7 @@ class Builder {
               pull.head(s.nx));
       if (k > 0) s.q += z.stages[k - 1].costate;
       if (k == 0 && qp_.fixed_start) {
-        // Any linear cost will do; the start's multiplier balances it.
+        // Any linear cost is valid, because the multiplier of the start balances it.
         const VectorXd q = random_.vector(s.nx);
         out_.optimum.stages[0].x_bound = s.q - q;
         s.q = q;

@@ -1,4 +1,4 @@
-// Random programs in stages whose optimum is known.
+// Random programs in stages with known optima.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace saltus::testing {
 
-/// Plain numbers such as free_start are probabilities per program.
+/// Numbers such as free_start are probabilities for each program.
 struct RandomQpOptions {
   int min_intervals = 1, max_intervals = 10;
-  int max_states = 8, max_inputs = 4;  ///< per stage, drawn anew where `varying_sizes` says so
+  int max_states = 8, max_inputs = 4;  ///< drawn per stage with `varying_sizes`
   double varying_sizes = 0.5;
   double free_start = 0.2;
   double equality_rows = 0.5;
   double soft_rows = 0.4;
-  double semidefinite = 0.2;  ///< Hessians of low rank in the states; inputs always cost something
-  double degenerate = 0.15;   ///< active sides without multiplier, active rows twice
+  double semidefinite = 0.2;    ///< Hessians of low rank in the states; inputs always have a cost
+  double degenerate = 0.15;     ///< active sides with zero multiplier, and duplicated active rows
   double rank_deficient = 0.1;  ///< dependent equality rows, within a stage and across two
   double tight = 0.1;           ///< sides as close to one another as the margin permits
   double large_multipliers = 0.05;
-  double smallest_margin = 1e-6;  ///< margin with which some point satisfies every hard inequality
+  double smallest_margin = 1e-6;     ///< margin by which some point satisfies every hard inequality
   double largest_multiplier = 1e6;   ///< of programs with large ones
   double ordinary_multiplier = 1e1;  ///< of the others
 };
@@ -38,7 +38,7 @@ struct RandomQp {
 };
 RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options = {});
 
-/// Unit in which residuals of a point count: its largest multiplier, at least 1.
+/// Scale for the residuals of a point: its largest multiplier, at least 1.
 double multiplier_scale(const StagePoint& point);
 
 }  // namespace saltus::testing

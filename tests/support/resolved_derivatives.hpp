@@ -1,4 +1,4 @@
-// The derivative of an optimum the long way: solve again at theta +- h, and extrapolate.
+// The derivative of an optimum by differences: solve again at theta +- h and extrapolate.
 #pragma once
 
 #include <functional>
@@ -13,12 +13,13 @@ struct Resolved {
   VectorXd first_input;
 };
 
-/// `set(d)` brings the problem to theta + d and may make a new one; it returns what to solve.
-/// Central differences with h and h/2, extrapolated: of fourth order.
+/// `set(d)` changes the problem to theta + d and returns the program to solve, which may be a new
+/// one. Central differences with h and h/2 are extrapolated to fourth order.
 Resolved resolve(const std::function<MultipleShooting&(double)>& set, double h,
                  const NlpPoint* start = nullptr);
 
-/// Cost to 1e-6 relative, first input to 1e-5: what differences of solves to 1e-11 can confirm.
+/// Compares the cost to 1e-6 relative and the first input to 1e-5. Differences of solves with
+/// tolerance 1e-11 are that accurate.
 void expect_agreement(const OptimumDerivative& ours, const Resolved& resolved,
                       const std::string& what);
 

@@ -1,5 +1,5 @@
-// SALTUS_SANITIZED: the address or the thread sanitizer is active. Its malloc keeps freed memory
-// for some time.
+// SALTUS_SANITIZED is defined if the address sanitizer or the thread sanitizer is active. Their
+// malloc keeps freed memory for some time.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

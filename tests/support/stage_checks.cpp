@@ -69,7 +69,7 @@ void expect_same_optimum(const SparseQp& qp, StageMap& map) {
   StagePoint point(map.stages());
   conversion.convert(solution, point);
   const double reached = kkt_residual(map.stages(), point).largest();
-  // The dense solver may stop a digit above what it was asked for.
+  // The dense solver may stop one digit above the requested tolerance.
   ASSERT_LE(reached, 2e-9) << describe(result.status);
 
   PrimalDualPoint sparse;

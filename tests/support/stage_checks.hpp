@@ -1,5 +1,5 @@
-// Is a program in stages the sparse program that it was made from? Checks that need no solver, and
-// checks of a solution that is carried there and back.
+// Checks that a program in stages is equivalent to the sparse program that it was made from. Some
+// need no solver; others convert a solution in both directions.
 #pragma once
 
 #include <random>
@@ -10,16 +10,17 @@ namespace saltus::testing_support {
 
 double uniform(std::mt19937& random, double low, double high);
 
-/// Random inputs within their bounds, and the states to which they lead.
+/// Random inputs within their bounds, and the resulting states.
 StagePoint random_trajectory(const StageQp& qp, std::mt19937& random);
 
-/// Costs agree, and so does what is violated: the dynamics hold in both.
+/// Expects equal costs and equal violations in both forms. The dynamics hold in both.
 void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random);
 
-/// The optimum of the stages is an optimum of the sparse program, with multipliers, and back.
+/// Expects that an optimum of the stages is an optimum of the sparse program, with multipliers, and
+/// the reverse.
 void expect_same_optimum(const SparseQp& qp, StageMap& map);
 
-/// The active parts are equal, number by number.
+/// Expects that the active parts are equal, number by number.
 void expect_equal(const StageQp& a, const StageQp& b);
 
 }  // namespace saltus::testing_support

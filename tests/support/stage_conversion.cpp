@@ -49,7 +49,7 @@ bool StageConversion::fits(const StageQp& qp) const {
   return true;
 }
 
-// Entries come in the order in which patterns store them: by rows, columns ascending.
+// Emits entries in the order of the patterns: by rows, with ascending columns.
 template <class Emit>
 void StageConversion::for_each_hessian(const StageQp& qp, Emit&& emit) const {
   for (std::size_t k = 0; k < offsets_.size(); ++k) {

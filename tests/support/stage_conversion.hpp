@@ -1,4 +1,4 @@
-// A program in stages as a sparse one, and points of either as points of the other.
+// Converts a program in stages to a sparse program, and points in both directions.
 #pragma once
 
 #include <vector>
@@ -21,13 +21,15 @@ class StageConversion {
   explicit StageConversion(const StageQp& qp);
 
   const SparseQp& sparse() const { return sparse_; }
-  /// New numbers, same sizes in force; a DefinitionError if those differ. Does not allocate.
+  /// Takes new numbers for the same sizes. Throws a DefinitionError if the sizes differ. Does not
+  /// allocate.
   void update(const StageQp& qp);
 
-  /// Slacks and their multipliers follow from the values of the rows. Does not allocate if `to` has
-  /// the sizes already.
+  /// Computes slacks and their multipliers from the values of the rows. Does not allocate if `to`
+  /// already has the right sizes.
   void convert(const StageQp& qp, const StagePoint& from, PrimalDualPoint& to) const;
-  /// `to` is sized for the program, or larger. The multiplier of a fixed start goes to its x_bound.
+  /// `to` must have the sizes of the program or larger ones. The multiplier of a fixed start goes
+  /// to its x_bound.
   void convert(const PrimalDualPoint& from, StagePoint& to) const;
 
  private:

@@ -7,8 +7,8 @@
 namespace saltus::testing {
 namespace {
 
-// How far beyond what is possible a side is put; below 1e-3 a tolerance of 1e-8 and multipliers of
-// 1e5 could no longer tell.
+// Distance of a side beyond the attainable value. Below 1e-3, a tolerance of 1e-8 with multipliers
+// of 1e5 could not detect it.
 constexpr double smallest_gap = 1e-3, largest_gap = 10.0;
 
 RowGroup& add_rows(Stage& s, std::vector<int> columns, int rows) {
@@ -28,7 +28,7 @@ std::vector<int> columns_between(int first, int last) {
   return columns;
 }
 
-// Sides where there are none, well away from the point.
+// Adds missing sides, well away from the point.
 void close_box(VectorXd& lower, VectorXd& upper, const VectorXd& point) {
   for (int i = 0; i < point.size(); ++i) {
     lower[i] = std::max(lower[i], point[i] - 5.0);
@@ -46,7 +46,7 @@ double largest_product(const VectorXd& c, const VectorXd& lower, const VectorXd&
 
 InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
   const RandomQp feasible = random_qp(seed, options);
-  Random random(seed ^ 0x9e3779b97f4a7c15u);  // other numbers than the program's
+  Random random(seed ^ 0x9e3779b97f4a7c15u);  // numbers different from those of the program
   InfeasibleQp out{feasible.qp, "", random.log_uniform(smallest_gap, largest_gap)};
   const int N = out.qp.intervals();
   const int k = random.integer(0, N - 1);
@@ -70,7 +70,7 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
     second.M.row(0) = c.transpose();
     second.lower[0] = second.upper[0] = c.dot(feasible.optimum.stages[k + 1].x) + out.gap;
   } else {
-    // The largest value that a row of the next state can have, from the boxes of state and input.
+    // Largest value that a row of the next state can take within the boxes of state and input.
     VectorXd x_lower = out.qp.start, x_upper = out.qp.start;
     if (k > 0 || !out.qp.fixed_start) {
       close_box(s.x_lower, s.x_upper, z.x);
@@ -101,7 +101,8 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
 
 namespace {
 
-// Frees an input of cost, rows and bounds; sides and linear costs stay as they were at the point.
+// Removes an input from cost, rows and bounds. The sides of the rows are shifted so that their
+// slacks at the point do not change.
 void free_input(Stage& s, const StagePoint::AtStage& z, int i) {
   for (RowGroup& g : s.groups) {
     for (std::size_t j = 0; j < g.columns.size(); ++j) {
@@ -119,7 +120,7 @@ void free_input(Stage& s, const StagePoint::AtStage& z, int i) {
   s.u_upper[i] = infinity;
 }
 
-// As far as possible in the given program; false if nothing in it fits.
+// Makes the given program unbounded. Returns false if the program is not suitable.
 bool make_unbounded(UnboundedQp& out, const StagePoint& optimum, Random& random) {
   const int N = out.qp.intervals();
   const int kind = random.integer(0, 2);

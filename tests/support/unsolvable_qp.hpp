@@ -1,5 +1,5 @@
-// Random programs in stages without a solution, each with the proof: contradicting sides, or a
-// direction in which the cost falls for ever.
+// Random programs in stages without a solution, each with its proof: contradicting sides, or a
+// direction along which the cost decreases without bound.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace saltus::testing {
 
-/// Infeasible by construction; `proof` says how, `gap` by how much the sides contradict each other.
+/// Infeasible by construction. `proof` describes the contradiction, and `gap` is its size.
 struct InfeasibleQp {
   StageQp qp;
   std::string proof;
@@ -17,7 +17,7 @@ struct InfeasibleQp {
 };
 InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options = {});
 
-/// Feasible, and unbounded along a direction that is given.
+/// Feasible, and unbounded along a given direction.
 struct UnboundedQp {
   StageQp qp;
   StagePoint feasible, direction;  ///< feasible + s direction is feasible for all s >= 0

@@ -1,5 +1,6 @@
-// Differential-algebraic phases: known answers by every scheme, events and jumps, optimal control
-// with algebraic states in costs and bounds, and what is said where they cannot be found.
+// Differential-algebraic phases: known answers with every scheme, events and jumps, optimal control
+// with algebraic states in costs and bounds, and messages for algebraic states that cannot be
+// computed.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,8 +37,8 @@ double algebraic(const PhaseDefinition& phase, const VectorXd& x) {
   return algebraic_states(phase.algebraic.equations)(argument)[0];
 }
 
-// The reference of the test set, 16 digits as printed there; ours by CVODES and IDAS at 1e-12 and
-// by Radau IIA on intervals that grow from the fast start on agree with it.
+// The reference of the test set, with 16 digits as printed there. Our results by CVODES and IDAS at
+// 1e-12, and by Radau IIA on intervals that grow from the fast start, agree with it.
 TEST(KnownAnswers, ChemicalAkzoNobel) {
   const PhaseDefinition phase = akzo_nobel();
   const VectorXd known = (VectorXd(5) << 0.1150794920661702, 0.1203831471567715e-2,
@@ -72,14 +73,14 @@ TEST(KnownAnswers, ThePendulumKeepsItsEnergyAndLength) {
         runge_kutta8({.steps = 800})}) {
     const auto integrator = scheme->make(differentiable_interval_of(pendulum()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 10.0);
-    // Backward differentiation drifts most: 2e-8 in 17 swings.
+    // Backward differentiation has the largest drift: 2e-8 in 17 swings.
     EXPECT_NEAR(energy(end), 0.0, 5e-8) << scheme->name();
     EXPECT_NEAR(end.head(2).norm(), 1.0, 5e-9) << scheme->name();
     EXPECT_LT(std::abs(end[0]), 0.999);
   }
 }
 
-// The same as its ordinary form (problems/library/d02_robertson_kinetics.cpp has the figures).
+// Equals its ordinary form (problems/library/d02_robertson_kinetics.cpp has the numbers).
 TEST(KnownAnswers, RobertsonWithConservationOfMass) {
   const PhaseDefinition phase = robertson_with_conservation();
   const VectorXd p = phase.parameters.front().value;
@@ -103,8 +104,8 @@ TEST(KnownAnswers, RobertsonWithConservationOfMass) {
   }
 }
 
-// Time, an input that is a ramp, a parameter and a cost that reads z: all sensitivities of IDAS
-// against those of a scheme of order 8.
+// Time, a ramp input, a parameter and a cost that depends on z. All sensitivities of IDAS match
+// those of a scheme of order 8.
 TEST(KnownAnswers, SensitivitiesOfIdasAreThoseOfImplicitRungeKutta) {
   Phase<2, 1, 1, 2> phase{
       "all",
@@ -146,7 +147,7 @@ TEST(KnownAnswers, SensitivitiesOfIdasAreThoseOfImplicitRungeKutta) {
             IntegrationStatus::success);
   EXPECT_EQ(end.head(2), none.head(2));
   EXPECT_LE((derivative - derivative_of_reference).cwiseAbs().maxCoeff(), 1e-12);
-  // Allocations: none after the first calls, in which IDAS takes over tolerances.
+  // Nothing allocates after the first calls, in which IDAS receives its tolerances.
   const saltus::testing::AllocationCount count;
   adaptive->jacobian(none.data(), end.data(), derivative);
   adaptive->value(none.data(), end.data());
@@ -161,9 +162,9 @@ TEST(KnownAnswers, IdasRefusesTolerancesThatAreNone) {
 }
 
 // --- optimal control -----------------------------------------------------------------------------
-// A spring whose stiffness and whose force on the mass follow from algebraic equations:
-//   x1' = x2, x2' = z1 - 0.1 x2,   0 = z0^2 - (1 + x1^2),   0 = z1 + z0 x1 - u,
-// with z in cost and bounds; solved for by hand it is an ordinary problem.
+// Algebraic equations determine the stiffness of a spring and its force on the mass:
+//   x1' = x2, x2' = z1 - 0.1 x2,   0 = z0^2 - (1 + x1^2),   0 = z1 + z0 x1 - u.
+// z appears in cost and bounds. Elimination of z by hand gives an ordinary problem.
 struct Mass {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 2>& z, const Vec<S, 1>&) const {
@@ -282,8 +283,8 @@ TEST_P(AlgebraicControl, DerivativesOfTheProgramAreExact) {
 }
 
 // --- events and jumps ----------------------------------------------------------------------------
-// A pendulum that is let go where the tension of its string ceases: the phase ends by a guard that
-// reads z, a ball in free flight follows.
+// A pendulum is released when the tension of its string vanishes. A guard that depends on z ends
+// the phase, and a ball in free flight follows.
 TEST(AlgebraicEvents, APhaseEndsWhereAGuardOfZPassesZero) {
   const auto tension = [](const auto&, const auto& x, const auto& z) {
     return x[2] * x[2] + x[3] * x[3] - z[0] * (x[0] * x[0] + x[1] * x[1]) -
@@ -300,7 +301,7 @@ TEST(AlgebraicEvents, APhaseEndsWhereAGuardOfZPassesZero) {
       },
       exactly(0.1)};
   OptimalControlProblem ocp("let go");
-  const double speed = 6.0;  // at the bottom: enough to pass the height of the pivot
+  const double speed = 6.0;  // speed at the bottom, enough to rise above the pivot
   ocp.start_at({0.0, -1.0, speed, 0.0})
       .then(swing)
       .then(flight, jump<4>("half the speed", [](const auto&, const auto& x) {
@@ -310,7 +311,7 @@ TEST(AlgebraicEvents, APhaseEndsWhereAGuardOfZPassesZero) {
       ocp, {.intervals_per_phase = 10, .integrator = gauss_legendre({.stages = 4, .steps = 2})});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
-  // v^2 = g h there with h the height above the pivot, v^2 = speed^2 - 2 g (1 + h).
+  // There v^2 = g h with h the height above the pivot, and v^2 = speed^2 - 2 g (1 + h).
   const double height = (speed * speed - 2.0 * Pendulum::gravity) / (3.0 * Pendulum::gravity);
   EXPECT_NEAR(s.trajectory.state_before(s.durations[0])[1], height, 1e-8);
   EXPECT_NEAR(s.trajectory.state(s.durations[0]).tail(2).squaredNorm(),
@@ -320,8 +321,8 @@ TEST(AlgebraicEvents, APhaseEndsWhereAGuardOfZPassesZero) {
   EXPECT_TRUE(s.crossings[0].is_as_declared());
 }
 
-// Inside a phase: where the string is pulled to a given tension, half of the speed is lost. With
-// derivatives through the event, in which the guard reads z.
+// An event inside a phase: at a given tension of the string, half the speed is lost. The guard
+// depends on z, and derivatives pass through the event.
 TEST(AlgebraicEvents, ResetsInsideAPhase) {
   const auto tension = [](const auto&, const auto& x, const auto& z) {
     return x[2] * x[2] + x[3] * x[3] - z[0] * (x[0] * x[0] + x[1] * x[1]) -
@@ -340,7 +341,7 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
       .event("pulled", "fast", "slow", pulled, Crossing::rising, halved);
   const Phase<4, 0, 0, 1> modes{"swing", swings, exactly(1.0)};
   for (const auto& mode :
-       interval_problem_of(modes.definition()).switching.modes)  // IDAS takes these
+       interval_problem_of(modes.definition()).switching.modes)  // IDAS supports these
     ASSERT_TRUE(dae_before_elimination(mode.dynamics)) << mode.name;
   const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
   for (const IntegratorChoice& scheme :
@@ -369,7 +370,7 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
   }
 }
 
-// --- what is said --------------------------------------------------------------------------------
+// --- messages ------------------------------------------------------------------------------------
 TEST(AlgebraicMessages, AnIndexAboveOneNamesPhaseAndEquation) {
   try {
     const Phase<4, 0, 0, 1> phase{

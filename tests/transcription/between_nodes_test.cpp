@@ -1,4 +1,4 @@
-// Path constraints between the nodes: what is reported there, and that refinement makes it vanish.
+// Violations of path constraints between the nodes: reports, and refinement that removes them.
 #include "saltus/transcription/between_nodes.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ ShootingOptions intervals(int n) {
 }
 
 TEST(BetweenNodes, TheBulgeIsMeasured) {
-  // Five intervals: the top lies in the middle of the third one.
+  // With five intervals, the top is in the middle of the third one.
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2));
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
@@ -77,8 +77,8 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
   EXPECT_LT(s.verification->between_nodes.amount, 1e-8);
 }
 
-// A cart that begins faster than it may is back within the limit at the first node: a given start
-// has no rows, and the way back from it no violation.
+// A cart that starts above its speed limit is within the limit at the first node. A given start has
+// no rows, so the return to the limit is not a violation.
 OptimalControlProblem hurried_cart(double speed_at_start) {
   Phase<2, 1> phase{"go", Cart{}, exactly(2.0)};
   phase.bound_input(0, between(-5.0, 5.0))
@@ -102,8 +102,8 @@ TEST(BetweenNodes, TheWayBackFromAGivenStartIsNoViolation) {
   }
 }
 
-// From 0.02 m beyond the wall at 0.9 m/s away from it: within the first interval it goes on
-// outwards.
+// Starts 0.02 m beyond the wall and moves outward at 0.9 m/s. It moves further out within the first
+// interval.
 TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
   Phase<2, 1> phase{"go", Cart{}, exactly(2.0)};
   phase.bound_state(0, at_most(0.98))
@@ -120,8 +120,7 @@ TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
   EXPECT_LT(s.verification->between_nodes.time, 0.4);
 }
 
-// Of a phase that has vanished there is nothing between its nodes, and the next one's states are
-// not its own.
+// A phase of zero length has no violation between its nodes. States of the next phase do not count.
 TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
   Phase<2, 1> out{"out", Cart{}, between(0.0, 1.0)}, back{"back", Cart{}, exactly(1.0)};
   out.keep("forward", speed, at_least(0.0)).minimise("effort", effort);
@@ -169,7 +168,7 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
   }
 }
 
-// A window from the start on cuts nothing: a graded mesh is refined where it has to be.
+// A window that begins at the start divides nothing. A graded mesh is refined where necessary.
 TEST(Refinement, OfAFreePhaseWithAGradedMeshAndAWindowFromTheStart) {
   Phase<2, 1> phase{"block", Cart{}, between(0.9, 1.1)};
   phase.inputs(InputParametrisation::piecewise_linear_continuous)
@@ -194,7 +193,7 @@ TEST(Refinement, SaysWhatWasReached) {
   EXPECT_LE(r.violations.back(), 1e-6);
   EXPECT_LE(r.solution.verification->between_nodes.amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
-  // Of all rounds together.
+  // The count includes all rounds.
   EXPECT_GT(r.iterations, r.solution.iterations);
   EXPECT_GT(r.seconds, r.solution.seconds);
   const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), *ipopt(),
@@ -206,8 +205,8 @@ TEST(Refinement, SaysWhatWasReached) {
       << limited.message;
 }
 
-// A bulge of 27 mm is within a tolerance of 50 mm of the refinement, but not within that of the
-// term: the plan is none, and refined until it is one.
+// A violation of 27 mm is within the refinement tolerance of 50 mm but exceeds the tolerance of the
+// term. The plan is infeasible and is refined until it is feasible.
 TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
   Phase<2, 1> phase{"go", Cart{}, exactly(1.0)};
   phase.keep("wall", height, at_most(1.02))
@@ -232,7 +231,7 @@ TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
       << limited.message;
 }
 
-// Two phases, one of which needs it.
+// Of two phases, one needs refinement.
 TEST(Refinement, OnlyWhereItIsNeeded) {
   Phase<2, 1> phase = block(), after{"after", Cart{}, exactly(0.5)};
   phase.keep("ceiling", height, at_most(0.2));
@@ -244,7 +243,7 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
   EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third interval in four
 }
 
-// Where a window ends within a phase of free duration its intervals stay equal.
+// If a window ends within a phase of free duration, its intervals stay equal.
 TEST(Refinement, OfAFreeDurationWithAWindowDividesAllIntervals) {
   Phase<2, 1> phase{"climb", Cart{}, between(0.6, 2.0)};
   phase.minimise("effort", effort)

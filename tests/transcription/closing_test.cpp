@@ -1,5 +1,5 @@
-// The last phase linked to the first: periodic trajectories, with and without a map between the
-// ends, and jumps where sizes change.
+// A link from the last phase to the first: periodic trajectories, with and without a map between
+// the ends, and jumps that change sizes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,9 +58,9 @@ struct Free {  // x'' = -x + u
   }
 };
 
-// After half a period of the undriven oscillator the state is the opposite one, x(T) = -x(0): every
-// start closes. With a map x -> -x + c only those with x0 = -(-x0) + c fail, unless c is paid for
-// by effort: driven by u alone the offset c takes the least effort u = A' G^-1 c.
+// After half a period of the undriven oscillator the state is x(T) = -x(0), so every start closes.
+// With the map x -> -x + c, no start closes without input. The minimum effort for the offset c is u
+// = A' G^-1 c.
 TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
   Phase<2, 1> swing{"swing", Free{}, exactly(M_PI)};
   swing.inputs(InputParametrisation::piecewise_linear).minimise("effort", [](auto, auto, auto u) {
@@ -82,9 +82,9 @@ TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
   EXPECT_NEAR(x0[1], -x1[1], 1e-9);
 }
 
-// A ball that hops for ever, with restitution e = 0.8. A hop of T that begins with speed a costs,
-// with k = 1 + 1/e,  (g T)^2/2 - k g T a + (2 k^2 - 6 k + 6) a^2  divided by T; the best a is
-// 3/7 g T, and the hop costs g^2 T / 56. With 1/T paid for haste, T = sqrt(56) / g.
+// A ball that hops periodically, with restitution e = 0.8. With k = 1 + 1/e, a hop of duration T
+// and initial speed a costs ((g T)^2/2 - k g T a + (2 k^2 - 6 k + 6) a^2) / T. The optimal a is 3/7
+// g T, and the hop then costs g^2 T / 56. A further cost of 1/T gives T = sqrt(56) / g.
 OptimalControlProblem hopping() {
   constexpr double restitution = 0.8;
   Phase<2, 1> hop{"hop", Ball{}, between(0.1, 3.0)};
@@ -117,7 +117,7 @@ TEST(Closing, FindsAHopThatRepeats) {
   expect_hop(solve(shooting, *make_ipopt({.tolerance = 1e-11})), 1e-8);
 }
 
-// The first state is carried through the stages to where it is used.
+// The stages carry the first state to the row that uses it.
 TEST(Closing, IsSolvedStageByStage) {
   for (OptimalControlProblem ocp : {oscillation().close(), hopping()}) {
     MultipleShooting shooting(
@@ -130,8 +130,8 @@ TEST(Closing, IsSolvedStageByStage) {
   }
 }
 
-// A start that is free is the trajectory's; one with bounds stays inside them, a given one is
-// given.
+// A free start takes the value from the trajectory, a bounded start stays within its bounds, and a
+// given start is unchanged.
 TEST(Closing, GuessFromATrajectoryTakesItsStart) {
   OptimalControlProblem ocp = oscillation();
   MultipleShooting shooting(ocp.close(), {.intervals_per_phase = 6, .integrator = runge_kutta8()});
@@ -146,7 +146,7 @@ TEST(Closing, GuessFromATrajectoryTakesItsStart) {
   EXPECT_EQ(guess.w[bounded.layout().state(0, 0) + 1], 0.0);
 }
 
-// What a closed problem cannot meet is named.
+// The message names an infeasible closing link.
 TEST(Closing, ThatIsImpossibleIsNamed) {
   Phase<1, 1> drift{"drift", [](auto, auto, auto u) { return decltype(u)(u); }, exactly(1.0)};
   drift.bound_input(0, between(1.0, 2.0));
@@ -176,7 +176,7 @@ struct Narrow {  // 1 state, 2 inputs, data and the same unknown
   }
 };
 
-// Sizes differ; both jumps read the time, which is free, and the parameters of the phase that ends.
+// Sizes differ. Both jumps depend on the free time and on the parameters of the phase that ends.
 OptimalControlProblem changing_sizes() {
   Phase<2, 1, 1> wide{"wide", Wide{}, between(0.5, 2.0)};
   Phase<1, 2, 2> narrow{"narrow", Narrow{}, between(0.5, 2.0)};
@@ -208,12 +208,12 @@ TEST(Sizes, ThatChangeHaveExactDerivatives) {
   for (const unsigned seed : {1u, 2u}) {
     const auto errors = derivative_errors(
         shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, seed, 0.1));
-    EXPECT_LT(errors.jacobian, 1e-8) << seed;  // what central differences can tell
+    EXPECT_LT(errors.jacobian, 1e-8) << seed;  // accuracy of central differences
     EXPECT_LT(errors.hessian, 1e-7) << seed;
   }
 }
 
-// The rows say what the jumps say: x+ - g(t, x-, p), with time and data moved.
+// The rows equal those of the jumps, x+ - g(t, x-, p), also after a change of time and data.
 TEST(Sizes, AreMappedByTheJumps) {
   MultipleShooting shooting(changing_sizes(),
                             {.intervals_per_phase = 3, .integrator = runge_kutta4()});

@@ -1,5 +1,5 @@
-// Phases that end where a guard passes zero: the time is found, and what is not a proper crossing
-// is said.
+// Phases that end when a guard crosses zero. The solve finds the time and reports improper
+// crossings.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,8 @@ TEST(EndGuard, FindsTheTimeOfAnImpact) {
   EXPECT_EQ(s.message, describe(SolveStatus::optimal));
 }
 
-// The same event declared the other way is an optimum of the program, and none of the problem.
+// The same event with the opposite direction is an optimum of the program, but not a solution of
+// the problem.
 TEST(EndGuard, CrossedTheWrongWayIsNoSolution) {
   OptimalControlProblem ocp("wrong way");
   Phase<2, 1> fall = flight("fall");
@@ -71,7 +72,7 @@ TEST(EndGuard, CrossedTheWrongWayIsNoSolution) {
     EXPECT_NE(s.message.find(part), std::string::npos) << part << " is not in: " << s.message;
 }
 
-// Thrown up with the speed that just reaches the ceiling.
+// Thrown upward with a speed that just reaches the ceiling.
 TEST(EndGuard, ThatIsGrazedIsSaid) {
   OptimalControlProblem ocp("grazing");
   Phase<2, 1> climb = flight("climb");
@@ -87,8 +88,8 @@ TEST(EndGuard, ThatIsGrazedIsSaid) {
   EXPECT_NE(s.message.find("grazes"), std::string::npos) << s.message;
 }
 
-// A later crossing of the same surface also has guard = 0. The sine falls through zero
-// at pi and at 3 pi.
+// A later crossing of the same surface also has guard = 0. The sine decreases through zero at pi
+// and at 3 pi.
 TEST(EndGuard, ThatHadBeenCrossedBeforeIsNoSolution) {
   const auto still = [](const auto&, const auto& x) { return std::decay_t<decltype(x)>(0.0 * x); };
   Phase<1, 0> wait{"wait", still, between(0.1, 12.0)};
@@ -99,7 +100,7 @@ TEST(EndGuard, ThatHadBeenCrossedBeforeIsNoSolution) {
   OptimalControlProblem ocp("later");
   const Solution s = solve_by_ipopt(ocp.start_at({0}).then(wait));
   ASSERT_EQ(s.status, SolveStatus::wrong_crossing) << s.message;
-  EXPECT_NEAR(s.durations[0], 3.0 * M_PI, 1e-8);  // not the first, by the guess
+  EXPECT_NEAR(s.durations[0], 3.0 * M_PI, 1e-8);  // because of the guess, not the first one
   EXPECT_GT(s.crossings.front().early_amount, 0.1);
   EXPECT_NE(s.message.find("not the first"), std::string::npos) << s.message;
 }
@@ -116,7 +117,7 @@ auto level(double at) {
   return [at](const auto&, const auto& x) { return x[0] - at; };
 }
 
-// A room of 20 degrees is heated by one degree per second to 22, and cooled to 18 from there on.
+// A room at 20 degrees is heated by one degree per second to 22, and then cooled to 18.
 TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
   const auto heat = [](double rate) {
     return [rate](const auto&, const auto& x) {
@@ -139,7 +140,7 @@ TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
   EXPECT_TRUE(s.crossings.front().is_as_declared()) << s.message;
 }
 
-// Up for a second, then down: the field at the end is not the first one.
+// Up for one second, then down. The field at the end differs from the first one.
 TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
   const auto clock = [](const auto& t, const auto&) { return t - 1.0; };
   Phase<1, 0> there{"there", Drift{1.0}, between(1.2, 3.0)};
@@ -155,7 +156,7 @@ TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
   EXPECT_TRUE(s.crossings.front().is_as_declared()) << s.message;
 }
 
-// The first mode rests, the second one goes there.
+// The first mode is at rest, and the second mode moves to the guard.
 TEST(EndGuard, IsMovedByAnyMode) {
   const auto clock = [](const auto& t, const auto& x) { return t - 1.0 + 0.0 * x[0]; };
   Automaton<1> late;
@@ -167,7 +168,8 @@ TEST(EndGuard, IsMovedByAnyMode) {
   EXPECT_NO_THROW(ocp.start_at({0.0}).then(phase).check());
 }
 
-// Formulas read absolute time: what turns at 10 s turns within a second phase.
+// Formulas depend on absolute time. A field that changes sign at 10 s does so within the second
+// phase.
 TEST(EndGuard, IsTriedAtTheTimesOfItsPhase) {
   const auto turning = [](const auto& t, const auto& x) {
     return std::decay_t<decltype(x)>(select(t - 10.0, 0.0 * t - 1.0, 0.0 * t + 1.0));
@@ -180,10 +182,10 @@ TEST(EndGuard, IsTriedAtTheTimesOfItsPhase) {
   };
   EXPECT_NO_THROW(falls(exactly(12.0)));
   EXPECT_NO_THROW(falls(at_least(1.0)));
-  EXPECT_THROW(falls(exactly(2.0)), DefinitionError);  // it rises all the while
+  EXPECT_THROW(falls(exactly(2.0)), DefinitionError);  // it increases throughout
 }
 
-// Data are what they are only for now.
+// Present values of data may change later.
 TEST(EndGuard, MayBeMovedByData) {
   const auto blown = [](const auto&, const auto&, const auto&, const auto& p) { return p[0]; };
   for (const double wind : {0.0, -1.0}) {
@@ -194,7 +196,7 @@ TEST(EndGuard, MayBeMovedByData) {
   }
 }
 
-// Two ways of going, of which only the fast one is worth its time: the slow phase vanishes.
+// Two ways of moving, of which only the fast one is worth its time. The slow phase has zero length.
 TEST(FreeDurations, APhaseThatVanishedIsSaid) {
   const auto at_speed = [](double rate) {
     return
@@ -215,8 +217,8 @@ TEST(FreeDurations, APhaseThatVanishedIsSaid) {
   EXPECT_EQ(s.message.find("effect: phase 'slow', phase 'fast'"), std::string::npos) << s.message;
 }
 
-// A swing foot from 0.02 m at 0.8 m/s downwards dips into the ground for 0.1 s before it comes down
-// at the end: an earlier touch-down, also where no node lies in the dip.
+// A swing foot at 0.02 m moves down at 0.8 m/s. It is below the ground for 0.1 s before it lands at
+// the end. The earlier touch-down is detected even if no node lies within that time.
 TEST(EndGuard, AnEarlierCrossingBetweenTwoNodesIsSeen) {
   for (const int n : {4, 5, 30}) {
     Phase<2, 0> swing{"swing",

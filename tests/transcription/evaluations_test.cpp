@@ -1,4 +1,4 @@
-// How often a program evaluates the formulas of its user, and by how many threads.
+// Counts how often, and in how many threads, a program evaluates the formulas of its user.
 #include <gtest/gtest.h>
 
 #include <mutex>
@@ -38,7 +38,7 @@ MultipleShooting watched(int threads) {
       ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4(), .threads = threads});
 }
 
-// What one interval has found, the next one that is equal in everything has too.
+// Intervals with identical arguments share one evaluation.
 TEST(Evaluations, EqualIntervalsAreEvaluatedOnce) {
   MultipleShooting shooting = watched(1);
   NonlinearProgram& nlp = shooting.nlp();

@@ -68,8 +68,8 @@ TEST(Window, OfAConstraintWithInputsIsHalfOpen) {
   expect_times(active_times(shooting, "power"), {0.3, 0.4, 0.5});
 }
 
-// [from, to) has nothing where it ends with the start of its phase, which was another mode's end:
-// x+ owes it nothing.
+// A window [from, to) that ends at the start of its phase is empty, because that node is the end of
+// another mode. It does not constrain x+.
 TEST(Window, ThatEndsBeforeItsPhaseOrAsItBeginsIsEmpty) {
   for (const double end : {0.8, 1.0 - 5e-7, 1.0, 1.0 + 5e-7, 1.2}) {
     auto then = second();
@@ -113,7 +113,7 @@ TEST(Window, OutsideItAFormulaMayLeaveItsDomain) {
   }
 }
 
-// A cost is evaluated where its window is, also after that has moved, on one thread or several.
+// A cost is evaluated within its window, also after the window moves, with one thread or several.
 TEST(Window, OfACostMovesWithItsEvent) {
   auto phase = second();
   const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.3); };
@@ -165,7 +165,7 @@ TEST(Jump, StateBeforeBelongsToTheOldPhaseAndStateAfterToTheNew) {
   MultipleShooting shooting(ocp, ten);
   expect_times(active_times(shooting, "high"),
                {0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5});
-  EXPECT_EQ(active_times(shooting, "low").size(), 11u);  // the start of the new phase is not given
+  EXPECT_EQ(active_times(shooting, "low").size(), 11u);  // the start of the new phase is free
   const Solution solution = solve(shooting, *make_ipopt());
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_NEAR(solution.trajectory.state_before(0.5)[0], 2.0, 1e-7);
@@ -198,7 +198,7 @@ TEST(NodeCost, OfAFreeDurationFollowsTheDuration) {
   EXPECT_NEAR(cost, 1.7, 1e-12);
 }
 
-// --- where the event falls
+// --- positions of the event
 // ------------------------------------------------------------------------
 
 struct ImpactCase {
@@ -306,7 +306,8 @@ TEST(Impact, CostIsContinuousInItsTime) {
     shooting.retime("impact", 0.47 + 0.001 * i);
     const Solution solution = solve(shooting, *solver);
     ASSERT_TRUE(solution.ok()) << solution.message;
-    // dJ/dt_impact is about 2 here, so that a millisecond changes J by 0.002; a jump would be 0.1.
+    // dJ/dt_impact is about 2 here, so a millisecond changes J by 0.002. A discontinuity would be
+    // 0.1.
     if (i > 0) {
       EXPECT_LT(std::abs(solution.cost - before), 0.01) << 0.47 + 0.001 * i;
     }

@@ -1,5 +1,5 @@
-// Free durations: are the derivatives of the whole program exact, whichever integrator, where time
-// enters dynamics, costs and constraints; and is the total time what it should be?
+// Free durations. The derivatives of the whole program are exact for every integrator, with time in
+// dynamics, costs and constraints, and the total time is correct.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,8 +37,8 @@ const auto cost = [](const auto& t, const auto& x, const auto& u) {
 const auto lane = [](const auto& t, const auto& x) { return x[0] - sin(t); };
 const auto thrust = [](const auto& t, const auto& x, const auto& u) { return u[0] * t + x[1]; };
 
-// Two free phases; time enters every kind of term, a window cuts the second phase, soft rows pay
-// for the time that is chosen, and the jump reads the time.
+// Two free phases. Time enters every kind of term, a window divides the second phase, soft rows
+// have a cost per unit of free time, and the jump depends on time.
 template <class Dynamics>
 OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule,
                                 InputParametrisation parametrisation) {
@@ -65,7 +65,8 @@ OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule,
   return ocp.costs(rule).total_time(between(1.0, 3.0));
 }
 
-/// What is tried with a method: everything, what it can, or the one case that covers most.
+/// Form of the problem for a method: all terms, the affine terms only, or the one case that covers
+/// most.
 enum class Form { all, affine, slow };
 struct Method {
   const char* name;
@@ -107,13 +108,13 @@ TEST_P(FreeTime, HasExactDerivatives) {
 
 INSTANTIATE_TEST_SUITE_P(Integrators, FreeTime,
                          ::testing::Values(
-                             // What central differences with a step of 1e-5 can tell.
+                             // Accuracy of central differences with a step of 1e-5.
                              Method{"runge_kutta4", runge_kutta4(), Form::all, 2e-8},
                              Method{"runge_kutta8", runge_kutta8(), Form::all, 2e-8},
                              Method{"zero_order_hold", zero_order_hold(), Form::affine, 2e-8},
                              Method{"arkode", arkode({.fixed_steps = 4}), Form::all, 2e-8},
-                             // Steps change with the argument, so that values jump by about the
-                             // global error of 1e-11: over twice 1e-5 that is 1e-6.
+                             // Steps change with the argument, so values jump by about the global
+                             // error of 1e-11. Divided by twice 1e-5, that is 1e-6.
                              Method{"cvodes",
                                     cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
                                     Form::slow, 1e-5}),
@@ -128,8 +129,8 @@ struct Velocity {
   }
 };
 
-// Two legs of length 1 and 2 with effort 1/2 u^2: d^2 / (2 T) each. With the total T given the legs
-// take T/3 and 2T/3, and the cost is 9 / (2 T).
+// Two legs of length 1 and 2 with effort 1/2 u^2 cost d^2 / (2 T) each. For a given total T the
+// legs take T/3 and 2T/3, and the cost is 9 / (2 T).
 OptimalControlProblem two_legs() {
   const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
   const auto position = [](const auto&, const auto& x) { return x[0]; };
@@ -155,7 +156,7 @@ TEST(TotalTime, FixedBoundedOrFree) {
   MultipleShooting shooting(two_legs(), {.intervals_per_phase = 4, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_NEAR(s.durations[0], 50.0, 1e-5);  // effort is least when both take all the time they may
+  EXPECT_NEAR(s.durations[0], 50.0, 1e-5);  // effort is minimal when both take the maximum time
   EXPECT_NEAR(s.durations[1], 50.0, 1e-5);
 }
 

@@ -1,5 +1,5 @@
-// What a program does not know of its own solution: constraints thinner than an interval, and the
-// error of the integration. Status and message say it, and refinement mends it.
+// Errors that a program does not detect in its own solution: constraints thinner than an interval,
+// and the integration error. Status and message report them, and refinement corrects them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -54,7 +54,7 @@ TEST(ThinConstraint, PassedBetweenTwoNodesIsNoOptimum) {
   MultipleShooting shooting(alp_rider(),
                             {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})});
   const Solution s = solve(shooting, *make_ipopt());
-  EXPECT_LT(s.cost, 1900.0);  // 2031 is right
+  EXPECT_LT(s.cost, 1900.0);  // 2031 is correct
   EXPECT_FALSE(s.ok());
   EXPECT_EQ(s.status, SolveStatus::coarse_grid);
   EXPECT_GT(s.verification->between_nodes.amount, 1.0);
@@ -62,8 +62,9 @@ TEST(ThinConstraint, PassedBetweenTwoNodesIsNoOptimum) {
   EXPECT_NE(s.message.find("solve_refined"), std::string::npos) << s.message;
 }
 
-// Refined freely the plan would pass the next finer interval; with held inputs nothing is passed,
-// and the optimum is that of 100 intervals (2460; with 200 it is 2178, with 400 2085).
+// With free refined inputs the plan would pass between the nodes of the next finer mesh. With held
+// inputs it does not, and the optimum is that of 100 intervals (2460; with 200 it is 2178, with 400
+// 2085).
 TEST(ThinConstraint, RefinementStopsTunnelling) {
   const RefinedSolution r = solve_refined(alp_rider(1e-2),
                                           {.intervals_per_phase = 100,
@@ -108,7 +109,7 @@ TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
   ASSERT_TRUE(s.verification.has_value());
   EXPECT_GT(s.verification->defect.sum, 1e-3);
   EXPECT_NE(s.message.find(" error of "), std::string::npos) << s.message;
-  // CVODES finds the same, interval by interval.
+  // CVODES finds the same error in each interval.
   const ReplayReport truth = replay(shooting.problem(), s.trajectory, cvodes({.tolerance = 1e-12}));
   EXPECT_NEAR(s.verification->defect.largest, truth.from_nodes, 1e-3 * truth.from_nodes);
 }
@@ -134,7 +135,7 @@ TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
   }
 }
 
-// States of 1e-6 are missed by as much of them as states of 1.
+// States of 1e-6 have the same relative error as states of 1.
 TEST(IntegrationErrorOf, SmallStatesAreMeasuredByThemselves) {
   std::vector<double> missed, estimated;
   for (const double unit : {1.0, 1e-6}) {
@@ -155,7 +156,8 @@ TEST(IntegrationErrorOf, SmallStatesAreMeasuredByThemselves) {
   EXPECT_NEAR(estimated[1], estimated[0], 1e-3 * estimated[0]);
 }
 
-// x' = +-(x_1, x_0): the flow is cosh and sinh, its columns lean towards or away from each other.
+// x' = +-(x_1, x_0). The flow consists of cosh and sinh, and the angle between its columns
+// decreases or increases.
 TEST(Replay, TellsHowMuchTheFlowGrows) {
   for (const double sign : {1.0, -1.0}) {
     Phase<2, 1> phase{"pair",

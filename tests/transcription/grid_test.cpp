@@ -1,4 +1,5 @@
-// Laws of the grid: it covers the phase, keeps its size, and has a node exactly at every event.
+// Properties of the grid: it covers the phase, keeps its size, and has a node exactly at every
+// event.
 #include "saltus/transcription/grid.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(Grid, LawsHoldWhereverTheEventsFall) {
     for (int k = 0; k < size; ++k) {
       const GridInterval& interval = grid.interval(0, k);
       ASSERT_GE(interval.length0, 0.0);
-      // No slivers: an interval is empty or longer than an instant.
+      // No tiny intervals: an interval is empty or longer than an instant.
       ASSERT_TRUE(interval.is_empty() || interval.length0 > same_instant);
       ASSERT_NEAR(interval.offset0, covered, 1e-12);
       covered += interval.length0;
@@ -65,7 +66,7 @@ TEST(Grid, LawsHoldWhereverTheEventsFall) {
         found = found || std::abs(grid.node_offset(0, node) - 0.1 * i) < 1e-12;
       base_nodes += found;
     }
-    ASSERT_EQ(base_nodes, 16);  // the receding grid stays whatever the events do
+    ASSERT_EQ(base_nodes, 16);  // the receding grid does not depend on the events
     for (const double t : times) {
       if (t < 0.0 || t > 1.5) continue;
       double nearest = infinity;
@@ -75,7 +76,8 @@ TEST(Grid, LawsHoldWhereverTheEventsFall) {
         if (distance < nearest) is_event = grid.is_event(0, node);
         nearest = std::min(nearest, distance);
       }
-      // Two mergers of at most an instant each: to a neighbouring event, and that to a node.
+      // Two mergers of at most one instant each: with a neighbouring event, and of that event with
+      // a node.
       ASSERT_LE(nearest, 2.0 * same_instant);
       ASSERT_TRUE(is_event);
     }

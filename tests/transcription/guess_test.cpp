@@ -1,4 +1,4 @@
-// Initial guesses: constant, interpolated, simulated, none; and guesses from another solution.
+// Initial guesses: constant, interpolated, simulated, and none. Also guesses from another solution.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -106,7 +106,7 @@ TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolutionItself) {
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
-  // The end of the first phase holds x-, the start of the second x+.
+  // The end of the first phase contains x-, and the start of the second contains x+.
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -128,7 +128,7 @@ TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
   MultipleShooting shooting(ocp, ten);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;
-  EXPECT_GT(std::abs(solution.durations[0] - 1.6), 0.05);  // the guess; something has to move
+  EXPECT_GT(std::abs(solution.durations[0] - 1.6), 0.05);  // the optimum differs from the guess
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
 }

@@ -62,8 +62,8 @@ struct Medium {
   }
 };
 
-// Least time from one medium into another that is twice as fast: no cost is a sum of squares, and a
-// Gauss-Newton Hessian would be zero.
+// Minimum time from one medium into another that is twice as fast. No cost is a sum of squares, so
+// a Gauss-Newton Hessian would be zero.
 OptimalControlProblem refraction() {
   Phase<2, 1> way{"way", Medium{1.0}, between(0.1, 10.0)};
   way.switch_at(
@@ -123,7 +123,8 @@ TEST(InnerEvents, RealTimeIterationsSayWhichHessianTheyHave) {
                   .ends_with(", differenced Hessian"));
 }
 
-// A ball with a thruster above a moving floor: input and time in guard and reset, all free.
+// A ball with a thruster above a moving floor. Guard and reset depend on input and time, and all
+// are free.
 OptimalControlProblem thrusted_ball(InputParametrisation parametrisation) {
   Phase<2, 1, 1> phase(
       "flight",
@@ -247,7 +248,7 @@ TEST(InnerEvents, BadDefinitionsAreRefused) {
 }
 
 TEST(InnerEvents, TheMessageNamesTimeAndEvent) {
-  // Both fields push away from the start.
+  // Both fields point away from the start.
   const auto zero = [](const auto&, const auto& x) { return x[0]; };
   Phase<1, 0> phase("drive", Speed{-1.0}, exactly(1.0));
   phase.switch_at("zero", zero, Speed{1.0}).reach("somewhere", zero, between(-5.0, 5.0));

@@ -1,4 +1,4 @@
-// Courses of the inputs between nodes, and the cost of their changes.
+// Inputs as functions of time between nodes, and the cost of their changes.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -15,7 +15,7 @@ using namespace testing_support;
 // --- shape
 // ----------------------------------------------------------------------------------------
 
-// Tracks a speed that is not constant, with an event in the middle of an interval.
+// Tracks a varying speed, with an event in the middle of an interval.
 Solution solve_with(InputParametrisation parametrisation, double impact = 0.45) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.inputs(parametrisation)
@@ -42,7 +42,7 @@ TEST(InputParametrisation, PiecewiseConstantDoesNotMoveWithinAnInterval) {
 TEST(InputParametrisation, PiecewiseLinearMayJumpAtEveryNode) {
   const Solution s = solve_with(InputParametrisation::piecewise_linear);
   ASSERT_TRUE(s.ok()) << s.message;
-  // Best line for t^2 on [a, a + h]: at the start h^2 / 6 below the parabola, and so at the end.
+  // The best line for t^2 on [a, a + h] is h^2 / 6 below the parabola at the start and at the end.
   EXPECT_NEAR(s.trajectory.input(0.6)[0], 0.36 - 0.01 / 6.0, 1e-7);
   EXPECT_NEAR(s.trajectory.input(0.7 - 1e-12)[0], 0.49 - 0.01 / 6.0, 1e-7);
 }
@@ -74,8 +74,8 @@ TEST(InputParametrisation, BoundsHoldOverTheWholeInterval) {
   }
 }
 
-// 1 m in 2 s from rest to rest costs 3/4, with a force that is linear in time. Charged where its
-// intervals begin, it would be pushed there by nothing and in between by anything.
+// 1 m in 2 s from rest to rest costs 3/4, with a force that is linear in time. A cost at the starts
+// of intervals would give a zero force there and an arbitrary force between them.
 TEST(InputParametrisation, LinearInputsAreChargedByTheIntegralWhateverTheRule) {
   const auto cart = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[1], u[0]};
@@ -119,7 +119,7 @@ TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
       MultipleShooting shooting(ocp, {.intervals_per_phase = 4, .integrator = runge_kutta4()});
       const auto errors = derivative_errors(
           shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, 17, 0.2));
-      EXPECT_LT(errors.gradient, 1e-8);  // differences of order-one numbers
+      EXPECT_LT(errors.gradient, 1e-8);  // differences of numbers of order one
       EXPECT_LT(errors.jacobian, 1e-8);
       EXPECT_LT(errors.hessian, 1e-8);
     }
@@ -128,7 +128,7 @@ TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
 // --- changes
 // ----------------------------------------------------------------------------------------
 
-// The cost of the program with inputs u_k = k of the intervals that are not empty.
+// Cost of the program with inputs u_k = k in the intervals that are not empty.
 double cost_of_ramp(MultipleShooting& shooting) {
   NlpPoint point = shooting.initial_guess();
   int count = 0;
@@ -155,7 +155,7 @@ TEST(InputChange, AroundACutIntervalIsWeighedByTheMeanOfBothLengths) {
   auto phase = charged();
   phase.bound_input(0, at_most(100.0), Window{.from = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.43), ten);
-  // Lengths ... 0.1 | 0.03 0.07 | 0.1 ...: three changes touch the cut, seven do not.
+  // Lengths ... 0.1 | 0.03 0.07 | 0.1 ...: three changes are next to the cut, and seven are not.
   const double around = 0.1 / 0.065 + 0.1 / 0.05 + 0.1 / 0.085;
   EXPECT_NEAR(cost_of_ramp(shooting), 7 * 1.0 + around, 1e-9);
 }
@@ -179,7 +179,7 @@ TEST(InputChange, IsNotChargedIntoOrOutOfAnInputThatDoesNotExist) {
 TEST(InputChange, AgainstThePreviousInputOnceItIsGiven) {
   MultipleShooting shooting(with_impact(charged(), infinity), ten);
   shooting.set_previous_input(Vec<double, 1>{-3.0});
-  EXPECT_NEAR(cost_of_ramp(shooting), 9.0 + 9.0, 1e-12);  // |0 - (-3)|^2 comes on top
+  EXPECT_NEAR(cost_of_ramp(shooting), 9.0 + 9.0, 1e-12);  // |0 - (-3)|^2 is added
 }
 
 TEST(InputChange, AgainstThePreviousInputAcrossAnEventAtTheStart) {
@@ -201,7 +201,7 @@ TEST(InputChange, AgainstThePreviousInputOnlyIfTheFirstOneExists) {
 TEST(InputChange, NotAgainstAPreviousInputThatDidNotExist) {
   auto phase = charged();
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
-  MultipleShooting shooting(with_impact(phase, 0.0), ten);  // it comes into being right now
+  MultipleShooting shooting(with_impact(phase, 0.0), ten);  // it is being created now
   shooting.set_previous_input(Vec<double, 1>{std::numeric_limits<double>::quiet_NaN()});
   EXPECT_NEAR(cost_of_ramp(shooting), 9.0, 1e-12);
 }

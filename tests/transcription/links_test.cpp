@@ -1,6 +1,6 @@
-// Integrals, links between the ends of any phases, a free start time, soft limits: are the
-// derivatives of the whole program exact, do all solvers find the known optimum, and is what is
-// wrong said with its name?
+// Integrals, links between the ends of any phases, a free start time, and soft limits. The
+// derivatives of the whole program are exact, all solvers find the known optimum, and messages name
+// the mistakes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,8 +40,8 @@ const auto work = [](const auto& t, const auto& x, const auto& u, const auto& p)
   return u[0] * x[1] + p[0] * t * t * x[0];
 };
 
-// Everything at once: an integral that skips a phase, links of times, durations, states and
-// parameters, soft ones among them, and a start that is free.
+// All features together: an integral that skips a phase; links of times, durations, states and
+// parameters, some of them soft; and a free start.
 OptimalControlProblem everything(CostRule rule) {
   Phase<2, 1, 1> first{"first", Swing{}, between(0.3, 2.0)};
   Phase<2, 1, 1> second{"second", Swing{}, exactly(0.4)};
@@ -105,7 +105,7 @@ TEST(Links, AllSolversFindTheSameOptimum) {
   }
 }
 
-// Of a name that an earlier phase has it goes on from where that one left it.
+// An integral continues from the value of an earlier phase with the same name.
 TEST(Integral, GoesOnOverPhases) {
   Phase<1, 1> first{"first", Velocity{}, exactly(1.0)}, second{"second", Velocity{}, exactly(1.0)};
   first.minimise("effort", effort).bound_integral("distance", first_state, at_most(100.0));
@@ -121,7 +121,7 @@ TEST(Integral, GoesOnOverPhases) {
   EXPECT_NEAR(distance, 3.0, 1e-8);
 }
 
-// The value that is reported is the integral along the plan, and the guess has it.
+// The reported value is the integral along the plan, also in the guess.
 TEST(Integral, IsWhatThePlanAddsUpTo) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(2.0)};
   phase.minimise("effort", effort).bound_integral("distance", first_state, exactly(3.0));
@@ -129,14 +129,14 @@ TEST(Integral, IsWhatThePlanAddsUpTo) {
   ocp.start_at({1}).then(phase).costs(CostRule::integrated);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 200, .integrator = runge_kutta4()});
   const int end = shooting.layout().integral(0, 200);
-  // The guess stands at its start: two seconds at 1.
+  // The guess stays at its start: two seconds at 1.
   EXPECT_NEAR(shooting.initial_guess().w[end], 2.0, 1e-12);
   const Solution s = solve(shooting, *make_solver(SolverChoice::riccati, {.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   ASSERT_EQ(s.integrals.size(), 1u);
   EXPECT_NEAR(s.integrals[0].value, 3.0, 1e-8);
-  // x = 1 + c (2 t - t^2 / 2) with c = 3/8 and u = c (2 - t): cost c^2 8/3, constant pieces leave
-  // h^2 / 12 of the slope's square over two seconds.
+  // x = 1 + c (2 t - t^2 / 2) with c = 3/8 and u = c (2 - t). The cost is c^2 8/3. Piecewise
+  // constant inputs add h^2 / 12 of the squared slope over two seconds.
   EXPECT_NEAR(s.cost, 9.0 / 64.0 * 8.0 / 3.0, 9.0 / 64.0 * 2.0 * 1e-4 / 12.0 * 1.1);
 }
 
@@ -155,7 +155,7 @@ TEST(Integral, RidesAlongWithIntegratorsWithoutSecondDerivatives) {
   }
 }
 
-// What cannot be met is named.
+// The message names an infeasible term.
 TEST(Integral, AndLinkAreNamedWhereTheyCannotBeMet) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(1.0)};
   phase.minimise("effort", effort)
@@ -281,7 +281,8 @@ TEST(Links, HaveWeightsThatChange) {
   }
 }
 
-// In unusual units nothing else is found: an integral of thousands, declared or not.
+// The result does not depend on units: an integral of thousands, with and without a declared
+// magnitude.
 TEST(Integral, OfAnyMagnitudeIsTheSame) {
   for (const double magnitude : {1.0, 5e4})
     for (const SolverChoice choice :
@@ -300,7 +301,7 @@ TEST(Integral, OfAnyMagnitudeIsTheSame) {
     }
 }
 
-// What holding the time of the start would cost: its derivative is that of the closed form.
+// The derivative with respect to a held start time equals that of the closed form.
 TEST(FreeStart, IsHeldLikeAFreeDuration) {
   Phase<1, 1> crossing{"crossing",
                        [](const auto& t, const auto&, const auto& u) { return u[0] + cos(t); },
@@ -316,7 +317,7 @@ TEST(FreeStart, IsHeldLikeAFreeDuration) {
   EXPECT_NEAR(s.cost, left * left, 1e-7);
   OptimumDerivatives derivatives(shooting, s);
   EXPECT_NEAR(derivatives.wrt_start_time().cost, -2.0 * left * (std::cos(1.0) - 1.0), 1e-6);
-  // A guess from a plan has its time.
+  // A guess from a plan takes the time of the plan.
   EXPECT_NEAR(shooting.guess_from(s.trajectory).w[shooting.layout().start_time()], 0.0, 1e-7);
 }
 

@@ -1,5 +1,5 @@
-// Schedules that live: a program edited in place is the program built with that schedule, windows
-// by mode are the windows from event to event, and neither allocates.
+// Schedules that change during use. A program edited in place equals a program built with the new
+// schedule. Windows by mode equal windows from event to event. Neither allocates.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ bool same(const VectorXd& a, const VectorXd& b) {
   return a.size() == b.size() && (a.array() == b.array()).all();
 }
 
-// Bounds, and everything that can be evaluated, at two points at random: equal to the last bit.
+// Compares bounds and all evaluations at two random points. They are equal to the last bit.
 void expect_same_program(NonlinearProgram& a, NonlinearProgram& b, std::mt19937& random) {
   ASSERT_EQ(a.variables(), b.variables());
   ASSERT_EQ(a.rows(), b.rows());
@@ -77,7 +77,7 @@ TEST(LiveSchedule, EditedInPlaceTheProgramIsTheOneBuiltAnew) {
 // --- windows by mode
 // ------------------------------------------------------------------------------
 
-// The same terms, once by modes and once from event to event.
+// The same terms, with windows by mode or from event to event.
 MultipleShooting three_modes(const Schedule& schedule, bool by_mode) {
   const auto window = [&](const char* mode, std::optional<Instant> from,
                           std::optional<Instant> to) {
@@ -152,21 +152,21 @@ TEST(ModeWindow, ActsEveryTimeThatItsModeOccurs) {
     ASSERT_EQ(given.size(), expected.size()) << term;
     for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], expected[i], 1e-9);
   };
-  // Left limits of both stances included: at 0.3 s, and at the end.
+  // Includes the left limits of both stances, at 0.3 s and at the end.
   expect_times("stance", {0.15, 0.2, 0.3, 0.65, 0.7, 0.8, 0.9, 1.0});
   expect_times("early stance", {0.15, 0.2, 0.3, 0.65, 0.7});
   for (const InputBounds& b : input_bounds(shooting)) {
     const double middle = 0.5 * (b.from + b.to);
     EXPECT_EQ(b.bounds.is_equality(), middle < 0.15 || (middle > 0.3 && middle < 0.65)) << middle;
   }
-  // Two more modes: the second swing is cut in two, the last stance ends early.
+  // With two more modes, the second swing is divided in two, and the last stance ends early.
   Schedule schedule = shooting.data().schedule;
   schedule.insert("stance", "stumble", 0.52);
   schedule.retime("c", 0.95);
   schedule.insert("swing", "recover", 0.6);
   shooting.set_schedule(schedule);
   expect_times("stance", {0.15, 0.2, 0.3, 0.52, 0.6, 0.95, 1.0});
-  schedule.retime("c", 1.0);  // a mode that begins with the end of the horizon has a state there
+  schedule.retime("c", 1.0);  // a mode that begins at the end of the horizon has a state there
   shooting.set_schedule(schedule);
   expect_times("stance", {0.15, 0.2, 0.3, 0.52, 0.6, 1.0});
   schedule.erase("b");  // one stance until it stumbles from stance to stance
@@ -185,11 +185,11 @@ TEST(ModeWindow, OfModesThatFollowOneAnotherHasNoGap) {
   EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 0.77 - 0.13, 1e-12);
   shooting.retime("2", 0.77);
   EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 0.77 - 0.13, 1e-12);
-  shooting.retime("1", 0.77 - 0.5 * same_instant);  // nothing is left of either
+  shooting.retime("1", 0.77 - 0.5 * same_instant);  // both are now empty
   EXPECT_EQ(cost_at(shooting, 1.0, 0.0), 0.0);
 }
 
-// --- what is refused, and what it costs
+// --- rejected edits, and allocations
 // -----------------------------------------------------------
 
 TEST(LiveSchedule, WhatIsRefusedChangesNothing) {

@@ -1,4 +1,4 @@
-// Meshes of unequal intervals, and nodes through which an input is held.
+// Meshes of unequal intervals, and nodes across which an input is held.
 #include "saltus/transcription/grid.hpp"
 
 #include <fmt/format.h>
@@ -95,7 +95,7 @@ TEST(Mesh, OfFreeDurationStretches) {
                DefinitionError);
 }
 
-// Held inputs have no more freedom: the same optimum as on the mesh below, by every solver.
+// Held inputs add no freedom, so the optimum is that of the coarser mesh, with every solver.
 TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
   const Mesh coarse{.intervals = 5};
   MultipleShooting below(cart(exactly(1.0)), on({coarse}));
@@ -111,7 +111,7 @@ TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
     for (const TrajectoryPiece& p : s.trajectory.pieces())
       EXPECT_NEAR(p.coefficients[0], expected.trajectory.input(p.start + 0.5 * p.length)[0], 1e-7);
   }
-  // Without being held they are freer.
+  // Without holding, the inputs have more freedom.
   MultipleShooting freer(cart(exactly(1.0)), on({coarse.divided({{}, {3}, {}, {2}, {}})}));
   EXPECT_LT(solve(freer, *make_ipopt()).cost, expected.cost * (1.0 - 1e-4));
 }
@@ -130,7 +130,7 @@ TEST(Mesh, HeldRampsGoOn) {
 }
 
 TEST(Mesh, RampsGoOnOverHeldNodesAlone) {
-  // All intervals have one length.
+  // All intervals have the same length.
   const Mesh mesh = Mesh{.intervals = 3}.divided({{2, true}, {2, true}, {2, true}});
   MultipleShooting shooting(cart(exactly(1.0), {}, InputParametrisation::piecewise_linear),
                             on({mesh}));
@@ -162,7 +162,7 @@ TEST(Mesh, AnEventEndsWhatIsHeld) {
   const Mesh held = Mesh{.intervals = 2}.divided({{2, true}, {2, true}});
   OptimalControlProblem ocp = cart(exactly(1.0), {.from = 0.25});
   MultipleShooting shooting(ocp, on({held}));
-  EXPECT_FALSE(shooting.grid().holds_input(0, 1));  // the event stands on this node
+  EXPECT_FALSE(shooting.grid().holds_input(0, 1));  // the event is at this node
   EXPECT_TRUE(shooting.grid().holds_input(0, 3));
 }
 

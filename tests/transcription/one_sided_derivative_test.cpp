@@ -1,5 +1,5 @@
-// One-sided derivatives of optima where an event stands at a node or at another event: against
-// closed forms, and against solving again on that side.
+// One-sided derivatives of optima with an event at a node or at another event, compared with closed
+// forms and with solving again on that side.
 #include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <gtest/gtest.h>
@@ -23,12 +23,12 @@ OneSidedDerivative along(MultipleShooting& shooting, const std::vector<EventRate
   const Solution s = solve(shooting, *solver);
   EXPECT_TRUE(s.ok()) << s.message;
   const OneSidedDerivative d = one_sided_derivative(shooting, *solver, s, direction);
-  // The problem stands as before.
+  // The problem is unchanged.
   EXPECT_NEAR(solve(shooting, *solver).cost, s.cost, 1e-12);
   return d;
 }
 
-// Slopes of chords of the optimal cost on one side, extrapolated.
+// Slopes of secants of the optimal cost on one side, extrapolated.
 double chords(MultipleShooting& shooting, const std::string& event, double side) {
   const auto solver = make_ipopt(tight);
   const double time = shooting.data().schedule.time_of(event);
@@ -42,8 +42,8 @@ double chords(MultipleShooting& shooting, const std::string& event, double side)
   return limit.value()[0];
 }
 
-// u works only after the event: J = min c^2 T + (c T - 1)^2 = 1 / (1 + T), T = 1 - t_e. A node is
-// no kink of it, but the program is another one on either side.
+// u acts only after the event: J = min c^2 T + (c T - 1)^2 = 1 / (1 + T), T = 1 - t_e. J has no
+// kink at a node, but the program differs on either side.
 TEST(OneSided, AtANodeIsTheClosedForm) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")})
@@ -66,7 +66,8 @@ TEST(OneSided, AtANodeIsTheClosedForm) {
   }
 }
 
-// The cost at the nodes is a sum whose weights follow the event: the slopes to either side differ.
+// The cost at the nodes is a sum whose weights depend on the event, so the slopes on the two sides
+// differ.
 TEST(OneSided, AtANodeDifferWhereTheCostBends) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, between(-0.5, 0.5), Window{.to = event("impact")})
@@ -84,7 +85,8 @@ TEST(OneSided, AtANodeDifferWhereTheCostBends) {
   EXPECT_GT(std::abs(slopes[1] - slopes[0]), 1e-2);
 }
 
-// Two events at one instant: between them a second costs 2. They may part, and move together.
+// Two events at the same time. The interval between them costs 2 per second. They can separate or
+// move together.
 TEST(OneSided, ThroughSimultaneousEventsGoesAlongADirection) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase
@@ -99,8 +101,8 @@ TEST(OneSided, ThroughSimultaneousEventsGoesAlongADirection) {
       .costs(CostRule::integrated)
       .then(phase);
   MultipleShooting shooting(ocp, ten);
-  // The break of the input that stands at an event is worth something by itself, wherever it goes:
-  // what parting costs is seen beside both moving together.
+  // Moving an event also moves the break of the input there, which changes the cost. The cost of
+  // separation is therefore measured relative to moving both events together.
   const double together = along(shooting, {{"first", 1.0}, {"second", 1.0}}).cost;
   const OneSidedDerivative apart = along(shooting, {{"second", 1.0}});
   EXPECT_TRUE(apart.reliable) << apart.message;
@@ -108,7 +110,7 @@ TEST(OneSided, ThroughSimultaneousEventsGoesAlongADirection) {
   const OneSidedDerivative earlier = along(shooting, {{"first", -1.0}});
   EXPECT_TRUE(earlier.reliable) << earlier.message;
   EXPECT_NEAR(earlier.cost, chords(shooting, "first", -1.0), 2e-6);
-  // To part costs 2 per second, whatever the rest does.
+  // Separation costs 2 per second, independent of other changes.
   const OneSidedDerivative parted = along(shooting, {{"first", -0.5}, {"second", 0.5}});
   EXPECT_NEAR(parted.cost, 0.5 * (apart.cost + earlier.cost), 1e-6);
   EXPECT_GT(apart.cost - together, 1.5);

@@ -1,4 +1,4 @@
-// Derivatives of optima against solving again, closed forms and published oracles.
+// Derivatives of optima against repeated solves, closed forms and published results.
 #include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ struct TwoThrusters {  // x = (position, speed), u = two forces; the second work
   }
 };
 
-// Changes of inputs are charged, a bound holds for a while, a soft one is violated.
+// Changes of inputs have a cost, a bound is active for a while, and a soft bound is violated.
 OptimalControlProblem landing(double impact, Bounds first_force, CostRule rule) {
   Phase<2, 2> phase{"motion", TwoThrusters{}, exactly(1.0)};
   phase.bound_input(1, exactly(0.0), Window{.to = event("impact")})
@@ -61,7 +61,7 @@ TEST(OptimumDerivatives, FollowAnEventThatMovesThroughAnInterval) {
         return shooting;
       };
       const double h = impact == 0.4004 ? 3e-4 : 5e-3;
-      // By differences, which are not exact.
+      // The derivative uses differences, which are not exact.
       EXPECT_GT(derivatives.wrt_event("impact").difference_error, 0.0);
       expect_agreement(derivatives.wrt_event("impact"), resolve(moved, h),
                        "impact at " + std::to_string(impact));
@@ -129,14 +129,14 @@ TEST(OptimumDerivatives, AtAKinkAreRefused) {
     OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
     return derivatives.wrt_start_time();
   };
-  const OptimumDerivative d = by_start_time();  // a node stands at the top of the tent
+  const OptimumDerivative d = by_start_time();  // a node is at the top of the tent function
   EXPECT_FALSE(d.reliable);
   EXPECT_NE(d.message.find("kink"), std::string::npos) << d.message;
   shooting.start_time(0.013);
   EXPECT_TRUE(by_start_time().reliable);
 }
 
-// Windows by mode: every event of the schedule cuts, whether a window names it or not.
+// Windows by mode: every event of the schedule is a node, even without a window that names it.
 TEST(OptimumDerivatives, FollowModes) {
   Phase<2, 2> phase{"motion", TwoThrusters{}, exactly(1.0)};
   phase.bound_input(1, exactly(0.0), during("before"))
@@ -202,8 +202,8 @@ struct Durations {
   Bounds first = exactly(1.3), second = exactly(0.9);
 };
 
-// Nonlinear, with a jump, a parameter in dynamics, cost, jump and a constraint that holds; the
-// bound on the input holds in the first phase.
+// Nonlinear, with a jump, an active constraint, and a parameter in dynamics, cost, jump and
+// constraint. The bound on the input is active in the first phase.
 OptimalControlProblem swing(const Durations& T, const Vec<double, 2>& p, double load_unknown) {
   const auto rate_limit = [](auto, auto x, auto, auto q) { return x[1] - 1.1 * q[0]; };
   const auto angle = [](auto, auto x) { return x[0]; };
@@ -233,14 +233,15 @@ OptimalControlProblem swing(const Durations& T, const Vec<double, 2>& p, double 
   return ocp;
 }
 
-// Derivatives are those of the program: the grid may be coarse.
+// The derivatives are those of the program, so the grid may be coarse.
 const ShootingOptions eight{
     .intervals_per_phase = 8, .integrator = runge_kutta4(), .accuracy = {.verify = false}};
 const Vec<double, 2> load{0.5, 0.3};
-// Of what is solved again: within it the same constraints hold; with 5e-3 others do at times.
+// Step of the repeated solves. The same constraints stay active within it; with 5e-3 the active set
+// sometimes changes.
 constexpr double small = 4e-4;
 
-// A problem made anew for every value.
+// A problem that is built again for every value.
 class Anew {
  public:
   template <class Make>
@@ -261,7 +262,7 @@ TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   EXPECT_EQ(derivatives.hessian(), "exact");
-  // The example is meant to have a bound and a row that hold.
+  // The example must have an active bound and an active row.
   const NlpPoint& point = derivatives.point();
   EXPECT_GT(point.z.cwiseAbs().maxCoeff(), 1e-3);
   double rate = 0.0;
@@ -291,7 +292,7 @@ TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
                      "parameter " + std::to_string(i));
 }
 
-// A length in other units: what is small in them has no kink.
+// A length in other units. Small numbers do not cause kinks.
 TEST(OptimumDerivatives, FollowDataOfAnySize) {
   double expected = 0.0;
   for (const double unit : {1.0, 1e-3, 1e-6}) {
@@ -327,7 +328,8 @@ TEST(OptimumDerivatives, FollowWhatTheProgramDecides) {
   OptimumDerivatives derivatives(shooting, s);
   const double T1 = s.durations[0], T2 = s.durations[1];
   ASSERT_GT(T1, 0.31);
-  // A duration in the interior is optimal: its derivative vanishes, the plan's does not.
+  // An optimal duration in the interior: its derivative vanishes, and the derivative of the plan
+  // does not.
   const OptimumDerivative first = derivatives.wrt_duration(0);
   EXPECT_NEAR(first.cost, 0.0, 1e-9);
   for (int j = 0; j < 2; ++j) {
@@ -374,7 +376,7 @@ TEST(OptimumDerivatives, OfASwitchingTimeAreTheHamiltonians) {
   EXPECT_NEAR(slope, 15.9805362377523, 1e-9);
 }
 
-// --- what is not reliable says so ---------------------------------------------------------------
+// --- unreliable derivatives ---------------------------------------------------------------------
 
 OptimalControlProblem drive(Bounds last, double effort, const std::vector<Bounds>& ends) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
@@ -397,7 +399,7 @@ std::string why_not(const OptimalControlProblem& ocp) {
   return d.message;
 }
 
-// Of constraints written twice the presolve leaves one, so nothing depends on anything.
+// Presolve keeps one of two equal constraints, so no dependent rows remain.
 TEST(OptimumDerivatives, ConstraintsWrittenTwiceAreOne) {
   MultipleShooting shooting(drive(unbounded(), 1.0, {exactly(0.3), at_most(0.3)}), ten);
   const Solution s = solve(shooting, *make_ipopt(tight));
@@ -406,14 +408,14 @@ TEST(OptimumDerivatives, ConstraintsWrittenTwiceAreOne) {
 }
 
 TEST(OptimumDerivatives, NameWhatNothingDecides) {
-  // Summed at the nodes, the last input moves the end only, which costs nothing.
+  // With costs summed at the nodes, the last input changes only the end, which has no cost.
   OptimalControlProblem ocp = drive(between(-9.0, 9.0), 0.0, {});
   const std::string message = why_not(ocp.costs(CostRule::nodes));
   EXPECT_NE(message.find("interval 9, input"), std::string::npos) << message;
 }
 
 TEST(OptimumDerivatives, NameASideWithoutMultiplier) {
-  // The end that the optimum reaches by itself, as a limit.
+  // The end that the optimum reaches without a constraint, used as a limit.
   MultipleShooting free(drive(unbounded(), 1.0, {}), ten);
   const Solution s = solve(free, *make_ipopt(tight));
   const double end = s.trajectory.state_before(1.0)[0];
@@ -429,7 +431,7 @@ struct Cart {  // x = (position, speed)
   }
 };
 
-// The first duration is at its bound, and the limit of the total time leaves nothing to the second.
+// The first duration is at its bound, and the limit of the total time determines the second.
 TEST(OptimumDerivatives, RefuseADurationThatRowsDecide) {
   Phase<2, 1> a{"a", Cart{}, between(0.3, 0.5)}, b{"b", Cart{}, between(0.3, 3.0)};
   for (auto* phase : {&a, &b})

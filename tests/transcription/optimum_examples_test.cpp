@@ -1,5 +1,5 @@
 // Derivatives of the optima of known problems: the impact time of the push recovery, costates of a
-// switched system with free switching times, an integrator without second derivatives.
+// switched system with free switching times, and an integrator without second derivatives.
 #include <gtest/gtest.h>
 
 #include "benchmarks/push_recovery_cases.hpp"
@@ -28,7 +28,7 @@ TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
     OptimumDerivatives derivatives(shooting, s);
     const OptimumDerivative ours = derivatives.wrt_event("impact");
     EXPECT_TRUE(ours.reliable) << impact << ": " << ours.message;
-    const double h = 2e-4;  // s; the same rows hold within it
+    const double h = 2e-4;  // s; the same rows are active within it
     const Resolved resolved = resolve(
         [&](double d) -> MultipleShooting& {
           shooting.retime("impact", impact + d);
@@ -81,12 +81,12 @@ TEST(OptimumOf, FreeSwitchingTimesHasTheCostatesAtItsStart) {
   const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
-  // From an indirect method; ours has inputs in pieces.
+  // The reference is from an indirect method. Our inputs are piecewise.
   EXPECT_NEAR(s.cost, 5.440973502, 1e-6);
   EXPECT_NEAR(derivatives.wrt_start(0).cost, 0.21802723, 1e-6);
   EXPECT_NEAR(derivatives.wrt_start(1).cost, 1.9607058, 1e-6);
   EXPECT_TRUE(derivatives.wrt_start(0).reliable) << derivatives.message();
-  // The total time is fixed: holding one duration, the others share the rest.
+  // The total time is fixed. If one duration is held, the others share the rest.
   const OptimumDerivative first = derivatives.wrt_duration(0);
   EXPECT_TRUE(first.reliable) << first.message;
   EXPECT_NEAR(first.cost, 0.0, 1e-9);
@@ -125,7 +125,7 @@ TEST(OptimumOf, AdaptiveIntegratorsIsCurvedByDifferencesOfGradients) {
   EXPECT_EQ(exact, "exact");
   EXPECT_EQ(differences, "differences of gradients");
   EXPECT_TRUE(adaptive.reliable) << adaptive.message;
-  // The integrator's tolerance, divided by the steps of the differences.
+  // Tolerance of the integrator divided by the steps of the differences.
   EXPECT_NEAR(adaptive.cost, fixed.cost, 1e-6);
   EXPECT_NEAR(adaptive.first_input[0], fixed.first_input[0], 1e-4);
 }

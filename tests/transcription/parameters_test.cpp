@@ -1,4 +1,4 @@
-// Parameters as data or unknowns, references that vary in time, and the start's multipliers.
+// Parameters as data or unknowns, references that vary with time, and multipliers of the start.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,8 +21,8 @@ struct Drift {  // x' = u + p
   }
 };
 
-// Two phases of one second share the drift p; the effort is free of p, so the drift does the work:
-// from 0 to 6 in two seconds with p at most `limit`.
+// Two phases of one second share the drift p. The drift has no cost, so it replaces the input as
+// far as possible: from 0 to 6 in two seconds with p at most `limit`.
 OptimalControlProblem shared_drift(Bounds first_bounds, Bounds second_bounds, double magnitude) {
   Phase<1, 1, 1> first{"first", Drift{}, exactly(1.0)}, second{"second", Drift{}, exactly(1.0)};
   first.unknown("drift", Vec<double, 1>{0.5}, first_bounds, magnitude);
@@ -47,7 +47,7 @@ TEST(Unknown, SharedByTwoPhasesIsOne) {
 }
 
 TEST(Unknown, ObeysTheBoundsOfAllPhasesThatShareIt) {
-  // u = (6 - 2 p) / 2 in both seconds; p <= 2 from the first phase, >= 1 from the second.
+  // u = (6 - 2 p) / 2 in both seconds. The first phase requires p <= 2, the second p >= 1.
   MultipleShooting shooting(shared_drift(at_most(2.0), at_least(1.0), 4.0), ten);
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
@@ -114,7 +114,7 @@ struct Tide {
   using Entries = ParameterEntries<&Tide::height, &Tide::rest>;
 };
 
-// x' = u + gust + table(0, 1), from 0 to 2 in a second; u minimal.
+// x' = u + gust + table(0, 1), from 0 to 2 in one second with minimum u.
 MultipleShooting in_the_wind() {
   Phase<1, 1, size_of<Wind>> phase{"motion",
                                    [](const auto&, const auto&, const auto& u, const auto& p) {
@@ -144,7 +144,7 @@ TEST(NamedData, IsGivenWholeAndByEntry) {
   EXPECT_NEAR(least_input(shooting), 1.25, 1e-8);
   shooting.set_data("wind.gust", 1.0);
   EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
-  shooting.set_data("wind.breeze", Vec<double, 2>{5.0, 6.0});  // nobody reads it
+  shooting.set_data("wind.breeze", Vec<double, 2>{5.0, 6.0});  // no formula uses it
   EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
   const Solution s = solve(shooting, *make_ipopt());
   const auto wind = view_as<Wind>(s.trajectory.phases()[0].parameters);
@@ -191,7 +191,7 @@ TEST(NamedData, WrongNamesAndSizesSayWhatThereIs) {
 }
 
 TEST(NamedUnknown, IsFoundAndReadByName) {
-  // u is free of charge up to its bounds; the gust does what is left.
+  // u has no cost within its bounds, and the gust supplies the remainder.
   Phase<1, 1, size_of<Wind>> phase{"motion",
                                    [](const auto&, const auto&, const auto& u, const auto& p) {
                                      return (u[0] + view_as<Wind>(p).gust);
@@ -221,8 +221,8 @@ TEST(NamedUnknown, IsFoundAndReadByName) {
 // -------------------------------------------------------------------------------------
 
 TEST(Reference, ThatVariesIsFollowed) {
-  // min 1/2 (u - r)^2 with r a tent: nothing else to do, so u is the mean of r over the interval,
-  // and r at its start where the cost is summed at the nodes.
+  // min 1/2 (u - r)^2 with r a tent function and no other cost. u is the mean of r over the
+  // interval, or r at its start if the cost is summed at the nodes.
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   const Reference tent({0.0, 0.5, 1.0}, Mat<double, 1, 3>{0.0, 2.0, 0.0});
   phase.track("tent", input, Vec<double, 1>{1.0}, {}, tent);

@@ -1,5 +1,5 @@
-// A plan on the grid of the next solve: on its own grid it is itself, later it is the rest of
-// itself, with several phases and free durations too.
+// A plan on the grid of the next solve. On its own grid it is unchanged, and later it is the
+// remaining part, also with several phases and free durations.
 #include "saltus/transcription/plan_shift.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ MultipleShooting gears() {
   return {car, {.intervals_per_phase = 20, .integrator = runge_kutta4()}};
 }
 
-// A plan, and the same moved on by `elapsed` along itself.
+// A plan, and the same plan shifted by `elapsed`.
 struct Moved {
   Solution plan;
   NlpPoint guess;
@@ -51,11 +51,11 @@ void expect_near(const VectorXd& a, const VectorXd& b, double tolerance) {
 TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
   MultipleShooting car = gears();
   const Moved m = move_on(car, 0.0);
-  // Rounding of the durations, which are recovered from instants.
+  // Rounding of the durations, which are computed from instants.
   constexpr double rounding = 1e-11;
   expect_near(m.guess.w, m.plan.point.w, rounding);
   expect_near(m.guess.lambda, m.plan.point.lambda, rounding);
-  // Multipliers that a solver leaves at sides that do not exist are not taken over.
+  // Multipliers of sides that do not exist are not copied.
   expect_near(m.guess.z, m.plan.point.z, 1e-8);
 
   MultipleShooting walk = walking_problem(walking_schedule());
@@ -63,7 +63,7 @@ TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
   EXPECT_LT(kkt_residual(walk.nlp(), n.guess).scaled(), 1e-8);
 }
 
-// Slacks and what holds them too.
+// Slacks and their multipliers are shifted too.
 TEST(PlanShift, SlacksMoveWithTheirInstants) {
   for (const Penalty& penalty :
        {soft("slow", 0.4), soft("slow", 2.0, Penalty::L2), huber("slow", 0.4, 0.1)}) {
@@ -91,7 +91,7 @@ TEST(PlanShift, SlacksMoveWithTheirInstants) {
           EXPECT_NEAR(m.guess.z[a], m.plan.point.z[b], 1e-9) << node;
           change = std::max(change, std::abs(m.guess.z[a] - m.plan.point.z[a]));
         }
-    EXPECT_GT(change, 1e-3);  // it tells the two from each other
+    EXPECT_GT(change, 1e-3);  // the shift distinguishes the two
   }
 }
 
@@ -100,10 +100,10 @@ TEST(PlanShift, TheHorizonIsTheSameUntilAnEventEntersIt) {
   PlanShift shift(walk.program());
   const VectorXd w = walk.initial_guess().w;
   const double start = walk.data().start_time;
-  EXPECT_FALSE(shift.is_same_horizon(walk.program(), w));  // nothing was remembered
+  EXPECT_FALSE(shift.is_same_horizon(walk.program(), w));  // no plan was stored
   shift.remember(walk.program(), w);
   EXPECT_TRUE(shift.is_same_horizon(walk.program(), w));
-  walk.start_time(start + 0.03);  // the events are that much nearer
+  walk.start_time(start + 0.03);  // the events are nearer by that time
   EXPECT_FALSE(shift.is_same_horizon(walk.program(), w));
 
   Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
@@ -135,8 +135,8 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
   EXPECT_NEAR(warm.cost, anew.cost, 1e-7 * anew.cost);
   RecordProperty("warm_iterations", warm.iterations);
   EXPECT_LT(warm.iterations, anew.iterations);
-  // What is left of a plan: its costates are those of the new one up to the change of the grid,
-  // which cuts the first phase into other intervals.
+  // The costates of the rest of a plan equal those of the new plan, except for the change of the
+  // grid, which divides the first phase into other intervals.
   const double scale = warm.point.lambda.cwiseAbs().maxCoeff();
   for (const shooting::IntervalInstance& instance : car.program().interval_instances())
     for (int i = 0; i < 2; ++i)
@@ -145,8 +145,8 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
           << instance.phase << " " << instance.interval;
 }
 
-// What is left of a free duration is cut into intervals of another length, and multipliers of what
-// holds over an interval are those of its length.
+// The rest of a free duration has intervals of another length. Multipliers of constraints over an
+// interval scale with its length.
 TEST(PlanShift, MultipliersOfInputsFollowTheLengthOfTheirIntervals) {
   Phase<2, 1> phase{"drive", Cart{}, between(0.2, 5.0)};
   phase.bound_input(0, between(-1.0, 3.0))
@@ -184,7 +184,7 @@ TEST(PlanShift, MultipliersOfInputsFollowTheLengthOfTheirIntervals) {
       EXPECT_NEAR(multiplier / length, m.plan.point.lambda[from.first_row] / old_length, 1e-9) << k;
       at_rows = std::max(at_rows, std::abs(multiplier));
     }
-  // Both hold something.
+  // Some of the multipliers that are compared are not small.
   EXPECT_GT(at_bounds, 1e-3);
   EXPECT_GT(at_rows, 1e-3);
 }
@@ -207,7 +207,7 @@ TEST(PlanShift, MultipliersMoveWithTheirInstants) {
       change =
           std::max(change, std::abs(costate - m.plan.point.lambda[intervals[k].first_row + i]));
     }
-  EXPECT_GT(change, 0.1);  // it tells the two from each other
+  EXPECT_GT(change, 0.1);  // the shift distinguishes the two
   int pressed = 0;
   for (const auto& to : cart.program().row_instances())
     for (const auto& from : cart.program().row_instances()) {
@@ -216,7 +216,7 @@ TEST(PlanShift, MultipliersMoveWithTheirInstants) {
       EXPECT_NEAR(m.guess.lambda[to.first_row], m.plan.point.lambda[from.first_row], 1e-9) << node;
       pressed += std::abs(m.guess.lambda[to.first_row]) > 0.01;
     }
-  EXPECT_GE(pressed, 2);  // nodes at the largest speed
+  EXPECT_GE(pressed, 2);  // nodes at the maximum speed
 }
 
 TEST(PlanShift, AcrossAJumpThePlanDoesNotGoOn) {

@@ -1,4 +1,4 @@
-// Soft terms against closed forms: what is violated, by how much, and what it costs.
+// Soft terms against closed forms: the violated terms, the violation and its cost.
 #include <gtest/gtest.h>
 
 #include "saltus/solver/ipopt.hpp"
@@ -64,7 +64,7 @@ TEST(SoftEnd, BothSidesAreSoft) {
   EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
 }
 
-// A running penalty is per unit of time: where none is left of its window there is none.
+// A running penalty is a cost per unit of time, so an empty rest of its window costs nothing.
 TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0})
@@ -76,8 +76,8 @@ TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
   EXPECT_NEAR(cost(), 0.0, 1e-9);
 }
 
-// Where the duration is free a slack is charged together with the length of its interval: by a
-// block of one output, if any interval pays.
+// With a free duration, the cost of a slack depends on the length of its interval. A block with one
+// output computes it if any interval has such a cost.
 TEST(SoftRunning, InAFreeDurationSlacksOutsideOfTheWindowAreNotCharged) {
   Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
   phase.guess_duration(1.0).keep("low", state, at_most(0.0), Window{.to = 0.3}, soft("low", 3.0));
@@ -110,7 +110,8 @@ Solution solve_with(MultipleShooting& shooting, Method method) {
   return solve(shooting, *make_native_solver({.tolerance = 1e-10, .qp = riccati_qp()}));
 }
 
-// min 1/2 (1 - v)^2 + penalty(v): within the threshold as L2, beyond it the slope is constant.
+// min 1/2 (1 - v)^2 + penalty(v). Within the threshold it equals L2, and beyond it the slope is
+// constant.
 TEST(SoftHuber, IsQuadraticThenLinear) {
   for (const Method method : {Method::ipopt, Method::riccati})
     for (const double threshold : {0.1, 0.3, 0.6, 2.0})
@@ -135,7 +136,8 @@ TEST(SoftHuber, IsQuadraticThenLinear) {
       }
 }
 
-// Both sides at once, and its weight between solves: x is drawn to 3 and pays on the way.
+// Both sides at once, and a change of weight between solves. x tracks 3 and violates the soft
+// limit.
 TEST(SoftHuber, ServesBothSidesAndChangesItsWeight) {
   for (const double target : {3.0, -1.0}) {
     Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
@@ -162,7 +164,7 @@ TEST(SoftHuber, MustHaveAThreshold) {
   EXPECT_THROW(MultipleShooting(ocp, ten), DefinitionError);
 }
 
-// Every kind is the least cost of its slacks, which is what the program minimises.
+// A penalty of any kind equals the minimum cost of its slacks, which the program minimises.
 TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
   for (const Penalty& penalty :
        {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
@@ -182,7 +184,7 @@ TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
   }
 }
 
-// No input can help: x stays at 1. The penalty is per unit of time.
+// The input has no effect, so x stays at 1. The penalty is per unit of time.
 struct Frozen {
   template <class S>
   Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>&) const {
@@ -204,7 +206,7 @@ TEST(SoftRunning, IsPaidPerUnitOfTime) {
   for (const int n : {10, 20, 40}) {
     const Solution l1 = solve_frozen(Penalty::L1, n, -1.0), l2 = solve_frozen(Penalty::L2, n, -1.0);
     ASSERT_TRUE(l1.ok() && l2.ok()) << l1.message << l2.message;
-    // The given start has no row; the end counts with the interval that leads to it.
+    // The given start has no row. The end counts with the last interval.
     EXPECT_NEAR(l1.cost, 3.0 * 0.2, 1e-6);
     EXPECT_NEAR(l2.cost, 1.5 * 0.04, 1e-6);
     EXPECT_NEAR(l1.soft_violations[0].largest, 0.2, 1e-6);
@@ -218,7 +220,7 @@ TEST(SoftRunning, WindowOnTheEventChangesTheCostContinuously) {
     const double impact = 0.48 + 0.001 * i;
     const Solution s = solve_frozen(Penalty::L1, 10, impact);
     ASSERT_TRUE(s.ok()) << s.message;
-    // One more node than intervals: the last one counts once more, with its own interval.
+    // There is one more node than intervals. The last node counts again with the last interval.
     EXPECT_NEAR(s.cost, 0.6 * (1.0 - impact + h), 1e-6) << impact;
     if (i > 0) {
       EXPECT_NEAR(s.cost, before, 0.6 * 0.001 + 1e-6);
@@ -253,10 +255,10 @@ TEST(SoftCosts, AreTheirPartOfTheTotal) {
   EXPECT_NEAR(s.costs[0].value, 0.08, 1e-6);
 }
 
-// --- where the duration is free -----------------------------------------------------------------
+// --- free durations -----------------------------------------------------------------------------
 
-// x rests at 1 outside the lane x <= 0 and pays so much per second, L1: 0.5 T, L2: 0.25 T, Huber:
-// 0.16 T; the other cost is 1 / T. So T = sqrt(1 / rate), far from the guess.
+// x rests at 1 outside the lane x <= 0 and costs per second 0.5 (L1), 0.25 (L2) or 0.16 (Huber).
+// The other cost is 1 / T, so T = sqrt(1 / rate), far from the guess.
 TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
   for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2, Penalty::Huber}) {
     const Penalty penalty{kind, 0.5, "lane", 0.4};
@@ -272,14 +274,14 @@ TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
       else
         phase.keep("lane", state, at_most(0.0), {}, penalty);
       OptimalControlProblem ocp("waiting");
-      // Within bounds, so that the start has its row.
+      // The start has bounds, so that it has a row.
       ocp.start_within({between(1.0, 2.0)}, Vec<double, 1>{1.0}).then(phase);
       MultipleShooting shooting(ocp, ten);
       const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
       ASSERT_TRUE(s.ok()) << s.message;
       const double rate = cost(penalty, 1.0);
-      // Rows of a state stand at both ends of the phase: the last one pays once more for the last
-      // of the ten intervals.
+      // Rows on a state exist at both ends of the phase. The last one counts again with the last of
+      // the ten intervals.
       const double paid = of_input ? rate : 1.1 * rate;
       EXPECT_NEAR(s.durations[0], std::sqrt(1.0 / paid), 1e-6);
       EXPECT_NEAR(s.cost, 2.0 * std::sqrt(paid), 1e-8);

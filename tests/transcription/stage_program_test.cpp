@@ -1,5 +1,5 @@
-// Stages that a shooting program fills directly are those that its sparse model has: entry by
-// entry, wherever rows, inputs and windows come and go; and so are the points of both.
+// Stages that a shooting program fills directly equal the stages of its sparse model, entry by
+// entry, for any change of rows, inputs and windows. The points of both are equal too.
 #include "saltus/transcription/stage_program.hpp"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ MultipleShooting with_event(bool nonlinear) {
   return MultipleShooting(std::move(ocp), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
 }
 
-// Free duration, a jump, an unknown: globals, and a stage in front.
+// Free duration, a jump and an unknown. They give globals and a stage in front.
 MultipleShooting with_globals() {
   Phase<2, 2, 1> first = phase_of(Swing{}, between(0.7, 2.0));
   first.guess_duration(1.0);
@@ -79,7 +79,7 @@ MultipleShooting with_globals() {
   return MultipleShooting(std::move(ocp), {.intervals_per_phase = 5, .integrator = runge_kutta4()});
 }
 
-// Ramps that join, and an end that is the start: variables carried along.
+// Continuous ramps, and an end that equals the start: stages carry variables.
 MultipleShooting closed_with_ramps() {
   Phase<2, 2, 1> phase{"round", Mass{}, exactly(1.0)};
   phase.data("push", Vec<double, 1>{0.3})
@@ -95,7 +95,7 @@ MultipleShooting closed_with_ramps() {
                           {.intervals_per_phase = 5, .integrator = zero_order_hold()});
 }
 
-constexpr double rounding = 1e-12;  // sums in another order
+constexpr double rounding = 1e-12;  // sums in a different order
 
 template <class A, class B>
 void expect_near(const A& a, const B& b, const char* what) {
@@ -155,7 +155,8 @@ void expect_same(const StageQp& a, const StageQp& b) {
   }
 }
 
-// Fills both ways and solves both; w and multipliers are where the model is made.
+// Fills the stages in both ways and solves both. The model is linearised at random w and
+// multipliers.
 class Pair {
  public:
   explicit Pair(MultipleShooting& shooting)
@@ -195,13 +196,13 @@ class Pair {
     expect_near_points(point, other);
   }
 
-  // The start alone moves: no other number is written again.
+  // Only the start changes, and no other number is written again.
   void compare_after_start(const VectorXd& start) {
     shooting_.start_at(shooting_.data().start_time, start);
     compare_bounds();
   }
 
-  // The model is the one made last, bounds are those of now.
+  // Compares the stages after a change of bounds, without a new linearisation.
   void compare_bounds() {
     direct_.fill();
     model_.update_bounds(program_);
@@ -260,7 +261,7 @@ TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
   }
 }
 
-// A start that was free within bounds is measured, and nothing else changes.
+// A measured start replaces a start that was free within bounds, and nothing else changes.
 TEST(StageProgram, AStartThatIsMeasuredIsGiven) {
   Phase<2, 2, 1> phase{"rest", Mass{}, exactly(1.0)};
   phase.data("push", Vec<double, 1>{0.3})

@@ -1,4 +1,4 @@
-// Stages of multiple-shooting programs: equivalent wherever events fall, for phases, jumps, free
+// Stages of multiple-shooting programs are equivalent for all event times, with phases, jumps, free
 // durations, unknowns, ramps and change costs.
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using namespace testing_support;
 
 double uniform(std::mt19937& random) { return testing_support::uniform(random, -1.0, 1.0); }
 
-// The linearisation of a program, in its variables.
+// Linearisation of a program with respect to its variables.
 SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
   SparseQp qp(nlp.hessian_pattern(), nlp.jacobian_pattern());
   const VectorXd lambda = VectorXd::Zero(nlp.rows());
@@ -40,10 +40,10 @@ SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
   return qp;
 }
 
-// A feasible and convex program with the same zeros, bounds and rows in force, but numbers at
-// random: what is linearised need be neither.
+// A feasible and convex program with the same zeros, bounds and active rows, but random numbers. A
+// linearised program need be neither.
 void randomise(SparseQp& qp, VectorXd w, std::mt19937& random) {
-  // What is eliminated is alone in the Hessian.
+  // Eliminated variables have no coupling in the Hessian.
   std::vector<char> is_joined(qp.variables(), 0);
   qp.hessian_pattern.for_each([&](int a, int b, int) {
     if (a != b) is_joined[a] = is_joined[b] = 1;
@@ -96,7 +96,8 @@ void expect_stages(const OptimalControlProblem& ocp, int intervals = 6) {
   expect_stages(shooting, map, random);
 }
 
-// Events before the start, on it, inside the first interval, on nodes, inside, at the end, beyond.
+// Events before the start, at it, inside the first interval, at nodes, inside, at the end, and
+// beyond.
 constexpr double impacts[] = {-0.05, 0.0, 0.04, 0.1, 0.4, 0.45, 0.83, 0.97, 1.0, 1.3, infinity};
 
 // --- one phase with an event --------------------------------------------------------------------
@@ -152,7 +153,7 @@ struct Drift {  // x' = u + p
   }
 };
 
-// An unknown that the first phase does not know and the others share.
+// An unknown that the first phase does not use and the others share.
 OptimalControlProblem late_unknown(Bounds bounds) {
   Phase<1, 1> first{"first", Velocity{}, exactly(1.0)};
   first.track("effort", input, Vec<double, 1>{1.0});
@@ -187,7 +188,7 @@ TEST(Stages, OfFreeDurationsAndSizesThatChange) {
   expect_stages(ocp.total_time(at_most(25.0)));
 }
 
-// What a slack costs depends on the duration: it is not eliminated.
+// The cost of a slack depends on the duration, so the slack is not eliminated.
 TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
   for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
     for (const InputParametrisation parametrisation :
@@ -204,7 +205,7 @@ TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
     }
 }
 
-// The start is carried to the end, through phases and through a jump that changes it.
+// Stages carry the start to the end, through phases and through a jump that changes it.
 TEST(Stages, OfAClosedProblem) {
   OptimalControlProblem ocp = late_unknown(between(-3.0, 3.0));
   ocp.start_within({between(-2.0, 2.0)}, Vec<double, 1>{0.5});
@@ -263,7 +264,7 @@ TEST_F(PushRecovery, DeclaresTheCommonResultantUnlessChangesAreCharged) {
     for (int k = 0; k < 16; ++k) {
       const Stage& s = map.stages().stages[k];
       EXPECT_EQ(s.nu, k < 9 ? 6 : 12) << k;
-      // The last interval's input is not charged against a later one.
+      // The input of the last interval has no change cost with a later one.
       EXPECT_EQ(s.resultant_size, charged && k < 15 ? 0 : 6) << k;
       EXPECT_EQ(s.nx, !charged || k == 0 ? 9 : k <= 9 ? 15 : 21) << k;
       for (const RowGroup& g : s.groups) {  // the cones are dense in their wrench

@@ -13,7 +13,7 @@
 namespace saltus {
 namespace {
 
-// Van der Pol's oscillator with mu = 1e3: a time constant of a millisecond, a plan of 200 s.
+// Van der Pol's oscillator with mu = 1e3: a time constant of one millisecond in a plan of 200 s.
 struct Oscillator {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
@@ -35,8 +35,8 @@ OptimalControlProblem oscillator() {
   return ocp;
 }
 
-// A batch reactor: A and B are in equilibrium within microseconds, B becomes the product C, two B
-// become waste. Heat speeds both up, and shifts the equilibrium.
+// A batch reactor. A and B reach equilibrium within microseconds, B becomes the product C, and two
+// B become waste. Heat accelerates both reactions and shifts the equilibrium.
 struct Reactor {
   template <class S>
   Vec<S, 3> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 1>& u) const {

@@ -1,7 +1,6 @@
-// Threads that plan at the same time share the formulas of one problem and nothing else; threads
-// that evaluate one program leave no trace in its numbers; what docs/promise.md lets several
-// threads read at once is the same for all of them. With a controller:
-// tests/mpc/control_threads_test.cpp.
+// Threads that plan at the same time share only the formulas of one problem. Threads that evaluate
+// one program do not change its numbers. Objects that docs/promise.md allows several threads to
+// read give the same values in all of them. tests/mpc/control_threads_test.cpp covers controllers.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -33,8 +32,9 @@ struct Pendulum {
   }
 };
 
-// A pendulum swung up through an event, with everything that owns scratch memory when transcribed:
-// residuals, costs in an interval of unknown length, input changes, soft rows, parameters.
+// A pendulum swings up through an event. It contains every part that owns scratch memory after
+// transcription: residuals, costs in an interval of unknown length, input changes, soft rows and
+// parameters.
 OptimalControlProblem swing_up() {
   const auto error = [](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[0] - 3.0, x[1]};
@@ -87,7 +87,7 @@ TEST(Threads, PlansMadeAtTheSameTimeAreThoseMadeOneAfterTheOther) {
   }
 }
 
-// Everything that a solver can ask of a program.
+// All evaluations that a solver can request from a program.
 struct Evaluation {
   double cost = 0.0;
   VectorXd gradient, rows, jacobian, hessian;
@@ -114,8 +114,8 @@ void expect_same(const Evaluation& a, const Evaluation& b) {
   EXPECT_EQ(a.hessian, b.hessian);
 }
 
-// What several threads add to the same entry is added by one of them at the end: it is looked at
-// too.
+// One thread adds the contributions of several threads to the same entry at the end. The check
+// covers that sum too.
 TEST(Threads, CurvatureThatIsNoNumberIsNoticedByAnyNumberOfThem) {
   const auto is_finite = [](double instant, int threads) {
     Phase<1, 1> drive{"drive",
@@ -186,7 +186,8 @@ TEST(Threads, ASolveIsTheSameToTheBitWithAnyNumberOfThreads) {
   EXPECT_EQ(one.point.z, two.point.z);
 }
 
-// A formula that throws does so where the program is asked, whichever thread evaluates it.
+// A formula that throws. The exception appears in the call of the program, for every thread that
+// evaluates the formula.
 struct Refusing {
   template <class S>
   Vec<S, 1> operator()(const S&, const Vec<S, 1>& x, const Vec<S, 1>& u) const {
@@ -210,10 +211,10 @@ TEST(Threads, WhatAFormulaThrowsReachesTheCaller) {
   EXPECT_TRUE(shooting.nlp().constraints(w.data(), rows.data()));
 }
 
-// --- what docs/promise.md allows several threads at once
+// --- concurrent calls that docs/promise.md allows
 // ------------------------------------------
 
-// Calls work(i) by four threads at once, many times each.
+// Calls work(i) in four threads at once, many times each.
 template <class Work>
 void by_four_threads(const Work& work) {
   std::vector<std::jthread> threads;
@@ -223,7 +224,7 @@ void by_four_threads(const Work& work) {
     });
 }
 
-// x' = z, 0 = z + z^3 / 10 - u + x: z is found by an iteration.
+// x' = z, 0 = z + z^3 / 10 - u + x. An iteration computes z.
 OptimalControlProblem with_algebraic_state() {
   Phase<1, 1, 0, 1> phase{
       "algebraic",
@@ -243,7 +244,7 @@ OptimalControlProblem with_algebraic_state() {
   return problem;
 }
 
-// A ball that bounces inside its intervals, pushed so as to end high.
+// A ball that bounces inside its intervals, with a force that makes it end high.
 OptimalControlProblem with_events() {
   Automaton<2, 1> automaton;
   automaton
@@ -267,7 +268,7 @@ OptimalControlProblem with_events() {
   return problem;
 }
 
-// Each composed function owns working memory; its values are the same by any number of threads.
+// Each composed function owns working memory. Its values do not depend on the number of threads.
 TEST(Promise, FunctionsAreEvaluatedBySeveralThreads) {
   const OptimalControlProblem problem = with_algebraic_state();
   const PhaseDefinition& phase = problem.phases().front();
@@ -383,7 +384,7 @@ TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
   EXPECT_EQ(others, 0);
 }
 
-// One thread at a time, another one each time.
+// One thread at a time, and a different one each time.
 TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorGoFromThreadToThread) {
   MultipleShooting alone = shooting();
   const Solution expected = solve(alone, *make_native_solver());
@@ -409,7 +410,7 @@ TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorGoFromThreadToThread) {
     EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::success);
     integrator.reset();
   }).join();
-  // The plan outlives the program that it is of.
+  // The plan outlives its program.
   EXPECT_EQ(VectorXd(end.head(piece.state.size())),
             found.trajectory.state(piece.start + 0.5 * piece.length));
 }

@@ -99,12 +99,12 @@ TEST_F(Course, CsvHasEveryNodeAndTheEventTwice) {
   EXPECT_EQ(lines[10].substr(0, 10), "3,carried,");
   for (const std::string& line : lines)
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 5) << line;
-  // Read back they are the numbers that were written.
+  // Numbers that are read back equal those that were written.
   EXPECT_EQ(std::stod(lines[1].substr(9)), 0.5);
 }
 
-// On a clock that counts from the epoch an instant is known to 0.2 us: far less than these
-// intervals of 2 ms last.
+// On a clock that counts from the epoch, times have a resolution of 0.2 us. That is much less than
+// these intervals of 2 ms.
 TEST(TrajectoryOnAClock, IsTheSameWhateverTheClockCountsFrom) {
   const auto problem = [](double start) {
     Phase<1, 1> phase{"growth", Growth{}, exactly(0.012)};
@@ -128,7 +128,8 @@ TEST(TrajectoryOnAClock, IsTheSameWhateverTheClockCountsFrom) {
     const NlpPoint guess = shooting.guess_from(s.trajectory);
     EXPECT_LT((guess.w - s.point.w).cwiseAbs().maxCoeff(), 1e-9);
   }
-  // Lengths of intervals are offsets and know nothing of the clock; the solver's tolerance is left.
+  // Lengths of intervals are offsets and do not depend on the clock. Only the tolerance of the
+  // solver remains.
   EXPECT_LT((inputs[0] - inputs[1]).cwiseAbs().maxCoeff(), 1e-6 * inputs[0].norm());
 }
 

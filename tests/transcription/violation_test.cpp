@@ -1,5 +1,5 @@
-// Messages about programs that were not solved: conflicting terms by their multipliers, and
-// dependent equations.
+// Messages about programs without a solution: conflicting terms by their multipliers, and dependent
+// equations.
 #include "saltus/transcription/violation.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ MultipleShooting with_terms(const std::vector<std::string>& names) {
   return MultipleShooting(ocp, ten);
 }
 
-// With the multipliers of these terms' rows, at one node.
+// Message for given multipliers of the rows of these terms at one node.
 std::string conflict(MultipleShooting& shooting,
                      const std::vector<std::pair<std::string, double>>& forces, int node,
                      const std::string& violated) {
@@ -44,10 +44,10 @@ std::string conflict(MultipleShooting& shooting,
 TEST(Conflict, NamesTheStrongestTermsBesideTheOneThatIsViolated) {
   MultipleShooting shooting = with_terms({"a", "b", "c", "d", "e"});
   const std::string violated = "phase 'motion', term 'a', row 0";
-  for (const int node : {1, 5, 10})  // what holds back anywhere
+  for (const int node : {1, 5, 10})  // at any node
     EXPECT_EQ(conflict(shooting, {{"a", 1.0}, {"b", 0.2}, {"c", -0.5}}, node, violated),
               "in conflict with phase 'motion', term 'c'; phase 'motion', term 'b'");
-  // Not one that hardly holds anything back, nor a fourth, nor one that may be violated.
+  // The message omits terms with small multipliers, a fourth term, and terms that may be violated.
   EXPECT_EQ(conflict(shooting, {{"a", 1.0}, {"b", 0.2}, {"c", 1e-4}}, 5, violated),
             "in conflict with phase 'motion', term 'b'");
   EXPECT_EQ(
@@ -60,7 +60,7 @@ TEST(Conflict, NamesTheStrongestTermsBesideTheOneThatIsViolated) {
 
 // --- equations ----------------------------------------------------------------------------------
 
-// The input is given as 0.3, and a term asks for `push` of it.
+// The input is given as 0.3, and a term requires it to be `push`.
 std::string dependent_of_given_input(double push) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, exactly(0.3))
@@ -78,7 +78,7 @@ TEST(DependentRows, AnEquationOfGivenNumbersCountsOnlyWhereItDoesNotHold) {
     EXPECT_NE(dependent_of_given_input(other).find("term 'push'"), std::string::npos) << other;
 }
 
-// Also at a point where both hold.
+// This also holds at a point that satisfies both.
 TEST(DependentRows, AnEquationThatIsThereTwiceIsNamed) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.reach("first", state, exactly(2.0)).reach("second", state, exactly(2.0));

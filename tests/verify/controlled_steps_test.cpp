@@ -1,4 +1,4 @@
-// The verifier's own integrators: orders, dense output, stiffness, and steps that fit no grid.
+// Integrators of the verifier: orders, dense output, stiffness, and steps independent of a grid.
 #include "saltus/verify/controlled_steps.hpp"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(ControlledSteps, FollowAnOscillatorToTheirTolerance) {
   }
 }
 
-// x' = -k (x - cos t): explicit steps of 1 / k would be thousands.
+// x' = -k (x - cos t): explicit steps of length 1 / k would number thousands.
 TEST(ControlledSteps, TurnImplicitWhereTheFieldIsStiff) {
   constexpr double k = 1e6;
   const Function f = make_function<1, 0, 0>(
@@ -64,7 +64,8 @@ TEST(ControlledSteps, TurnImplicitWhereTheFieldIsStiff) {
   EXPECT_NEAR(steps.state()[0], (k * k * std::cos(2.0) + k * std::sin(2.0)) / (k * k + 1.0), 1e-8);
 }
 
-// Whole numbers of periods per interval, of which equal steps see one phase only.
+// Each interval contains a whole number of periods. Equal steps sample only one phase of the
+// forcing.
 TEST(ControlledSteps, SeeForcingThatFitsTheGrid) {
   for (const double periods : {1.0, 4.0, 8.0, 30.0, 60.0, 360.0}) {
     const Function f = make_function<1, 0, 0>([periods](const auto& t, const auto&) {

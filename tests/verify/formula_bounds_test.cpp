@@ -1,4 +1,4 @@
-// Interval bounds of formulas along a piece of time contain what the formula takes there.
+// Interval bounds of formulas along a piece of time contain all values of the formula there.
 #include "saltus/verify/formula_bounds.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ struct EveryOperation {
   }
 };
 
-// x runs along parabolas; the box is one piece of them.
+// x follows parabolas, and the box contains one piece of them.
 TEST(FormulaBounds, ContainValuesAndDerivatives) {
   const Function f = make_function<2, 0, 0>(EveryOperation{});
   FormulaBounds bounds(steps_of(f));
@@ -73,7 +73,7 @@ TEST(FormulaBounds, ContainValuesAndDerivatives) {
       const auto z = jet_at(d);
       bounds.evaluate(z);
       const VectorXd value = f(VectorXd{{z[0].value, z[1].value, z[2].value}});
-      // Differences of the first derivative are those of the second.
+      // Differences of the first derivative match the second derivative.
       for (int o = 0; o < bounds.outputs(); ++o) {
         const auto& b = bounds.bounds(o);
         const auto& at = bounds.at(o);

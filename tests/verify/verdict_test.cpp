@@ -1,4 +1,4 @@
-// What solve() says of plans that meet their program and not their problem.
+// Verdicts of solve() on plans that satisfy their program but violate their problem.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,8 +17,7 @@ namespace {
 const auto drift = [](auto, const auto&, const auto& u) { return u; };
 const auto input = [](auto, auto, auto u) { return u; };
 
-// On a way of `length` metres past a pillar that lies a little off the straight line, between
-// nodes.
+// A path of `length` metres past a pillar that lies between nodes, slightly off the straight line.
 OptimalControlProblem past_pillar(double length, double radius) {
   const double at = length / 2.0 + length / 60.0;
   Phase<2, 2> phase{"drive", drift, exactly(10.0)};
@@ -41,13 +40,13 @@ TEST(Verdict, APillarPassedBetweenTwoNodesIsNoPlan) {
     ASSERT_TRUE(s.verification.has_value());
     const VerifiedMiss& miss = s.verification->between_nodes;
     EXPECT_EQ(miss.term, "pillar");
-    // The plan passes 0.01 m from the middle, straight through.
+    // The plan is a straight line that passes 0.01 m from the centre.
     EXPECT_NEAR(miss.amount, 1e-4 * length * length - 1e-4, 2e-3 * miss.amount) << length;
     EXPECT_NE(s.message.find("'pillar' of phase 'drive'"), std::string::npos) << s.message;
   }
 }
 
-// A wall of 5 to 12 mm half width, 1 m high, on a way of 50 m: an interval is 1.67 m long.
+// A wall of 5 to 12 mm half width and 1 m height on a path of 50 m. An interval is 1.67 m long.
 TEST(Verdict, AThinWallIsLocated) {
   for (const double half_width : {0.005, 0.008, 0.012}) {
     for (const int shape : {0, 1, 2}) {
@@ -71,13 +70,13 @@ TEST(Verdict, AThinWallIsLocated) {
       EXPECT_EQ(s.status, SolveStatus::coarse_grid) << shape << " " << s.message;
       ASSERT_TRUE(s.verification.has_value());
       EXPECT_NEAR(s.verification->between_nodes.amount, 0.9, 0.02) << half_width << " " << shape;
-      // At 5 m/s, to a fraction of its width.
+      // The time at 5 m/s, to a fraction of the width.
       EXPECT_NEAR(s.verification->between_nodes.time, at / 5.0, half_width / 5.0);
     }
   }
 }
 
-// x' = x + u over 30 s: what is left of rounding and integration grows by e^30.
+// x' = x + u over 30 s: errors of rounding and integration grow by e^30.
 TEST(Verdict, AnUnstableHorizonIsSaid) {
   Phase<1, 1> phase{
       "a",
@@ -105,8 +104,8 @@ TEST(Verdict, AnUnstableHorizonIsSaid) {
   EXPECT_NE(s.message.find("e+13"), std::string::npos) << s.message;
 }
 
-// Periods of the forcing in one interval of the grid, and steps of the integrator: all samples see
-// one phase.
+// The forcing has whole periods in an interval of the grid and in an integrator step, so all
+// samples have the same phase.
 TEST(Verdict, ForcingThatFitsTheGridIsSeen) {
   for (const double per_interval : {2.0, 4.0, 8.0}) {
     const double frequency = 30.0 * per_interval;
@@ -128,7 +127,7 @@ TEST(Verdict, ForcingThatFitsTheGridIsSeen) {
   }
 }
 
-// The same for a cost whose quadrature sees one phase only.
+// The same for a cost whose quadrature samples only one phase.
 TEST(Verdict, ACostThatFitsTheGridIsSeen) {
   Phase<1, 1> phase{"a", drift, exactly(1.0)};
   phase
@@ -147,7 +146,7 @@ TEST(Verdict, ACostThatFitsTheGridIsSeen) {
   EXPECT_NE(s.message.find("cost"), std::string::npos) << s.message;
 }
 
-// The brachistochrone along a wall: the heading turns by many turns within the first interval.
+// The brachistochrone along a wall. The heading makes many turns within the first interval.
 struct Bead {
   template <class S>
   Vec<S, 3> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 1>& u) const {
@@ -156,7 +155,7 @@ struct Bead {
 };
 
 TEST(Verdict, AHeadingThatTurnsWithinAnIntervalIsSeen) {
-  // From rest to (1, 1) in 2 s under an input that turns by 76 rad in one interval.
+  // From rest to (1, 1) in 2 s with an input that turns by 76 rad in one interval.
   Phase<3, 1> phase{"bead", Bead{}, exactly(1.0)};
   phase.inputs(InputParametrisation::piecewise_linear)
       .bound_input(0, unbounded())
@@ -165,7 +164,7 @@ TEST(Verdict, AHeadingThatTurnsWithinAnIntervalIsSeen) {
   OptimalControlProblem ocp("bead");
   ocp.start_at({0, 0, 1}).then(phase);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 1, .integrator = runge_kutta8()});
-  // The plan is the guess itself: its one interval integrated by the transcription.
+  // The plan is the guess itself, with one interval that the transcription integrates.
   NlpPoint point = shooting.initial_guess();
   Trajectory guess = shooting.trajectory(point.w);
   TrajectoryPiece piece = guess.pieces().front();

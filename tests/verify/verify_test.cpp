@@ -1,5 +1,5 @@
-// The verifier on plans made by hand and by solvers: each number it reports against what is known,
-// and what must not change when the problem is written in another way.
+// The verifier on handmade plans and on plans of solvers. Each reported number is compared with a
+// known value, and must not change if the problem is written differently.
 #include "saltus/verify/verify.hpp"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ TEST(Verify, NamesEachKindOfMiss) {
   }
 }
 
-// A window acts where it is open, and bounds between the nodes are those in force.
+// A window applies while it is open, and the bounds between nodes are the active ones.
 TEST(Verify, LooksWhereWindowsAreOpen) {
   for (const double to : {0.5, 1.0}) {
     Phase<2, 1> phase = thrust();
@@ -122,7 +122,7 @@ TEST(Verify, LooksWhereWindowsAreOpen) {
   }
 }
 
-// |x - a| near a, sqrt at the edge of its domain, and rows that are active all along.
+// |x - a| near a, sqrt at the edge of its domain, and rows that are always active.
 TEST(Verify, RowsWithKinksAndActiveRowsAreFollowed) {
   Phase<2, 1> phase = thrust();
   phase
@@ -142,9 +142,9 @@ TEST(Verify, RowsWithKinksAndActiveRowsAreFollowed) {
   EXPECT_EQ(d.violated.size() > 1 && d.violated[1].miss.amount > 1e-7, false);
 }
 
-// ---- the same problem in another form -----------------------------------------------------------
+// ---- equivalent forms of a problem --------------------------------------------------------------
 
-// A pillar on the way; lengths in `unit` metres.
+// A pillar in the path, with lengths in `unit` metres.
 OptimalControlProblem past_pillar(double unit, bool split, double radius_for_start) {
   const double length = 10.0 / unit, r = 1.0 / unit, at = 5.2 / unit;
   const auto away = [=](auto, auto x) {
@@ -168,7 +168,7 @@ OptimalControlProblem past_pillar(double unit, bool split, double radius_for_sta
   return ocp;
 }
 
-// One plan in other units of length: a solver may find another optimum there.
+// The same plan in other units of length. A solver could find a different optimum there.
 TEST(Verify, UnitsScaleWhatItFinds) {
   const OptimalControlProblem ocp = past_pillar(1.0, false, 0.0);
   const Solution s = solve(ocp);
@@ -183,7 +183,7 @@ TEST(Verify, UnitsScaleWhatItFinds) {
       i.end_state /= unit;
     }
     const VerifiedMiss miss = verify(past_pillar(unit, false, 0.0), scaled).summary.between_nodes;
-    // Below a tenth of the tolerance, which is absolute, nothing need be found.
+    // Violations below a tenth of the absolute tolerance need not be found.
     EXPECT_NEAR(miss.amount * unit, first.amount, 2e-3 * first.amount + 1e-7 * unit) << unit;
     if (miss.amount > 1e-6) {
       EXPECT_NEAR(miss.time, first.time, 1e-3);
@@ -203,7 +203,7 @@ TEST(Verify, SplittingAPhaseChangesNothing) {
   EXPECT_NEAR(violation(true), whole, 2e-3 * whole);
 }
 
-// Events inside a phase are followed, also in a plan made without a solver.
+// The verifier follows events inside a phase, also in a plan made without a solver.
 TEST(Verify, FollowsEventsInsideAPhase) {
   Phase<2, 1> phase{"ball", Ball{}, exactly(1.0)};
   phase
@@ -220,7 +220,7 @@ TEST(Verify, FollowsEventsInsideAPhase) {
   ASSERT_TRUE(s.verification.has_value());
   EXPECT_TRUE(s.verification->not_verified.empty()) << s.message;
   EXPECT_LT(s.verification->defect.largest, 1e-8) << s.message;
-  // A plan that ignores the ground is found out.
+  // The verifier detects a plan that ignores the ground.
   Plan wrong = plan_of(ocp, s.trajectory);
   wrong.intervals.back().end_state[0] -= 0.1;
   EXPECT_NEAR(verify(ocp, wrong).summary.defect.absolute, 0.1, 1e-6);
@@ -250,7 +250,7 @@ TEST(Verify, SaysWhatItCannotVerify) {
   EXPECT_NE(s.message.find("not verified"), std::string::npos) << s.message;
 }
 
-// Algebraic states are eliminated in the formulas that the verifier reads.
+// The formulas that the verifier reads do not contain algebraic states.
 TEST(Verify, TakesAlgebraicPhases) {
   Phase<1, 1, 0, 1> phase{"dae",
                           [](const auto&, const auto& x, const auto& z, const auto& u) {

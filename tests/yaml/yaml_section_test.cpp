@@ -1,4 +1,4 @@
-// Our own YAML files: what is read, and one sentence per mistake.
+// Reading of YAML files, and one error sentence for each mistake.
 #include "saltus/yaml/yaml_section.hpp"
 
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ TEST(Yaml, RefusesWhatIsNotASetOfKeys) {
   EXPECT_EQ(complaint_of("a: &x {b: *x}\n"),
             "f:1: aliases (*name) are not supported; write the value out");
   EXPECT_EQ(complaint_of("a: " + std::string(100000, '[')), "f:1: sections are nested too deeply");
-  // Read as documents without end by yaml-cpp.
+  // yaml-cpp reads these as documents without end.
   EXPECT_EQ(complaint_of(", 2]\n"), "f:1: not valid YAML: a value cannot begin like this");
   EXPECT_EQ(complaint_of("? [a, b]\n: 3\n"), "f:1: a key must be a name");
   EXPECT_EQ(complaint_of("a: 1\n---\nb: 2\n"),
