@@ -2,7 +2,7 @@
 //
 // The first line names the columns. A number has the fewest digits from which the same double is
 // read again, and NaN and infinities are nan, inf and -inf. An empty cell is a value that does not
-// exist. A word with a comma, a quote or a line break stands in quotes, and a quote in it is
+// exist. A word with a comma, a quote or a line break is quoted, and a quote in it is
 // doubled.
 #pragma once
 
