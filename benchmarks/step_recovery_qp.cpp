@@ -5,7 +5,7 @@
 
 #include "saltus/core/random.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus::bench {
 namespace {

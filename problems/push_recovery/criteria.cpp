@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "saltus/ocp/schedule.hpp"
+#include "saltus/robots/walking/push.hpp"
 
 namespace saltus::push_recovery {
 namespace {

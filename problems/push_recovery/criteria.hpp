@@ -2,7 +2,7 @@
 #pragma once
 
 #include "problems/push_recovery/config.hpp"
-#include "saltus/robots/walking/verdict.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 
 namespace saltus::push_recovery {
 

@@ -31,13 +31,13 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
       return make_step_choice(config_.planning, step, scene, nominal.mass,
                               reach_of_robot(config_.planning, config_.robot, nominal));
     case StepPlannerChoice::reactive:
-      return std::make_unique<ReactiveSteps>(step, scene);
+      return make_reactive_steps(step, scene);
     case StepPlannerChoice::formula:
       break;
   }
   std::optional<double> push_start;
   if (step.known) push_start = pushes().front().start;
-  return std::make_unique<StepLogic>(step, push_start, scene);
+  return make_formula_steps(step, push_start, scene);
 }
 
 // The reactive planner steps as often as needed, but more than three steps gain little.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/step_logic.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus::push_recovery {
 

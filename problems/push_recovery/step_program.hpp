@@ -7,7 +7,7 @@
 
 #include "problems/push_recovery/step_problem.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/robots/walking/step_plan.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/solver/optimum_check.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "saltus/model/named_parameters.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus::push_recovery {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/push_recovery/criteria.hpp"
-#include "saltus/robots/walking/unmet_explanations.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 
 namespace saltus::push_recovery {
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "saltus/robots/walking/push.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {

@@ -23,6 +23,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/standing_bound.hpp"
+#include "saltus/robots/walking/body_verdict.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 

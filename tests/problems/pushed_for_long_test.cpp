@@ -13,6 +13,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "saltus/robots/walking/body_verdict.hpp"
+#include "saltus/robots/walking/push.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {

@@ -16,7 +16,7 @@
 #include "problems/biped/survey/robot_verb.hpp"
 #include "problems/sway/sway.hpp"
 #include "saltus/robots/walking/scene.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/robots/synthetic_biped.hpp"
 

@@ -7,6 +7,7 @@
 #include "problems/push_recovery/unmet_explanations.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/unmet_decision.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 
 namespace saltus::push_recovery {

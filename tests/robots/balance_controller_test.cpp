@@ -120,7 +120,7 @@ TEST_F(RecordedRun, BadPartsAndPeriodsAreRefused) {
 }
 
 TEST_F(RecordedRun, AnIdealEstimatorRefusesMeasuredReadings) {
-  IdealEstimator estimator;
+  const std::unique_ptr<Estimator> estimator = make_ideal_estimator();
   EXPECT_THROW(estimator.update(lines.front().readings), DefinitionError);
 }
 

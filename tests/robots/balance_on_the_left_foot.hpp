@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 

@@ -1,10 +1,10 @@
 // The balance planner carries out a step plan.
-#include "saltus/robots/walking/balance_planner.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
 
 #include <gtest/gtest.h>
 
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "saltus/robots/walking/planner.hpp"
 #include "tests/robots/fixed_steps.hpp"
 
 namespace saltus::walking {

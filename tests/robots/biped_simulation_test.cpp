@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
@@ -71,7 +71,7 @@ TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
   SimulatedRobot robot =
       simulated({}, {{push, {biped.robot.body_index("trunk"), Eigen::Isometry3d::Identity()}}});
   BalanceController controller =
-      biped.controller(make_dart_dynamics(biped.robot), std::make_unique<IdealEstimator>());
+      biped.controller(make_dart_dynamics(biped.robot), make_ideal_estimator());
   controller.start(biped.start, robot.read());
   double tilt = 0.0;
   for (int k = 0; k < 1000; ++k) {

@@ -11,7 +11,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/robots/model/mesh.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 

@@ -9,7 +9,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
-#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 

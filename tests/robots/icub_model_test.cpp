@@ -1,6 +1,6 @@
 // Where the model of iCub is found. What it downloads is tested by CI's first run, over the
 // network.
-#include "saltus/robots/icub/icub_model.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 #include <gtest/gtest.h>
 

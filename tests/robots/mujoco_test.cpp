@@ -7,13 +7,12 @@
 #include <random>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
-#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/icub/icub.hpp"
 
 namespace saltus {

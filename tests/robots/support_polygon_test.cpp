@@ -1,4 +1,4 @@
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <random>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/model/foot.hpp"
 
 namespace saltus {
 namespace {

@@ -6,9 +6,8 @@
 
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/balance_controller.hpp"
-#include "saltus/robots/walking/capture_point_controller.hpp"
-#include "saltus/robots/walking/contact_settings.hpp"
-#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/walking/planner.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 #include "tests/robots/synthetic_biped.hpp"
 
 namespace saltus::walking {
@@ -57,8 +56,8 @@ struct SyntheticBalance {
   }
   /// Estimates from measured sensors.
   std::unique_ptr<Estimator> sensor_estimator() const {
-    return std::make_unique<SensorEstimator>(robot, Side::left, SensorOptions{},
-                                             EstimationOptions{}, options().period);
+    return make_sensor_estimator(robot, Side::left, SensorOptions{}, EstimationOptions{},
+                                 options().period);
   }
   BalanceOptions options() const {
     BalanceOptions options;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 

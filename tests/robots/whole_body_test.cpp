@@ -2,11 +2,10 @@
 // whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
-#include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/dense_algebra.hpp"

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "saltus/app/settings.hpp"
+#include "saltus/robots/walking/push.hpp"
 
 namespace saltus::walking {
 

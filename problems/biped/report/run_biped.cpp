@@ -18,6 +18,8 @@
 #include "problems/biped/report/unmet.hpp"
 #include "saltus/app/defer_signals.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/robots/walking/body_verdict.hpp"
+#include "saltus/robots/walking/progress.hpp"
 #include "saltus/robots/walking/settling.hpp"
 
 namespace saltus::walking {

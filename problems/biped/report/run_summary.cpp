@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "saltus/app/version.hpp"
+#include "saltus/robots/walking/push.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "saltus/core/csv_table.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
-#include "saltus/robots/walking/verdict.hpp"
 
 namespace saltus::walking {
 

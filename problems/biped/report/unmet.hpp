@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/walking/unmet_explanations.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 
 namespace saltus::walking {
 

@@ -14,7 +14,6 @@
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/temporary_file.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::survey {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/robot_description.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 
 namespace saltus::survey {

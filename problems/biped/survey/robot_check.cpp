@@ -12,10 +12,9 @@
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/mesh.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::survey {

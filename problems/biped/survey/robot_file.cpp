@@ -8,7 +8,7 @@
 
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/text.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::survey {
 namespace {

@@ -17,6 +17,7 @@
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
 
 namespace saltus::walking {
 namespace {

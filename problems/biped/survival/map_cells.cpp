@@ -11,6 +11,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
+#include "saltus/robots/walking/body_verdict.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
-#include "saltus/robots/walking/verdict.hpp"
 
 namespace saltus::walking {
 

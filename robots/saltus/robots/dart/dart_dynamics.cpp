@@ -1,4 +1,4 @@
-#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
 
 #include "saltus/robots/dart/dart_skeleton.hpp"
 #include "saltus/robots/model/capture_point.hpp"

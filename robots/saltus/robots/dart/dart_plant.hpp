@@ -1,4 +1,4 @@
-// Simulation of the robot by DART.
+// Equations of motion of a robot, and its simulation, by DART.
 #pragma once
 
 #include <memory>
@@ -6,6 +6,10 @@
 #include "saltus/robots/whole_body/plant.hpp"
 
 namespace saltus {
+
+/// Creates equations of motion by DART.
+__attribute__((visibility("default"))) std::unique_ptr<DynamicsModel> make_dart_dynamics(
+    const FloatingRobot& robot);
 
 /// Collision detectors of DART.
 enum class DartCollision { dart, fcl, bullet, ode };

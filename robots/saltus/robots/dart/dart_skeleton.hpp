@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace dart::dynamics {
 class FreeJoint;

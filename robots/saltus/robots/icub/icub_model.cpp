@@ -1,4 +1,4 @@
-#include "saltus/robots/icub/icub_model.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 #include <fmt/format.h>
 #ifdef __linux__

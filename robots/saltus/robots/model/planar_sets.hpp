@@ -2,7 +2,7 @@
 // points.
 #pragma once
 
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus {
 

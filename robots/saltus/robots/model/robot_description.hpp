@@ -5,6 +5,7 @@
 // and joint angles.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,7 +13,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/types.hpp"
-#include "saltus/robots/model/capsule.hpp"
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 
@@ -47,6 +47,23 @@ struct Mirror {
   std::string namesake(const std::string& joint) const;
   /// Mirrors a posture on one foot to the other foot.
   StandingPosture operator()(const StandingPosture& posture) const;
+};
+
+/// All points whose distance from a segment is at most `radius`.
+struct Capsule {
+  Vec<double, 3> from = Vec<double, 3>::Zero(), to = Vec<double, 3>::Zero();  ///< m; may be equal
+  double radius = 0.0;                                                        ///< m
+
+  /// Midpoint of the segment, m.
+  Vec<double, 3> middle() const { return 0.5 * (from + to); }
+  double length() const { return (to - from).norm(); }  ///< length of the segment, m
+  double volume() const;                                ///< m^3
+};
+
+/// A capsule fixed to a link, in the link's frame.
+struct LinkCapsule {
+  std::string link;  ///< name of the link
+  Capsule capsule;   ///< shape, in the link frame
 };
 
 /// A joint with a motor.

@@ -1,4 +1,4 @@
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 #include <fmt/format.h>
 

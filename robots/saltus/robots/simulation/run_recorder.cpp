@@ -7,7 +7,8 @@
 
 #include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
-#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "saltus/robots/walking/planner.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/walking/balance_planner.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
 #include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/progress.hpp"
+#include "saltus/robots/walking/unmet_decision.hpp"
 #include "saltus/simulation/closed_loop.hpp"
 
 namespace saltus::walking {

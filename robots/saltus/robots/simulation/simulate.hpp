@@ -2,7 +2,6 @@
 #pragma once
 
 #include "saltus/robots/walking/biped_problem.hpp"
-#include "saltus/robots/walking/progress.hpp"
 
 namespace saltus::walking {
 

@@ -8,6 +8,7 @@
 #include "saltus/robots/centroidal/centroidal_plant.hpp"
 #include "saltus/robots/simulation/run_recorder.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/walking/push.hpp"
 
 namespace saltus::walking {
 namespace {

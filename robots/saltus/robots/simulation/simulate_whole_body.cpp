@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/simulation/run_recorder.hpp"
@@ -14,7 +14,8 @@
 #include "saltus/robots/simulation/simulated_robot.hpp"
 #include "saltus/robots/walking/balance_controller.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
-#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -71,10 +72,10 @@ BalanceController make_controller(const BipedProblem& problem, const RobotDescri
   const double step = settings.plant.engine.step;
   BalanceParts parts;
   if (settings.plant.sensors == SensorChoice::ideal)
-    parts.estimator = std::make_unique<IdealEstimator>();
+    parts.estimator = make_ideal_estimator();
   else
-    parts.estimator = std::make_unique<SensorEstimator>(nominal, scene.side, settings.plant.sensor,
-                                                        settings.plant.estimation, step);
+    parts.estimator = make_sensor_estimator(nominal, scene.side, settings.plant.sensor,
+                                            settings.plant.estimation, step);
   parts.model = make_dart_dynamics(nominal);
   parts.whole_body = make_whole_body_controller(
       nominal, cone_options(settings.contact, robot.left_foot),

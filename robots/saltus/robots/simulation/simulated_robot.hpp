@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/walking/plant_settings.hpp"
+#include "saltus/robots/walking/biped_settings.hpp"
 #include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/whole_body/measurement_noise.hpp"
+#include "saltus/robots/whole_body/motors.hpp"
 #include "saltus/robots/whole_body/plant.hpp"
 #include "saltus/robots/whole_body/sensors.hpp"
 

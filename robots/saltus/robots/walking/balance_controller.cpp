@@ -9,6 +9,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -54,13 +55,18 @@ BalanceController::BalanceController(BalanceParts parts, BalanceOptions options)
       planner_(options_.scene, options_.contacts, std::move(parts_.steps),
                std::move(parts_.wrenches), options_.planner_period, LandingTime::when_felt),
       contact_(options_.landing_force),
+      swing_(std::make_unique<SwingFoot>()),
       swing_side_(other(options_.scene.side)) {}
+
+BalanceController::~BalanceController() = default;
+BalanceController::BalanceController(BalanceController&&) noexcept = default;
+BalanceController& BalanceController::operator=(BalanceController&&) noexcept = default;
 
 void BalanceController::start(const WholeBodyState& state, const SensorReadings& readings) {
   parts_.estimator->start(state, readings);
   parts_.whole_body->stand(state);
   parts_.model->update(estimate().state);
-  swing_.hold(model().sole(swing_side_).pose);
+  swing_->hold(model().sole(swing_side_).pose);
   stands(swing_side_) = options_.scene.two_feet;
   stands(other(swing_side_)) = true;
   tasks_.posture = state.q;
@@ -118,12 +124,12 @@ void BalanceController::plan(double t) {
   if (update_.step.has_lifted) {
     swing_side_ = step.foot;
     stands(swing_side_) = false;
-    swing_.hold(model().sole(swing_side_).pose);
+    swing_->hold(model().sole(swing_side_).pose);
     parts_.estimator->pin(other(swing_side_));
   }
   if (update_.step.has_target) {
-    if (!swing_.is_under_way()) swing_.start(t, step.landing);
-    swing_.aim(step.landing, step.place);
+    if (!swing_->is_under_way()) swing_->start(t, step.landing);
+    swing_->aim(step.landing, step.place);
     contact_.expect(step.earliest_landing);
   }
   find_landing(t);
@@ -154,8 +160,8 @@ void BalanceController::control(double t) {
     tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
                      (sole.pose.translation() - model().com()).cross(f);
   }
-  swing_.advance(t);
-  tasks_.swing_acceleration = swing_.acceleration(model().sole(swing_side_));
+  swing_->advance(t);
+  tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
   const WholeBodyCommand& command = parts_.whole_body->control(model(), estimate().state, tasks_);
   if (command.status != QpStatus::optimal) ++statistics_.failures;
   if (command.torques_cut > 0) ++statistics_.cuts;

@@ -1,4 +1,4 @@
-#include "saltus/robots/walking/balance_planner.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -4,6 +4,8 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -1,15 +1,17 @@
-// Interface of a problem with a biped in a closed loop: start, planners, end of the run and
-// verdict.
+// Interface of a problem with a biped in a closed loop: start, planners, end of the run, verdict
+// and explanations of unmet constraints.
 #pragma once
 
 #include <memory>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/walking/run_log.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
-#include "saltus/robots/walking/unmet_explanations.hpp"
-#include "saltus/robots/walking/verdict.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus::walking {
 
@@ -34,6 +36,103 @@ struct StepBounds {
   std::vector<Point2> reach;  ///< corners of the region that a contact frame can reach, in the
                               ///< frame of the other foot: forward, and away from it, m
 };
+
+/// Results that only whole-body runs have.
+struct BodyVerdict {
+  /// True if the robot recovered without a step: no fall, both soles within `standing_move` of
+  /// their start, and the base within `standing_tilt` of its start.
+  bool standing = false;
+  double feet_moved = 0.0;  ///< largest distance of a sole's origin from its start, m
+  double tilt_max = 0.0;    ///< angle between the vertical in the base and that at the start, rad;
+  double tilt_end = 0.0;    ///< rotation about the vertical does not count
+  Vec<double, 2> slip = Vec<double, 2>::Zero();      ///< largest sole_slip, left and right, m
+  Vec<double, 2> slips_from{infinity, infinity};     ///< time at which the slip exceeds
+                                                     ///< `planted_slip`, s
+  Vec<double, 2> friction = Vec<double, 2>::Zero();  ///< largest friction_used
+  /// Impulse beyond Coulomb friction on both feet, N s: integral of the positive part of the
+  /// tangential force minus `RunLog::ground_friction` times the vertical force. Engines implement
+  /// the friction law differently.
+  double beyond_friction = 0.0;
+  Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
+  double limit_margin = infinity;      ///< smallest distance of a joint from its limit, rad; < 0:
+                                       ///< beyond it
+  std::string limit_joint;             ///< joint with the smallest distance
+  double limit_time = 0.0;             ///< time of the smallest distance, s
+  double torque_limit_fraction = 0.0;  ///< share of the time in which a torque is at its limit
+  double speed_ratio = 0.0;            ///< largest ratio of a joint speed to its limit
+  std::string speed_joint;             ///< joint with the largest ratio
+  double speed_time = 0.0;             ///< time of the largest ratio, s
+  double over_speed = 0.0;             ///< longest time that a joint exceeds its speed limit, s
+  double clearance = infinity;         ///< smallest distance of two limbs, m; < 0: they overlap;
+                                       ///< infinite: no collision shapes
+  std::string clearance_pair;          ///< names of these limbs
+  double clearance_time = 0.0;         ///< time of the smallest distance, s
+
+  /// True if any joint reached its limit.
+  bool touches_joint_limit() const;
+};
+
+/// Success of a run, with its quantities.
+struct Verdict {
+  bool recovered = false;                                 ///< all criteria are met
+  std::string reason;                                     ///< if not recovered: the first reason
+  double final_com_error = 0.0, icp_settling = infinity;  ///< m, s
+  double settled_from = 0.0;  ///< time from which settling is measured, s
+  double com_height_min = infinity, com_height_max = -infinity;  ///< m
+  double angular_momentum_max = 0.0;                             ///< Nms
+  bool fell_before_push = false;    ///< true if the run says nothing about the push
+  std::optional<BodyVerdict> body;  ///< whole body only
+
+  /// Notes the first reason.
+  void fail(std::string because) {
+    if (reason.empty()) reason = std::move(because);
+  }
+};
+
+// Bounds are often given for iCub, with this mass and CoM height on one foot. For other robots,
+// lengths of the CoM scale with its height h, and angular momentum with m h sqrt(g h).
+/// Mass (kg) and CoM height (m) of the robot for which the criteria were chosen. Criteria of other
+/// robots are scaled.
+inline constexpr double reference_mass = 33.0616727, reference_height = 0.5578762015;  // kg, m
+/// Distance within which the capture point counts as settled, m.
+inline constexpr double icp_settled_within = 0.01;  // m
+
+/// All quantities except `recovered`. The only reason it can give is an early stop. The capture
+/// point has settled when it stays near its final position; the time is measured from
+/// `settled_from`, s.
+Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push> pushes);
+
+/// True if the robot has fallen. It stands on a foot at `foot` with its CoM at the nominal height
+/// `com_height`, m.
+bool has_fallen(const Vec<double, 9>& gamma, const Vec<double, 3>& foot, double com_height);
+/// Sentence for a fall; mentions a fall before all pushes.
+std::string fall_sentence(std::span<const Push> pushes, double t);
+
+/// Default: names of terms and numbers.
+class UnmetExplanations {
+ public:
+  virtual ~UnmetExplanations() = default;
+
+  /// The problem to explain, including bounds for criteria beyond its own constraints, such as
+  /// limits of the verdict. Default: the problem of the tick.
+  virtual OptimalControlProblem problem(const UnmetDecision& unmet) const { return unmet.problem; }
+  /// Name of the added criteria, such as "the verdict's limits". Empty: none.
+  virtual std::string limits(const UnmetDecision& /*unmet*/) const { return {}; }
+  /// True if a number may be proposed for change. False for measured values.
+  virtual bool may_change(const UnmetDecision& /*unmet*/, const ProblemChange& /*change*/) const {
+    return true;
+  }
+  /// Description of what is missing, with directions. Empty: use the general sentence.
+  virtual std::string of(const UnmetDecision& /*unmet*/, const Shortage& /*shortage*/) const {
+    return {};
+  }
+  /// Description of a change that would help. Empty: use the general clause.
+  virtual std::string of(const UnmetDecision& /*unmet*/, const ProblemChange& /*change*/) const {
+    return {};
+  }
+};
+/// Deprecated name.
+using UnmetWords [[deprecated("use UnmetExplanations; removed in 0.4")]] = UnmetExplanations;
 
 /// Task of a biped: settings, scene and verdict.
 class BipedProblem {

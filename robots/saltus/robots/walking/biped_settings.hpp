@@ -1,17 +1,81 @@
-// All settings of a biped in a closed loop, composed of the options of the modules.
+// All settings of a biped in a closed loop: robot, simulated system, pushes, and the options of the
+// modules.
 #pragma once
 
-#include "saltus/robots/walking/capture_point_controller.hpp"
-#include "saltus/robots/walking/contact_settings.hpp"
+#include <string>
+
+#include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/planner.hpp"
-#include "saltus/robots/walking/plant_settings.hpp"
-#include "saltus/robots/walking/push.hpp"
-#include "saltus/robots/walking/robot_choice.hpp"
-#include "saltus/robots/walking/step_logic.hpp"
-#include "saltus/robots/whole_body/whole_body_settings.hpp"
+#include "saltus/robots/walking/scene.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/whole_body/device_options.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::walking {
+
+/// Simulated system and engine.
+enum class PlantChoice { centroidal, dart, mujoco };
+/// Input of the controllers: the state with `noise`, or an estimate from simulated sensors.
+enum class SensorChoice { ideal, measured };
+
+/// Options of the simulation. All but `choice` apply only to the whole body.
+struct PlantSettings {
+  PlantChoice choice = PlantChoice::centroidal;  ///< simulated system and engine
+  /// Engine and ground. The controllers do not know the step in the ground. It begins `ground_edge`
+  /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot extends to
+  /// 0.17 m.
+  DartOptions engine{{.ground_edge = 0.18}};
+  int delay_ticks = 0;                         ///< delay of the torques, control periods
+  MotorOptions motors;                         ///< lag and rate limit of the torques
+  SensorChoice sensors = SensorChoice::ideal;  ///< ideal or measured
+  MeasurementNoise noise;                      ///< noise of ideal sensors
+  SensorOptions sensor;                        ///< options of simulated sensors
+  EstimationOptions estimation;                ///< estimation from simulated sensors
+
+  /// True if a whole body is simulated.
+  bool is_whole_body() const { return choice != PlantChoice::centroidal; }
+};
+
+/// Files of the robot.
+struct RobotChoice {
+  std::string urdf;  ///< empty: the data of robots/icub, or those of `file`
+  std::string file;  ///< names, postures and limits; empty: those of iCub
+  /// Relative error of all masses and inertias in the controllers' model. The simulated robot is
+  /// exact.
+  double mass_error = 0.0;
+};
+
+/// Shape of the force over time.
+enum class PushShape { rectangle, half_sine, triangle };
+
+/// A force on the robot for a limited time.
+struct Push {
+  double impulse = 7.0;                      ///< N s
+  Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
+  double duration = 0.1;                     ///< s
+  double start = 2.4;                        ///< s
+  PushShape shape = PushShape::rectangle;  ///< shape of the force over time; it does not change the
+                                           ///< impulse
+  /// For the whole body: pushed link of the URDF, and the point in its frame, m. The centroidal
+  /// model is pushed at its CoM.
+  std::string link = "chest";
+  Vec<double, 3> point{0.0, 0.0, 0.0};  ///< in the frame of the pushed link, m
+
+  double end() const { return start + duration; }  ///< s
+};
+
+/// Further pushes, with the shape and point of the first one.
+struct MorePushes {
+  /// "TIME IMPULSE ANGLE [DURATION]; ...": s, N s, degrees (0 forward, 90 to the left), s.
+  std::string list;
+  /// Mean rate of random pushes in random horizontal directions; 0: none.
+  double rate = 0.0;                 ///< Hz
+  double until = 60.0;               ///< time at which the last of them is over, s
+  Vec<double, 2> impulse{3.0, 8.0};  ///< range, N s
+  double apart = 4.0;                ///< smallest time between two starts, s
+  int seed = 1;                      ///< seed of the random pushes
+};
 
 /// The problem's own planner ("mpc"), or the capture-point controller without prediction.
 enum class ControllerChoice { mpc, capture_point };

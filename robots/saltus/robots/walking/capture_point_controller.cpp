@@ -1,4 +1,4 @@
-#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "saltus/robots/walking/planner.hpp"
 
 #include <algorithm>
 #include <cmath>

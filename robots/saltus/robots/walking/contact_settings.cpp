@@ -1,4 +1,4 @@
-#include "saltus/robots/walking/contact_settings.hpp"
+#include "saltus/robots/walking/planner.hpp"
 
 namespace saltus::walking {
 

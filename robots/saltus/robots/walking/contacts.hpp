@@ -6,7 +6,7 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/ocp/schedule.hpp"
-#include "saltus/robots/walking/step_plan.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
 
 namespace saltus::walking {
 

@@ -1,5 +1,5 @@
-// Interface of the wrench planners, from the measured state to wrenches, and the parts common to
-// planners that solve an optimal control problem per tick.
+// Planners of wrenches, from the measured state to wrenches: their interface, the parts common to
+// planners that solve an optimal control problem per tick, and a planner without prediction.
 #pragma once
 
 #include <cmath>
@@ -8,6 +8,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/solver/native_solver.hpp"
@@ -67,5 +68,36 @@ ControllerOptions controller_options(const PlannerSettings& settings, double mas
 RecedingHorizonController make_tick_controller(OptimalControlProblem problem, int intervals,
                                                const PlannerSettings& settings, double mass,
                                                Side stance = Side::left);
+
+/// Limits of the contact wrench of one foot.
+struct ContactSettings {
+  double friction = 1.0 / 3.0;                           ///< Coulomb friction coefficient
+  int edges = 6;                                         ///< edges of the friction pyramid
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inscribed or circumscribed
+  double torsional_friction = 0.0133;                    ///< m
+  bool corners = false;              ///< limit torsion to the forces at the foot's corners
+  double normal_force_min = 10.0;    ///< N
+  double normal_force_max = 1000.0;  ///< N per foot
+};
+
+/// Options of the contact cone of one foot.
+ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot);
+
+/// Gains of the capture-point controller.
+struct CapturePointGains {
+  double after_landing = 0.8;     ///< end of the CoM trajectory after the landing, s
+  double com_stiffness = 50.0;    ///< 1/s^2
+  double com_damping = 14.1;      ///< 1/s
+  double momentum_damping = 5.0;  ///< 1/s
+};
+
+/// Momentum control as in section 2.1 of the paper, without a horizon. The CoM tracks a
+/// minimum-jerk trajectory to the target by PD control of its position. Until the landing, the
+/// trajectory is planned anew from the current state in every tick. Angular momentum is damped. One
+/// quadratic program per tick gives the wrenches, with the same contact cones as the receding
+/// horizon controller.
+std::unique_ptr<Planner> make_capture_point_controller(
+    const CapturePointGains& gains, const PlannerSettings& settings, const ContactSettings& contact,
+    const RobotDescription& robot, const Scene& scene, const Schedule& contacts);
 
 }  // namespace saltus::walking

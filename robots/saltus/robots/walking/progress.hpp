@@ -2,31 +2,15 @@
 #pragma once
 
 #include <cstdio>
-#include <functional>
 #include <string>
 
 #include "saltus/core/clock.hpp"
+#include "saltus/robots/walking/run_log.hpp"
 
 namespace saltus::walking {
 
-/// Activity of the robot, for the progress line.
-enum class Footing { standing, pushed, stepping, landed };
-
 /// Text for the progress line.
 const char* describe(Footing footing);
-
-/// State of the loop at one tick of the planner.
-struct LoopState {
-  double time = 0.0;        ///< s
-  double com_height = 0.0;  ///< m
-  /// Distance of the capture point from the edge of the support, m, positive inside. The support is
-  /// the stance sole until the landing, then the hull of both.
-  double margin = 0.0;
-  Footing footing = Footing::standing;  ///< activity of the robot
-};
-
-/// Called at every tick of the planner. Returning false stops the run; results up to then are kept.
-using Observer = std::function<bool(const LoopState&)>;
 
 /// "t =  3.10 s | 1.4 x real time | CoM 0.534 m | capture point  21 mm inside | landed".
 std::string progress_line(const LoopState& state, double wall_clock);

@@ -1,44 +1,12 @@
-// Pushes: impulses on a link, spread over a time.
+// Forces of the pushes of the settings.
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
-#include "saltus/core/types.hpp"
+#include "saltus/robots/walking/biped_settings.hpp"
 
 namespace saltus::walking {
-
-/// Shape of the force over time.
-enum class PushShape { rectangle, half_sine, triangle };
-
-/// A force on the robot for a limited time.
-struct Push {
-  double impulse = 7.0;                      ///< N s
-  Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
-  double duration = 0.1;                     ///< s
-  double start = 2.4;                        ///< s
-  PushShape shape = PushShape::rectangle;  ///< shape of the force over time; it does not change the
-                                           ///< impulse
-  /// For the whole body: pushed link of the URDF, and the point in its frame, m. The centroidal
-  /// model is pushed at its CoM.
-  std::string link = "chest";
-  Vec<double, 3> point{0.0, 0.0, 0.0};  ///< in the frame of the pushed link, m
-
-  double end() const { return start + duration; }  ///< s
-};
-
-/// Further pushes, with the shape and point of the first one.
-struct MorePushes {
-  /// "TIME IMPULSE ANGLE [DURATION]; ...": s, N s, degrees (0 forward, 90 to the left), s.
-  std::string list;
-  /// Mean rate of random pushes in random horizontal directions; 0: none.
-  double rate = 0.0;                 ///< Hz
-  double until = 60.0;               ///< time at which the last of them is over, s
-  Vec<double, 2> impulse{3.0, 8.0};  ///< range, N s
-  double apart = 4.0;                ///< smallest time between two starts, s
-  int seed = 1;                      ///< seed of the random pushes
-};
 
 /// The first push, those of the list and the random ones, sorted by time. With random pushes, the
 /// first push is only their pattern and is left out. Throws InputError for a list that cannot be

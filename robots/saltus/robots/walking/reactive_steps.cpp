@@ -201,4 +201,8 @@ void ReactiveSteps::set_step(Side foot, double lift_off, const Landing& landing)
   plan_.steps[0] = {foot, lift_off, landing.time, 0.5 * (lift_off + landing.time), landing.place};
 }
 
+std::unique_ptr<StepPlanner> make_reactive_steps(const Step& options, const Scene& scene) {
+  return std::make_unique<ReactiveSteps>(options, scene);
+}
+
 }  // namespace saltus::walking

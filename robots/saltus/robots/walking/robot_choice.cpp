@@ -6,7 +6,6 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/icub/icub_model.hpp"
 
 namespace saltus::walking {
 

@@ -1,4 +1,4 @@
-// Choice of the robot: from its URDF, from a description file, or the built-in data of iCub.
+// The robot of the settings: from its URDF, from a description file, or the built-in data of iCub.
 #pragma once
 
 #include <filesystem>
@@ -6,17 +6,9 @@
 #include <string>
 
 #include "saltus/robots/model/robot_description.hpp"
+#include "saltus/robots/walking/biped_settings.hpp"
 
 namespace saltus::walking {
-
-/// Files of the robot.
-struct RobotChoice {
-  std::string urdf;  ///< empty: the data of robots/icub, or those of `file`
-  std::string file;  ///< names, postures and limits; empty: those of iCub
-  /// Relative error of all masses and inertias in the controllers' model. The simulated robot is
-  /// exact.
-  double mass_error = 0.0;
-};
 
 /// The chosen robot: from its URDF if there is one, else from its file. With `needs_urdf` (whole
 /// body), a missing URDF is an error. Throws InputError for missing or wrong entries of the files.

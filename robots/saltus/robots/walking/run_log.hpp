@@ -1,15 +1,17 @@
-// Log of a closed loop: states, commands, planner ticks and the motion of the body.
+// Log of a closed loop: states, commands, planner ticks and the motion of the body; and the state
+// of the loop while it runs.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
-#include "saltus/robots/walking/step_plan.hpp"
-#include "saltus/robots/walking/unmet_decision.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::walking {
 
@@ -84,6 +86,15 @@ struct BodySample {
   std::optional<BodyEstimate> estimate;     ///< estimate, if sensors are simulated
 };
 
+/// Problem of a planner in one tick.
+struct UnmetDecision {
+  std::string decision;           ///< "wrenches" or "steps"
+  double time = 0.0;              ///< s
+  double missed = 0.0;            ///< total violation, m; infinite: no plan
+  OptimalControlProblem problem;  ///< with the data of the tick, starting at `time`
+  ShootingOptions shooting;       ///< grid and integrator
+};
+
 /// Complete log of a run.
 struct RunLog {
   RobotDescription robot;             ///< the simulated robot
@@ -126,5 +137,21 @@ struct RunLog {
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
 };
+
+/// Activity of the robot, for the progress line.
+enum class Footing { standing, pushed, stepping, landed };
+
+/// State of the loop at one tick of the planner.
+struct LoopState {
+  double time = 0.0;        ///< s
+  double com_height = 0.0;  ///< m
+  /// Distance of the capture point from the edge of the support, m, positive inside. The support is
+  /// the stance sole until the landing, then the hull of both.
+  double margin = 0.0;
+  Footing footing = Footing::standing;  ///< activity of the robot
+};
+
+/// Called at every tick of the planner. Returning false stops the run; results up to then are kept.
+using Observer = std::function<bool(const LoopState&)>;
 
 }  // namespace saltus::walking

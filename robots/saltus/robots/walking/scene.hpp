@@ -3,8 +3,7 @@
 
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/robot_description.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
-#include "saltus/robots/walking/step_plan.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
 
 namespace saltus::walking {
 

@@ -5,7 +5,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/model/foot.hpp"
 
 namespace saltus::walking {
 
@@ -104,6 +104,12 @@ bool StepLogic::helps(const Vec<double, 2>& xi, const Vec<double, 2>& at_landing
       stance_.position + stance_.rotation * Vec<double, 3>(at_landing[0], at_landing[1], 0.0);
   const double to_sole = (at_landing - nearest_of_stance_sole(xi)).norm();
   return hull.signed_distance(point.head<2>()) < helpful * to_sole;
+}
+
+std::unique_ptr<StepPlanner> make_formula_steps(const Step& options,
+                                                std::optional<double> push_start,
+                                                const Scene& scene) {
+  return std::make_unique<StepLogic>(options, push_start, scene);
 }
 
 }  // namespace saltus::walking

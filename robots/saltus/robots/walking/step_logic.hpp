@@ -9,43 +9,10 @@
 
 namespace saltus::walking {
 
-/// Step planner: one step of the foot in the air by a formula (StepLogic), any number of steps with
-/// either foot by a rule (ReactiveSteps), or the problem's own planner by optimal control.
-enum class StepPlannerChoice { formula, reactive, ocp };
-/// Trigger of a step: the start of the push, or the capture point.
-enum class StepTrigger { push, icp };
-/// Step always, or only if standing cannot recover.
-enum class StepDecision { always, if_it_helps };
-/// Placement of the foot: by the capture point, or at a fixed place.
-enum class Placement { predicted, fixed };
-
 /// Largest share of the distance between ground and capture point that a helpful step may leave.
 /// Halving it does not yet recover the robot, but a step with less effect costs a standing robot
 /// its balance.
 inline constexpr double helpful = 0.5;
-
-/// Options of the step planner.
-struct Step {
-  bool allowed = true;                                     ///< true if the robot may step
-  StepPlannerChoice planner = StepPlannerChoice::formula;  ///< type of planner
-  double duration = 0.6;  ///< time from the trigger to the landing, s
-  double shortest = 0.3;  ///< shortest swing of the reactive planner, s
-  /// True if the formula knows the start of the push. No planner knows its size, direction or
-  /// duration, and the other planners have no knowledge of the push.
-  bool known = true;
-  StepTrigger trigger = StepTrigger::push;     ///< trigger of a step
-  StepDecision decide = StepDecision::always;  ///< step always, or only if it helps
-  /// Time from the trigger to the final placement, s; the push of the paper is then over.
-  double decision_delay = 0.1;
-  /// Alternative to `decision_delay`: time from the final placement to the landing, s.
-  std::optional<double> decision_lead;
-  Placement placement = Placement::predicted;  ///< by the capture point or fixed
-  /// Place of the swing sole relative to the stance sole: forward, and to the side away from it, m.
-  Vec<double, 2> fixed_place{0.0, 0.14};
-  double lateral_min = 0.12;  ///< smallest distance to the side of the stance sole, m
-  double lateral_max = 0.30;  ///< largest distance to the side of the stance sole, m
-  double forward_max = 0.25;  ///< largest distance to the front or back, m
-};
 
 /// Decides once per tick from the capture point. The foot is placed at the capture point predicted
 /// for the landing, with the centre of pressure at the nearest edge of the stance sole. The place

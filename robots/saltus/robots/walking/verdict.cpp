@@ -1,8 +1,10 @@
-#include "saltus/robots/walking/verdict.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "saltus/robots/walking/body_verdict.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "saltus/core/error.hpp"
+#include "saltus/robots/model/capsule.hpp"
 
 namespace saltus {
 namespace {

@@ -1,9 +1,10 @@
-#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "saltus/robots/model/capsule.hpp"
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
 

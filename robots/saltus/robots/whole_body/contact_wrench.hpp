@@ -5,7 +5,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/qp/stage_qp.hpp"
 #include "saltus/robots/model/contact_cone.hpp"
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 

@@ -1,11 +1,11 @@
 // Estimators: from sensor readings to the state of the whole body and its contacts.
 #pragma once
 
-#include "saltus/robots/whole_body/base_estimator.hpp"
-#include "saltus/robots/whole_body/joint_velocity_filter.hpp"
+#include <memory>
+
+#include "saltus/robots/whole_body/device_options.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
-#include "saltus/robots/whole_body/sensor_options.hpp"
-#include "saltus/robots/whole_body/sole_kinematics.hpp"
 
 namespace saltus {
 
@@ -25,56 +25,38 @@ class Estimator {
   virtual const WholeBodyEstimate& estimate() const = 0;
 };
 
-/// Passes the state of ideal sensors through.
-class IdealEstimator final : public Estimator {
- public:
-  void start(const WholeBodyState&, const SensorReadings& readings) override { update(readings); }
-  /// Throws DefinitionError for readings without ideal ones.
-  void update(const SensorReadings& readings) override;
-  void pin(Side) override {}
-  const WholeBodyEstimate& estimate() const override { return estimate_; }
+/// Creates an estimator that passes the state of ideal sensors through. Its update() throws
+/// DefinitionError for readings without ideal ones.
+std::unique_ptr<Estimator> make_ideal_estimator();
 
- private:
-  WholeBodyEstimate estimate_;
-};
-
-/// Estimates the state from real sensors. Joint positions are the measured ones, joint velocities
-/// come from JointVelocityFilter. BaseEstimator gives pose and velocity of the base. Its angular
+/// Creates an estimator for real sensors. Joint positions are the measured ones, joint velocities
+/// come from a filter of them. A Kalman filter gives pose and velocity of the base. Its angular
 /// velocity is the reading of the gyroscope minus the bias.
-class SensorEstimator final : public Estimator {
+///
+/// `robot` is the geometry that the controllers use, `pin` the first foot whose position defines
+/// the world, and `period` the time between two readings, s. Noise, rates and delays of `sensors`
+/// are used; its seed draws the error of the first estimate. Throws DefinitionError for options
+/// that are negative or not finite.
+std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Side pin,
+                                                 const SensorOptions& sensors,
+                                                 const EstimationOptions& options, double period);
+
+/// A foot has landed once the vertical force reaches a threshold, but not before an earliest time.
+/// Earlier contacts belong to lift-off or scuffing.
+class ContactEstimator {
  public:
-  /// `robot` is the geometry that the controllers use, `pin` the first pin foot, and `period` the
-  /// time between two readings, s. Noise, rates and delays of `sensors` are used; its seed draws
-  /// the error of the first estimate. Throws DefinitionError for options that are negative or not
-  /// finite.
-  SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
-                  const EstimationOptions& options, double period);
+  /// `force`: threshold of the vertical force, N.
+  explicit ContactEstimator(double force) : force_(force) {}
 
-  void start(const WholeBodyState& state, const SensorReadings& readings) override;
-  void update(const SensorReadings& readings) override;
-  void pin(Side foot) override;
-  const WholeBodyEstimate& estimate() const override { return estimate_; }
-
-  /// Filter of the base.
-  const BaseEstimator& base() const { return base_; }
+  /// Sets the earliest time of the next landing, s.
+  void expect(double earliest) { earliest_ = earliest; }
+  /// True if the swing foot, with this contact at `t` (s), has landed.
+  bool has_landed(double t, const FootContact& contact) const {
+    return !(t < earliest_ || contact.wrench[2] < force_);
+  }
 
  private:
-  void read_soles(const SensorReadings& readings);
-  void publish(const SensorReadings& readings);
-
-  double period_;
-  double certain_stand_;  // s: time until which the pin is known to stand
-  Side first_pin_, pin_;  // pin at the start, and current pin
-  double time_ = 0.0;     // time of the last readings, s
-  EstimationOptions options_;
-  double leg_variance_;  // variance of a joint position in leg kinematics, rad^2
-  std::uint64_t seed_;
-  SoleKinematics soles_[2];
-  SoleReading soles_read_[2];
-  FootRectangle resting_[2];  // area of the centre of pressure in which a sole counts as resting
-  JointVelocityFilter velocities_;
-  BaseEstimator base_;
-  WholeBodyEstimate estimate_;
+  double force_, earliest_ = infinity;
 };
 
 }  // namespace saltus

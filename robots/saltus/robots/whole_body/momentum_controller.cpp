@@ -1,4 +1,4 @@
-#include "saltus/robots/whole_body/momentum_controller.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 #include <fmt/format.h>
 

@@ -3,17 +3,9 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
+#include "saltus/robots/whole_body/device_options.hpp"
 
 namespace saltus {
-
-/// First-order lag followed by a limit on the rate of change. All joints have the same options.
-struct MotorOptions {
-  double bandwidth = 0.0;    ///< cut-off frequency (-3 dB) of the lag, Hz; 0: no lag
-  double torque_rate = 0.0;  ///< largest rate of change, Nm/s; 0: no limit
-
-  /// True if torques act at once and as commanded.
-  bool is_ideal() const { return bandwidth == 0.0 && torque_rate == 0.0; }
-};
 
 /// Torques of all motors. After a reset the first command acts at once. After construction nothing
 /// allocates.

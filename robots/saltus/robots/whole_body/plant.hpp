@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 

@@ -21,15 +21,6 @@ inline Vec<double, 3> log_so3(const Mat<double, 3, 3>& R) {
   return turn.angle() * turn.axis();
 }
 
-[[deprecated("use exp_so3; removed in 0.4")]] inline Mat<double, 3, 3> rotation_of_vector(
-    const Vec<double, 3>& v) {
-  return exp_so3(v);
-}  ///< deprecated name
-[[deprecated("use log_so3; removed in 0.4")]] inline Vec<double, 3> vector_of_rotation(
-    const Mat<double, 3, 3>& R) {
-  return log_so3(R);
-}  ///< deprecated name
-
 /// Left Jacobian J: exp(v + dv) = exp(J dv) exp(v) to first order.
 inline Mat<double, 3, 3> left_jacobian(const Vec<double, 3>& v) {
   const double a = v.norm();

@@ -8,6 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
+#include "saltus/robots/whole_body/sample_period.hpp"
 
 namespace saltus {
 namespace {

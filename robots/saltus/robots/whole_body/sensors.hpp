@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "saltus/core/random.hpp"
+#include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
-#include "saltus/robots/whole_body/sensor_options.hpp"
 #include "saltus/robots/whole_body/sole_kinematics.hpp"
 
 namespace saltus {

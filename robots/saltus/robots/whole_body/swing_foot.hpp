@@ -1,7 +1,7 @@
 // Trajectory of the swing foot and the acceleration that tracks it.
 #pragma once
 
-#include "saltus/robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "saltus/robots/whole_body/whole_body_settings.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 

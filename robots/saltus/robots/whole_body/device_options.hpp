@@ -1,21 +1,10 @@
-// Options of the sensors of a robot and of the estimator.
+// Options of the sensors and motors of a simulated robot, and of the estimator.
 //
-// The defaults are published values for iCub-class hardware; each comment names the source.
+// The defaults of the sensors are published values for iCub-class hardware; each comment names the
+// source.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 namespace saltus {
-
-/// Steps (of `step` s) between two samples at `rate` (Hz), at least one.
-inline long steps_between(double rate, double step) {
-  return std::max(1L, std::lround(1.0 / (rate * step)));
-}
-/// Time between two samples, a multiple of `step`, s.
-inline double sample_period(double rate, double step) {
-  return static_cast<double>(steps_between(rate, step)) * step;
-}
 
 /// Options of joint encoders.
 struct EncoderOptions {
@@ -67,6 +56,33 @@ struct EstimationOptions {
   double standing_force = 40.0;  ///< N, vertical: contact begins above this load and ends at
                                  ///< half of it
   double initial_tilt = 0.01;    ///< rad, standard deviation of the initial roll and pitch
+};
+
+/// Standard deviations of the noise, drawn anew in every step of the engine. Positions are not
+/// filtered. Velocities have separate noise, which represents the error of an estimator. It is not
+/// the noise of a difference of positions.
+struct MeasurementNoise {
+  double position = 0.0;          ///< m, of the base's origin, each axis
+  double angle = 0.0;             ///< rad, of the base's orientation (each axis) and of every joint
+  double velocity = 0.0;          ///< m/s, of the base's origin, each axis
+  double angular_velocity = 0.0;  ///< rad/s, of the base (each axis) and of every joint
+  double force = 0.0;             ///< relative, of every entry of the wrench of a foot
+  int seed = 1;                   ///< The same seed gives the same numbers.
+
+  /// True if no noise is added.
+  bool is_zero() const {
+    return position == 0.0 && angle == 0.0 && velocity == 0.0 && angular_velocity == 0.0 &&
+           force == 0.0;
+  }
+};
+
+/// First-order lag followed by a limit on the rate of change. All joints have the same options.
+struct MotorOptions {
+  double bandwidth = 0.0;    ///< cut-off frequency (-3 dB) of the lag, Hz; 0: no lag
+  double torque_rate = 0.0;  ///< largest rate of change, Nm/s; 0: no limit
+
+  /// True if torques act at once and as commanded.
+  bool is_ideal() const { return bandwidth == 0.0 && torque_rate == 0.0; }
 };
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-#include "saltus/robots/whole_body/estimator.hpp"
+#include "saltus/robots/whole_body/sensor_estimator.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
+#include "saltus/robots/whole_body/sample_period.hpp"
 
 namespace saltus {
 namespace {
@@ -164,6 +165,14 @@ void SensorEstimator::publish(const SensorReadings& r) {
     contact.touches = soles_read_[i].stands;
     contact.wrench << R * wrench.head<3>(), R * wrench.tail<3>();
   }
+}
+
+std::unique_ptr<Estimator> make_ideal_estimator() { return std::make_unique<IdealEstimator>(); }
+
+std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Side pin,
+                                                 const SensorOptions& sensors,
+                                                 const EstimationOptions& options, double period) {
+  return std::make_unique<SensorEstimator>(robot, pin, sensors, options, period);
 }
 
 }  // namespace saltus
