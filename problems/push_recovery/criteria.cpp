@@ -32,14 +32,14 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
   std::vector<Cause> causes;
   const double lowest = limits.height.lower, highest = limits.height.upper,
                largest = limits.momentum;
-  causes.push_back({first_time(log, [=](const Sample& s) { return s.gamma[2] < lowest; }),
+  causes.push_back({first_time(log, [=](const BipedSample& s) { return s.gamma[2] < lowest; }),
                     fmt::format("the CoM sank below {:.2f} m", lowest),
                     fmt::format("the CoM sank to {:.3f} m", v.com_height_min)});
-  causes.push_back({first_time(log, [=](const Sample& s) { return s.gamma[2] > highest; }),
+  causes.push_back({first_time(log, [=](const BipedSample& s) { return s.gamma[2] > highest; }),
                     fmt::format("the CoM rose above {:.2f} m", highest),
                     fmt::format("the CoM rose to {:.3f} m", v.com_height_max)});
   causes.push_back(
-      {first_time(log, [=](const Sample& s) { return s.gamma.tail<3>().norm() > largest; }),
+      {first_time(log, [=](const BipedSample& s) { return s.gamma.tail<3>().norm() > largest; }),
        fmt::format("the angular momentum passed {:.2g} Nms", largest),
        fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max)});
   if (v.body)
@@ -53,7 +53,7 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
 }
 
 // The first criterion of rest that a sample violates, or an empty string.
-std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
+std::string unrest(const BipedSample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
                    double momentum) {
   if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
   if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
@@ -95,7 +95,7 @@ Verdict judge(const Config& config, const RunLog& log) {
   const SupportPolygon ground =
       log.samples.back().two_feet() ? scene.hull() : scene.stance_polygon();
   const Vec<double, 2> target = scene.target_point();
-  for (const Sample& s : log.samples)
+  for (const BipedSample& s : log.samples)
     if (s.time >= settled_from + rest_after - same_instant) {
       const std::string reason = unrest(s, ground, target, momentum);
       if (reason.empty()) continue;

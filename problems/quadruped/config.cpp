@@ -21,10 +21,11 @@ void declare_settings(Settings& s, Config& c) {
            "the ground, which the controller takes for level, is nearly all within so much of it",
            between(0.0, 0.1));
   s.number("ground.friction", c.plant.friction, "", "of the ground", between(0.05, 2.0));
-  s.number("push.impulse", c.impulse, "N s", "on the body, in push.duration", between(0.0, 50.0));
+  s.number("push.impulse", c.push.impulse, "N s", "on the body, in push.duration",
+           between(0.0, 50.0));
   s.number("push.towards", c.towards, "deg", "0: ahead, 90: to the left", between(-360.0, 360.0));
-  s.number("push.start", c.plant.push_begin, "s", "when it begins", between(0.0, 600.0));
-  s.number("push.duration", c.plant.push_duration, "s", "how long it lasts", between(0.01, 1.0));
+  s.number("push.start", c.push.start, "s", "when it begins", between(0.0, 600.0));
+  s.number("push.duration", c.push.duration, "s", "how long it lasts", between(0.01, 1.0));
   s.number("noise", c.noise, "", "of the measured body: 1 is 2 mm, 2 cm/s, 0.3 deg, 3 deg/s",
            between(0.0, 10.0));
   s.integer("seed", c.seed, "", "of the ground, of the noise and of a campaign",

@@ -12,11 +12,11 @@ struct Config {
   ControllerSettings controller;
   PlantSettings plant;
   std::string gait = "trot";
-  double duration = 20.0;   // s
-  double roughness = 0.08;  // of the ground: maximum height almost everywhere, m
-  double impulse = 16.0;    // impulse of the push, N s
-  double towards = 90.0;    // direction of the push, degrees; 0 forward, 90 left
-  double noise = 0.0;       // noise of the measurements, as a multiple of the values in run.cpp
+  double duration = 20.0;          // s
+  double roughness = 0.08;         // of the ground: maximum height almost everywhere, m
+  Pulse push{16.0, {}, 1.0, 0.1};  // on the CoM, N s; its direction is `towards`
+  double towards = 90.0;           // direction of the push, degrees; 0 forward, 90 left
+  double noise = 0.0;  // noise of the measurements, as a multiple of the values in run.cpp
   int seed = 1;
   int runs = 0;        // runs of a campaign; 0: one run
   double scale = 1.0;  // factor on roughness and push

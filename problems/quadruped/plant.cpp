@@ -118,16 +118,6 @@ Vec<double, 3> RobotOnGround::force_of_leg(int leg, const State<double>& x,
   return force;
 }
 
-// The sum over the pieces is the impulse, for any start and end of the push.
-Vec<double, 3> RobotOnGround::mean_push(double from, double to) const {
-  constexpr double rounding = 1e-9;  // rounding of tick times, s
-  const double begin = settings_.push_begin, end = begin + settings_.push_duration;
-  const Vec<double, 3> force = settings_.push_impulse / settings_.push_duration;
-  const double within = std::min(to, end) - std::max(from, begin);
-  if (within < rounding) return Vec<double, 3>::Zero();
-  return within > to - from - rounding ? force : Vec<double, 3>(force * (within / (to - from)));
-}
-
 bool RobotOnGround::advance(const VectorRef& forces, double length) {
   const VectorXd now = inner_->state();
   const State<double> x = now.head<states>();
@@ -138,7 +128,8 @@ bool RobotOnGround::advance(const VectorRef& forces, double length) {
     u.segment<3>(3 * leg) = forces_.col(leg);
     u.segment<3>(3 * legs + 3 * leg) = commands_[leg].velocity;
   }
-  u.tail<3>() = mean_push(time(), time() + length);
+  u.tail<3>().setZero();
+  for (const Pulse& pulse : pulses_) u.tail<3>() += pulse.mean(time(), time() + length);
   return inner_->advance(u, length);
 }
 

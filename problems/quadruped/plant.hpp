@@ -8,6 +8,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,9 @@ struct LegCommand {
 
 struct PlantSettings {
   Body body;
-  double friction = 0.6;                                 // friction coefficient of the ground
-  double leg_length = 0.42;                              // a longer leg cannot push, m
-  double servo_gain = 60.0;                              // gain of a dragging leg, N s/m
-  double push_begin = 1.0, push_duration = 0.1;          // s
-  Vec<double, 3> push_impulse = Vec<double, 3>::Zero();  // on the CoM, N s
+  double friction = 0.6;     // friction coefficient of the ground
+  double leg_length = 0.42;  // a longer leg cannot push, m
+  double servo_gain = 60.0;  // gain of a dragging leg, N s/m
 };
 
 class RobotOnGround final : public LoopPlant {
@@ -47,6 +46,11 @@ class RobotOnGround final : public LoopPlant {
   /// Returns the state of the body.
   std::vector<HybridEvent> take_events() override;
   void disturb(const VectorRef& change) override;
+  /// Forces on the CoM, N.
+  bool take_pulses(std::span<const Pulse> pulses) override {
+    pulses_.assign(pulses.begin(), pulses.end());
+    return true;
+  }
   std::string name() const override { return "rigid body on uneven ground"; }
 
   PerLeg<double> feet() const { return inner_->state().tail<3 * legs>().reshaped(3, legs); }
@@ -59,12 +63,12 @@ class RobotOnGround final : public LoopPlant {
   double height() const;
 
  private:
-  Vec<double, 3> mean_push(double from, double to) const;
   Vec<double, 3> force_of_leg(int leg, const State<double>& x, const Vec<double, 3>& foot,
                               const Vec<double, 3>& planned) const;
 
   PlantSettings settings_;
   Ground ground_;
+  std::vector<Pulse> pulses_;
   std::array<LegCommand, legs> commands_;
   PerLeg<double> forces_ = PerLeg<double>::Zero();
   std::unique_ptr<IntegratorPlant> inner_;

@@ -74,7 +74,7 @@ Json summary_of(const Config& config, const RunLog& run) {
           {"early_landings", run.early},
           {"late_landings", run.late},
           {"gait_waited_s", run.waited},
-          {"push_start_s", config.plant.push_begin},
+          {"push_start_s", config.push.start},
           {"largest_tilt_rad", run.farthest},
           {"final_state", std::vector<double>(end.begin(), end.end())},
           {"states", run.log.recording.state_columns()},
@@ -96,7 +96,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
     recovered[0] += seeing.fell ? 0 : 1;
     recovered[1] += blind.fell ? 0 : 1;
     ticks.merge(seeing.log.statistics.all());
-    table.add_row(std::vector<double>{1.0 * one.seed, one.towards, one.plant.push_begin,
+    table.add_row(std::vector<double>{1.0 * one.seed, one.towards, one.push.start,
                                       seeing.fell ? 0.0 : 1.0, blind.fell ? 0.0 : 1.0,
                                       seeing.farthest, blind.farthest, 1.0 * seeing.early,
                                       1.0 * seeing.late, seeing.rows.back().time,
@@ -111,7 +111,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
                                             {"kind", "campaign"},
                                             {"size", config.scale},
                                             {"roughness_m", config.scale * config.roughness},
-                                            {"impulse_N_s", config.scale * config.impulse},
+                                            {"impulse_N_s", config.scale * config.push.impulse},
                                             {"runs", table.rows()},
                                             {"recovered", recovered[0]},
                                             {"recovered_blind", recovered[1]},
@@ -123,7 +123,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
       "recovered: {} of {}; blind to early and late landings: {} of {}\n"
       "a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
       "results in {}: campaign.csv, summary.json\n",
-      config.scale, 100.0 * config.scale * config.roughness, config.scale * config.impulse,
+      config.scale, 100.0 * config.scale * config.roughness, config.scale * config.push.impulse,
       table.rows(), config.duration, recovered[0], table.rows(), recovered[1], table.rows(),
       1e3 * ticks.median(), 1e3 * ticks.p99(), 1e3 * config.controller.period,
       context.output.path().string());

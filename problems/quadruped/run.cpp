@@ -35,12 +35,9 @@ State<double> measurement_noise() {
 RunLog run(const Config& config) {
   ControllerSettings settings = config.controller;
   apply_gait(config.gait, settings.gait);
-  PlantSettings body = config.plant;
-  const double towards = config.towards * std::numbers::pi / 180.0;
-  body.push_impulse =
-      config.scale * config.impulse * Vec<double, 3>(std::cos(towards), std::sin(towards), 0.0);
   RobotOnGround robot(
-      body, Ground(config.scale * config.roughness, static_cast<std::uint64_t>(config.seed)),
+      config.plant,
+      Ground(config.scale * config.roughness, static_cast<std::uint64_t>(config.seed)),
       settings.height);
   Controller controller(settings);
 
@@ -48,6 +45,11 @@ RunLog run(const Config& config) {
   LoopOptions options{.duration = config.duration};
   options.state_names = state_names;
   options.input_names = input_names();
+  const double towards = config.towards * std::numbers::pi / 180.0;
+  options.disturbances.pulses = {config.push};
+  options.disturbances.pulses[0].impulse *= config.scale;
+  options.disturbances.pulses[0].direction =
+      Vec<double, 3>(std::cos(towards), std::sin(towards), 0.0);
   options.disturbances.seed = static_cast<std::uint64_t>(config.seed);
   if (config.noise > 0.0)
     options.disturbances.measurement_noise = config.noise * measurement_noise();
@@ -76,7 +78,7 @@ Config disturbed(const Config& config, int i, bool blind) {
   one.seed = config.seed + i;
   Random random(static_cast<std::uint64_t>(one.seed) + 1000);
   one.towards = random.uniform(0.0, 360.0);
-  one.plant.push_begin = random.uniform(1.5, 2.5);
+  one.push.start = random.uniform(1.5, 2.5);
   one.controller.gait.blind = blind;
   return one;
 }

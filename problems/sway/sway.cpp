@@ -160,7 +160,7 @@ class Sway final : public ConfigurableBiped {
   Verdict judge(const RunLog& log) const override {
     Verdict v = figures_of(log, config_.period, pushes());
     double farthest = 0.0;
-    for (const Sample& s : log.samples)
+    for (const BipedSample& s : log.samples)
       if (s.time > config_.period) {
         const Vector9 wanted = reference(config_, log.final_scene, s.time);
         farthest = std::max(farthest, (s.gamma - wanted).head<3>().norm());

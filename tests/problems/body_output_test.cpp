@@ -54,7 +54,7 @@ FloatingRobot two_joints() {
 RunLog made_up_log(Side stance = Side::left) {
   RunLog log;
   for (int i = 0; i < samples; ++i) {
-    Sample s;
+    BipedSample s;
     s.time = i * period;
     s.gamma.setZero();
     s.capture_point.setZero();
@@ -201,7 +201,7 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
     b.estimate = estimate;
   }
   RunLog early = log;  // ends before the filter has converged: no estimate
-  for (Sample& s : early.samples) s.time -= 1.0;
+  for (BipedSample& s : early.samples) s.time -= 1.0;
   const auto none = body_figures(early, two_joints());
   EXPECT_TRUE(none["estimate_com_error_m"].is_null());
   EXPECT_TRUE(none["estimate_velocity_error_m_s"].is_null());

@@ -26,7 +26,7 @@ RunLog still() {
   leg.effort = 10.0;
   log.floating.bodies = {base, leg};
   for (int i = 0; i < samples; ++i) {
-    Sample s;
+    BipedSample s;
     s.time = i * period;
     s.gamma.setZero();
     s.gamma[2] = 0.5;
@@ -58,7 +58,7 @@ TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
   log.touchdown = 1.6;
   log.final_scene.stance_foot = {between(-0.05, 0.1), between(-0.03, 0.04)};
   for (int i = 0; i <= 320; ++i) {
-    Sample s;
+    BipedSample s;
     s.time = 0.05 * i;
     s.gamma.setZero();
     s.gamma[2] = log.robot.default_posture().com[2];

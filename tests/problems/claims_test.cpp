@@ -95,7 +95,7 @@ TEST_F(Landing, CapturePointSettlesAtOnceAndSoonerThanWithoutPrediction) {
   EXPECT_LT(mpc.verdict.icp_settling, 0.3);  // s, to within 1 cm
   EXPECT_LT(mpc.verdict.icp_settling, baseline.verdict.icp_settling);
   const SupportPolygon hull = mpc.log.final_scene.hull();
-  for (const Sample& s : mpc.log.samples) {
+  for (const BipedSample& s : mpc.log.samples) {
     if (s.time <= mpc.log.touchdown + mpc.verdict.icp_settling) continue;
     ASSERT_TRUE(hull.contains(s.capture_point)) << s.time;
   }

@@ -36,7 +36,7 @@ Outcome run(const Config& config) {
 }
 
 void expect_every_solve_optimal(const RunLog& log) {
-  for (const TickRecord& tick : log.ticks) {
+  for (const LoopTick& tick : log.ticks) {
     ASSERT_EQ(tick.status, SolveStatus::optimal) << tick.time << ": " << tick.message;
     // Our own residual; the solver's tolerance is 1e-8, scaled its own way.
     ASSERT_LT(tick.kkt, 1e-6) << tick.time;
@@ -117,7 +117,7 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
     ASSERT_EQ(left.log.samples.size(), right.log.samples.size());
     double motion = 0.0, force = 0.0;
     for (std::size_t i = 0; i < left.log.samples.size(); ++i) {
-      const Sample &a = left.log.samples[i], &b = right.log.samples[i];
+      const BipedSample &a = left.log.samples[i], &b = right.log.samples[i];
       Vec<double, 9> gamma;
       gamma << image, image, axial_image;
       Vec<double, 6> wrench;
@@ -156,7 +156,7 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
   Vec<double, 12> applied = log.samples.front().wrenches;
   const Schedule contacts = one_foot_then_two(log.touchdown);
   std::size_t tick = 0;
-  for (const Sample& s : log.samples) {
+  for (const BipedSample& s : log.samples) {
     if (s.time > log.touchdown + 0.3 || tick == log.ticks.size()) break;
     if (s.time < log.ticks[tick].time - same_instant) {
       applied = s.wrenches;
@@ -189,12 +189,12 @@ TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
     const Outcome outcome = run(config);
     EXPECT_TRUE(outcome.verdict.recovered) << seed << ": " << outcome.verdict.reason;
     long missed = 0;
-    for (const TickRecord& t : outcome.log.ticks)
+    for (const LoopTick& t : outcome.log.ticks)
       missed += t.status == SolveStatus::time_limit ? 1 : 0;
     const double fraction =
         static_cast<double>(missed) / static_cast<double>(outcome.log.ticks.size());
     EXPECT_NEAR(fraction, 0.2, 0.06) << seed;
-    const LoopStatistics& loop = outcome.log.loop;
+    const LoopStatistics& loop = outcome.log.statistics;
     EXPECT_EQ(loop.all().count(), static_cast<long>(outcome.log.ticks.size()));
     EXPECT_EQ(loop.count(Provenance::feasible) + loop.count(Provenance::shifted), missed);
     EXPECT_EQ(loop.count(Provenance::fallback), 0);

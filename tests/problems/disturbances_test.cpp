@@ -115,21 +115,21 @@ TEST_F(Disturbed, LongSoftPush) {
 }
 
 TEST_F(Disturbed, PushOfAnotherShape) {
-  config.push.shape = PushShape::half_sine;
+  config.push.shape = PulseShape::half_sine;
   expect_recovery();
 }
 
 constexpr double rounding = 1e-12;
 
 TEST(Push, EveryShapeGivesTheWholeImpulseInAnySteps) {
-  for (const PushShape shape : {PushShape::rectangle, PushShape::half_sine, PushShape::triangle})
+  for (const PulseShape shape :
+       {PulseShape::rectangle, PulseShape::half_sine, PulseShape::triangle})
     for (const double step : {0.001, 0.0037, 0.05}) {
       Push push;
       push.shape = shape;
       push.start = 0.0123;
       Vec<double, 3> sum = Vec<double, 3>::Zero();
-      for (int k = 0; k * step < 0.2; ++k)
-        sum += step * mean_push_force(push, k * step, (k + 1) * step);
+      for (int k = 0; k * step < 0.2; ++k) sum += step * push.mean(k * step, (k + 1) * step);
       EXPECT_LT((sum - push.impulse * push.direction).norm(), rounding) << describe(shape);
     }
 }
@@ -140,17 +140,17 @@ TEST(Push, ShapesAreWhatTheirNamesSay) {
   const auto force_at = [&push](double fraction) {
     constexpr double dt = 1e-6;  // s
     const double t = push.start + fraction * push.duration;
-    return mean_push_force(push, t - 0.5 * dt, t + 0.5 * dt).norm();
+    return push.mean(t - 0.5 * dt, t + 0.5 * dt).norm();
   };
   constexpr double difference = 1e-3;  // N, of a mean over dt
   EXPECT_NEAR(force_at(0.25), 60.0, difference);
   EXPECT_EQ(force_at(-0.1), 0.0);
   EXPECT_EQ(force_at(1.1), 0.0);
-  push.shape = PushShape::half_sine;
+  push.shape = PulseShape::half_sine;
   const double peak = 0.5 * std::acos(-1.0) * 60.0;
   EXPECT_NEAR(force_at(0.5), peak, difference);
   EXPECT_NEAR(force_at(1.0 / 6.0), 0.5 * peak, difference);
-  push.shape = PushShape::triangle;
+  push.shape = PulseShape::triangle;
   EXPECT_NEAR(force_at(0.25), 60.0, difference);
   EXPECT_NEAR(force_at(0.75), 60.0, difference);
   EXPECT_NEAR(force_at(0.4), 96.0, difference);

@@ -57,7 +57,7 @@ TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;
   const auto farthest = [](const RunLog& log, double side) {
     double y = 0.0;
-    for (const Sample& s : log.samples) y = std::max(y, side * s.capture_point[1]);
+    for (const BipedSample& s : log.samples) y = std::max(y, side * s.capture_point[1]);
     return y;
   };
   // The push moves the capture point by more than 0.1 m.

@@ -139,7 +139,7 @@ TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
 TEST(PendulumBound, CountsAPushByItsShape) {
   PendulumBound bound = published();
   const double constant = bound.largest_impulse(right, {});
-  bound.push.shape = PushShape::triangle;
+  bound.push.shape = PulseShape::triangle;
   const double omega = std::sqrt(9.81 / bound.height), half = 0.5 * bound.push.duration;
   // A triangle is the convolution of a rectangle of half the length with itself: its mean decay is
   // the square.
@@ -244,13 +244,13 @@ TEST(PendulumBound, RefusesNonsense) {
 RunLog map_log() {
   RunLog log;
   for (const double x : {0.02, 0.05, 0.01}) {
-    Sample s;
+    BipedSample s;
     s.capture_point << x, -7.0;
     log.samples.push_back(s);
   }
   for (const SolveStatus status :
        {SolveStatus::optimal, SolveStatus::time_limit, SolveStatus::infeasible}) {
-    TickRecord tick;
+    LoopTick tick;
     tick.status = status;
     log.ticks.push_back(tick);
   }

@@ -27,7 +27,7 @@ TEST_P(MujocoStep, RecoversAsInDart) {
     EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;
     EXPECT_EQ(log.control_failures, 0) << log.plant;
     lowest[k] = infinity;
-    for (const Sample& s : log.samples) lowest[k] = std::min(lowest[k], s.capture_point[1]);
+    for (const BipedSample& s : log.samples) lowest[k] = std::min(lowest[k], s.capture_point[1]);
     touchdown[k] = log.touchdown;
     const std::string engine = k == 0 ? "dart" : "mujoco";
     RecordProperty(engine + "_lowest_capture_point", std::to_string(lowest[k]));

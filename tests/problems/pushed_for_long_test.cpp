@@ -67,8 +67,8 @@ class PushedForLong : public IcubInDart {
     EXPECT_FALSE(log.numerical_failure) << log.stop_reason;
     EXPECT_TRUE(fell || !log.control_failed())
         << log.control_failures << " of " << log.control_calls << " calls";
-    EXPECT_EQ(log.loop.all().count(), static_cast<long>(log.ticks.size()));
-    for (const Sample& s : log.samples)
+    EXPECT_EQ(log.statistics.all().count(), static_cast<long>(log.ticks.size()));
+    for (const BipedSample& s : log.samples)
       if (!s.gamma.allFinite() || !s.wrenches.allFinite()) {
         ADD_FAILURE() << "no numbers at " << s.time << " s";
         break;
@@ -81,7 +81,7 @@ class PushedForLong : public IcubInDart {
     for (const Push& push : all_pushes(config.push, config.more_pushes))
       tally.pushes += push.start < end ? 1 : 0;
     tally.ticks += static_cast<long>(log.ticks.size());
-    for (const TickRecord& tick : log.ticks) tally.without_plan += is_success(tick.status) ? 0 : 1;
+    for (const LoopTick& tick : log.ticks) tally.without_plan += is_success(tick.status) ? 0 : 1;
     tally.steps += static_cast<long>(log.steps.size());
     tally.seconds += end;
     tally.planning += log.plan_seconds;

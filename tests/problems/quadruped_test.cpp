@@ -53,11 +53,10 @@ TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
 TEST(Quadruped, APushHasItsImpulseWhereverItBegins) {
   for (const double begin : {1.0, 1.01, 1.013})
     for (const double duration : {0.1, 0.05, 0.01, 0.003}) {
-      PlantSettings settings;
-      settings.push_begin = begin;
-      settings.push_duration = duration;
-      settings.push_impulse = {1.0, -2.0, 0.0};
+      const PlantSettings settings;
       RobotOnGround robot(settings, Ground(), 0.29);
+      const Pulse push{1.0, Vec<double, 3>(1.0, -2.0, 0.0), begin, duration};
+      ASSERT_TRUE(robot.take_pulses({&push, 1}));
       std::array<LegCommand, legs> up;
       for (LegCommand& command : up) command = {true, {0.0, 0.0, 5.0}};
       robot.command(up);

@@ -67,17 +67,18 @@ Push push_at(double start, double impulse, const Vec<double, 3>& direction, doub
 }
 
 // Samples until 0.5 s after the push, when the robot steps.
-std::vector<Sample> samples(Config config, const Push& told, const Push& acting) {
+std::vector<BipedSample> samples(Config config, const Push& told, const Push& acting) {
   config.push = told;
   return walking::simulate(Pushed(config, acting), icub(),
                            [&](const LoopState& state) { return state.time < acting.start + 0.5; })
       .samples;
 }
 
-bool are_equal(const std::vector<Sample>& a, const std::vector<Sample>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Sample& x, const Sample& y) {
-    return x.time == y.time && x.gamma == y.gamma && x.wrenches == y.wrenches;
-  });
+bool are_equal(const std::vector<BipedSample>& a, const std::vector<BipedSample>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const BipedSample& x, const BipedSample& y) {
+                      return x.time == y.time && x.gamma == y.gamma && x.wrenches == y.wrenches;
+                    });
 }
 
 TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
@@ -86,7 +87,7 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
   for (const char* planner : words_of) {
     const Config config = config_of({std::string("step.planner=") + planner});
     EXPECT_FALSE(config.step.known);
-    const std::vector<Sample> truth = samples(config, acting, acting);
+    const std::vector<BipedSample> truth = samples(config, acting, acting);
     EXPECT_GT(truth.size(), 60u);
     EXPECT_TRUE(are_equal(truth, samples(config, other, acting))) << planner;
   }

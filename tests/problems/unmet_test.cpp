@@ -24,14 +24,14 @@ Config pushed_by(double impulse, const Vec<double, 3>& direction) {
 
 walking::UnmetReport report_of(const Config& config, const RunLog& log) {
   const PushRecoveryExplanations words(limits_on_the_way(config, log.robot));
-  return walking::explain_unmet(words, log.unmet, 60.0);
+  return walking::explain_unmet(words, log.unmet_decisions, 60.0);
 }
 
 TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
   const Config config = pushed_by(13.0, {0.0, -1.0, 0.0});
   const RunLog log = simulate(config, icub());
-  ASSERT_FALSE(log.unmet.empty());
-  const walking::UnmetDecision& first = log.unmet.front();
+  ASSERT_FALSE(log.unmet_decisions.empty());
+  const walking::UnmetDecision& first = log.unmet_decisions.front();
   EXPECT_EQ(first.decision, "wrenches");
   EXPECT_GT(first.missed, 1e-3);
   // The landing, 0.6 s after the push, enters the horizon of 0.15 s.
@@ -44,7 +44,7 @@ TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
   EXPECT_NE(report.text.find("outside towards -y"), std::string::npos) << report.text;
   EXPECT_NE(report.text.find("if the foot landed"), std::string::npos) << report.text;
   EXPECT_NE(report.text.find("ms earlier"), std::string::npos) << report.text;
-  EXPECT_EQ(report.json.size(), log.unmet.size());
+  EXPECT_EQ(report.json.size(), log.unmet_decisions.size());
 
   // With the proposed change, the robot recovers in the run.
   double earlier = 0.0;
@@ -63,8 +63,8 @@ TEST(Unmet, StandingBeyondTheSoleIsToldByThePlannerOfSteps) {
   Config config = pushed_by(9.0, {0.0, 1.0, 0.0});  // towards the stance side, where no step helps
   config.step.planner = walking::StepPlannerChoice::ocp;
   const RunLog log = simulate(config, icub());
-  ASSERT_FALSE(log.unmet.empty());
-  const walking::UnmetDecision& first = log.unmet.front();
+  ASSERT_FALSE(log.unmet_decisions.empty());
+  const walking::UnmetDecision& first = log.unmet_decisions.front();
   EXPECT_EQ(first.decision, "steps");
   const walking::UnmetReport report = report_of(config, log);
   EXPECT_NE(report.text.find("the robot is not captured"), std::string::npos) << report.text;
@@ -78,7 +78,7 @@ TEST(Unmet, StandingBeyondTheSoleIsToldByThePlannerOfSteps) {
 TEST(Unmet, ARunThatIsCaughtHasNothingToExplain) {
   const Config config = pushed_by(6.0, {0.0, -1.0, 0.0});
   const RunLog log = simulate(config, icub());
-  EXPECT_TRUE(log.unmet.empty());
+  EXPECT_TRUE(log.unmet_decisions.empty());
 }
 
 TEST(Unmet, TheFirstAndTheWorstOfAKindAreKept) {

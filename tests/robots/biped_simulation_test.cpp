@@ -22,10 +22,9 @@ namespace {
 
 class BipedSimulation : public testing::Test {
  protected:
-  SimulatedRobot simulated(const PlantSettings& settings,
-                           std::vector<AppliedPush> pushes = {}) const {
+  SimulatedRobot simulated(const PlantSettings& settings) const {
     SimulatedRobot robot(make_dart_plant(biped.robot, settings.engine), biped.robot, settings,
-                         biped.options().control_period, std::move(pushes));
+                         biped.options().control_period);
     robot.reset(biped.start);
     return robot;
   }
@@ -64,12 +63,10 @@ TEST_F(BipedSimulation, MakesTheRecordedRun) {
 
 // The planner's wrenches have level axes. A tilted sole must not rotate them.
 TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
-  Push push;
-  push.start = 0.02;
-  push.duration = 0.1;
-  push.impulse = 20.0;  // N s; the robot falls
-  SimulatedRobot robot =
-      simulated({}, {{push, {biped.robot.body_index("trunk"), Eigen::Isometry3d::Identity()}}});
+  // 20 N s; the robot falls.
+  const Pulse push{20.0, Vec<double, 3>(0.0, -1.0, 0.0), 0.02, 0.1};
+  SimulatedRobot robot = simulated({});
+  robot.push_by({&push, 1}, {biped.robot.body_index("trunk"), Eigen::Isometry3d::Identity()});
   BalanceController controller =
       biped.controller(make_dart_dynamics(biped.robot), make_ideal_estimator());
   controller.start(biped.start, robot.read());

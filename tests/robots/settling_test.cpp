@@ -73,7 +73,7 @@ RunLog landing_at(double touchdown) {
   log.robot.mass = 30.0;
   log.touchdown = touchdown;
   for (int i = 0; i < 600; ++i) {
-    Sample s;
+    BipedSample s;
     s.time = i * period;
     s.gamma.setZero();
     s.capture_point.setZero();

@@ -480,9 +480,95 @@ TEST(ClosedLoop, DrivesWithAControllerOfTheUsersOwn) {
   options.until = [](double t, const VectorRef&) { return t > 1.0 - 0.5 * step; };
   const LoopLog none = simulate_closed_loop(silent, again, options);
   EXPECT_TRUE(none.completed);
-  EXPECT_TRUE(none.ticks.empty());
+  EXPECT_EQ(none.ticks.size(), 10u);
   EXPECT_TRUE(none.recording.samples.empty());
   EXPECT_EQ(again.state(), plant.state());
+}
+
+// Records every other tick only, as a planner does that runs at half the rate.
+class RecordsItsPlans final : public LoopController {
+ public:
+  double period() const override { return step; }
+  std::string name() const override { return inner_.name(); }
+  const HeldInput& tick(double t, const VectorRef& measured) override {
+    return inner_.tick(t, measured);
+  }
+  std::optional<LoopTick> last_tick() override {
+    if (inner_.ticks % 2 == 0) return {};
+    LoopTick tick;
+    tick.provenance = Provenance::optimal;
+    tick.message = "planned";
+    return tick;
+  }
+
+ private:
+  CountDown inner_;
+};
+
+TEST(ClosedLoop, TheLogHasTheTicksThatAControllerReports) {
+  IntegratorPlant plant = drift();
+  RecordsItsPlans controller;
+  const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 1.0});
+  ASSERT_EQ(log.ticks.size(), 5u);
+  EXPECT_NEAR(log.ticks[1].time, 2.0 * step, 1e-12);
+  EXPECT_EQ(log.ticks[1].message, "planned");
+  EXPECT_EQ(log.ticks[1].measured[0], log.recording.samples[2].state[0]);
+  EXPECT_EQ(log.statistics.count(Provenance::optimal), 5);
+}
+
+// The state of `drift()` at the end of a run of one second with these pulses.
+double drifted(const std::vector<Pulse>& pulses) {
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 1.0, .period = step};
+  options.disturbances.pulses = pulses;
+  const FeedbackLaw rest = [](double, const VectorRef&, VectorOut input) { input[0] = 0.0; };
+  const LoopLog log = simulate_closed_loop(rest, plant, options);
+  EXPECT_TRUE(log.completed) << log.message;
+  return plant.state()[0];
+}
+
+TEST(ClosedLoop, APulseChangesTheStateByItsImpulse) {
+  const VectorXd up = VectorXd::Constant(1, 2.0);
+  const double rest = drifted({});
+  for (const PulseShape shape :
+       {PulseShape::rectangle, PulseShape::half_sine, PulseShape::triangle})
+    for (const double duration : {0.013, 0.1, 0.25}) {
+      const Pulse pulse{0.5, up, 0.3141, duration, shape};
+      EXPECT_NEAR(drifted({pulse}), rest + 1.0, 1e-12) << describe(shape) << ", " << duration;
+    }
+  EXPECT_NEAR(drifted({{0.5, up, 0.9, 0.2}}), rest + 0.5, 1e-12);  // half of it after the end
+  EXPECT_THROW(drifted({{0.5, VectorXd::Ones(2), 0.3, 0.1}}), DefinitionError);
+}
+
+// A plant that applies pulses itself receives them once, and its state is not changed by the loop.
+class PushedPlant final : public LoopPlant {
+ public:
+  double time() const override { return time_; }
+  VectorXd state() const override { return VectorXd::Zero(1); }
+  int inputs() const override { return 1; }
+  bool advance(const VectorRef&, double length) override {
+    time_ += length;
+    return true;
+  }
+  bool take_pulses(std::span<const Pulse> pulses) override {
+    received.assign(pulses.begin(), pulses.end());
+    return true;
+  }
+
+  std::vector<Pulse> received;
+
+ private:
+  double time_ = 0.0;
+};
+
+TEST(ClosedLoop, APlantMayApplyPulsesItself) {
+  PushedPlant plant;
+  CountDown controller;
+  LoopOptions options{.duration = 1.0};
+  options.disturbances.pulses = {{7.0, VectorXd::Ones(3), 0.2, 0.1}};
+  EXPECT_TRUE(simulate_closed_loop(controller, plant, options).completed);
+  ASSERT_EQ(plant.received.size(), 1u);
+  EXPECT_EQ(plant.received[0].impulse, 7.0);
 }
 
 TEST(ClosedLoop, EndsWhenTheUserSaysSo) {

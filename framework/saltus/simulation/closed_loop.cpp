@@ -19,7 +19,7 @@ namespace {
 // The answer of any controller to a measurement.
 struct Answer {
   const HeldInput* input = nullptr;
-  LoopTick tick;
+  std::optional<LoopTick> tick = LoopTick{};  // empty: not recorded
 };
 struct ControlCalls {
   std::string name;
@@ -87,6 +87,15 @@ class Loop {
                                ? disturbances_.first_input
                                : VectorXd(VectorXd::Zero(plant_.inputs()));
     commands_.push_back({start_, first});
+    if (!disturbances_.pulses.empty() && !plant_.take_pulses(disturbances_.pulses)) {
+      for (const Pulse& pulse : disturbances_.pulses)
+        if (pulse.direction.size() != plant_.state().size())
+          throw DefinitionError(
+              fmt::format("closed loop: the direction of a pulse has {} entries, expected {}, one "
+                          "per state of the plant",
+                          pulse.direction.size(), plant_.state().size()));
+      pulses_ = disturbances_.pulses;
+    }
   }
 
   LoopLog run() {
@@ -190,15 +199,7 @@ class Loop {
       return stop(
           fmt::format("{} threw at t = {:.4g} s: {}", controller_.name, t, describe_exception()));
     }
-    answer.tick.time = t;
-    answer.tick.measured = measured;
-    if (answer.tick.provenance) {
-      log_.statistics.latency[static_cast<std::size_t>(*answer.tick.provenance)].add(
-          answer.tick.seconds);
-      log_.statistics.preparation.add(answer.tick.preparation);
-      if (answer.tick.check > 0.0) log_.statistics.check.add(answer.tick.check);
-    }
-    if (options_.record) log_.ticks.push_back(std::move(answer.tick));
+    if (answer.tick) note(std::move(*answer.tick), t, measured);
     if (!answer.input->all_finite())
       return stop(fmt::format("the controller's input at t = {:.4g} s is no number", t));
     while (!commands_.empty() && commands_.back().start >= t + disturbances_.input_delay)
@@ -213,6 +214,17 @@ class Loop {
       }
     }
     return true;
+  }
+
+  void note(LoopTick tick, double t, const VectorXd& measured) {
+    tick.time = t;
+    tick.measured = measured;
+    if (tick.provenance) {
+      log_.statistics.latency[static_cast<std::size_t>(*tick.provenance)].add(tick.seconds);
+      log_.statistics.preparation.add(tick.preparation);
+      if (tick.check > 0.0) log_.statistics.check.add(tick.check);
+    }
+    log_.ticks.push_back(std::move(tick));
   }
 
   // --- after the tick
@@ -239,6 +251,10 @@ class Loop {
   }
 
   bool advance(double until) {
+    for (const Pulse& pulse : pulses_) {
+      const VectorXd rate = pulse.mean(plant_.time(), until);
+      if (!rate.isZero(0.0)) plant_.disturb(rate * (until - plant_.time()));
+    }
     input_ = commands_.front().input;
     if (disturbances_.input) {
       VectorXd added = VectorXd::Zero(input_.size());
@@ -289,6 +305,7 @@ class Loop {
   LoopPlant& plant_;
   const LoopOptions& options_;
   const Disturbances& disturbances_;
+  std::vector<Pulse> pulses_;  // those that the plant does not apply itself
   GaussianNoise noise_;
   double start_;
   LoopLog log_;
@@ -307,18 +324,18 @@ void expect_fit(const PhaseDefinition& phase, const LoopPlant& plant) {
 }
 
 Answer answer_of(const ControlTick& tick) {
-  return {&tick.input,
-          {tick.time,
-           {},
-           tick.provenance,
-           tick.status,
-           tick.iterations,
-           tick.objective,
-           tick.kkt,
-           tick.violation,
-           tick.seconds,
-           tick.preparation,
-           tick.check}};
+  return {&tick.input, LoopTick{tick.time,
+                                {},
+                                tick.provenance,
+                                tick.status,
+                                {},
+                                tick.iterations,
+                                tick.objective,
+                                tick.kkt,
+                                tick.violation,
+                                tick.seconds,
+                                tick.preparation,
+                                tick.check}};
 }
 
 // Called between ticks, and only after a failed one.
@@ -558,7 +575,8 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, LoopPlant& 
 LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,
                              const LoopOptions& options) {
   const auto answer = [&](double t, const VectorRef& measured) {
-    return Answer{&controller.tick(t, measured), {}};
+    const HeldInput& input = controller.tick(t, measured);
+    return Answer{&input, controller.last_tick()};
   };
   return Loop({controller.name(), controller.period(), answer}, plant, options).run();
 }
@@ -576,7 +594,7 @@ LoopLog simulate_law(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions
     piece.length = options.period;
     piece.size = plant.inputs();
     law(t, measured, piece.values);
-    return Answer{&held, {}};
+    return Answer{&held};
   };
   LoopLog log =
       Loop({"feedback law", options.period, answer, {}, {}, {}, misses}, plant, options).run();

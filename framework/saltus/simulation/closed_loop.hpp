@@ -10,6 +10,7 @@
 #include <concepts>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct Disturbances {
   /// Disturbance of the state at the start of every tick, before the measurement; writes `added`
   /// (nx).
   std::function<void(double t, const VectorRef& state, VectorOut added)> state = {};
+  /// Pushes, gusts and other impulses. The plant applies them itself (LoopPlant::take_pulses()), or
+  /// their part in each piece of the input is added to the state at its start.
+  std::vector<Pulse> pulses = {};
   /// Standard deviations (nx) of white Gaussian noise; empty: none.
   VectorXd state_noise = {};        ///< added to the state at the start of every tick
   VectorXd measurement_noise = {};  ///< added to the measured state only
@@ -50,7 +54,7 @@ struct LoopOptions {
   double duration = 1.0;
   double period = 0.01;      ///< period of a feedback law in seconds; controllers have their own
   int samples_per_tick = 1;  ///< samples of the log; events and input steps are always recorded
-  /// False: recording and ticks of the log stay empty, for plants that keep a record of their own.
+  /// False: the recording stays empty, for plants that keep a record of their own.
   bool record = true;
   int plan_every = 0;  ///< a plan is stored every so many ticks; 0: never
   /// Number of ticks of a receding horizon with unsatisfied constraints whose problems are stored.
@@ -80,6 +84,9 @@ class LoopController {
   virtual double period() const = 0;
   /// The input from `t` on, in one piece or more. It stays valid until the next call.
   virtual const HeldInput& tick(double t, const VectorRef& measured) = 0;
+  /// What the log records of the last tick; empty: nothing, such as between the ticks of a planner
+  /// that runs at a multiple of the period. Called after every tick.
+  virtual std::optional<LoopTick> last_tick() { return LoopTick{}; }
   /// Name for messages and results.
   virtual std::string name() const = 0;
 };

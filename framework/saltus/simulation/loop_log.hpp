@@ -139,6 +139,7 @@ struct LoopTick {
   /// Source of the input; empty for a feedback law, whose following fields are unset too.
   std::optional<Provenance> provenance;
   SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
+  std::string message;                                ///< reason why there is no plan, if known
   int iterations = 0;                                 ///< iterations of the solver
   double objective = 0.0;                             ///< cost of the plan; infinite: no plan
   double kkt = 0.0;                                   ///< scaled KKT residual

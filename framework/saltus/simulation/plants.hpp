@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "saltus/model/make_function.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/problem.hpp"
+#include "saltus/ocp/pulse.hpp"
 
 namespace saltus {
 
@@ -66,6 +68,10 @@ class LoopPlant {
   virtual void enter_phase(int /*phase*/) {}
   /// Adds `change` (nx) to the state. Throws DefinitionError if the plant does not support it.
   virtual void disturb(const VectorRef& change);
+  /// Receives the pulses of the loop before the first tick. A plant that applies them as forces
+  /// while it advances keeps a copy and returns true. Otherwise the loop adds their impulses to the
+  /// state by disturb().
+  virtual bool take_pulses(std::span<const Pulse> /*pulses*/) { return false; }
   /// Name of the plant in messages and results.
   virtual std::string name() const { return "plant"; }
 };

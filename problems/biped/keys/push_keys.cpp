@@ -15,11 +15,11 @@ void declare_settings(Settings& s, Push& push) {
            between(-1e6, 1e6));
   s.number("push.duration", push.duration, "s", "how long it lasts", between(1e-4, 60.0));
   s.number("push.start", push.start, "s", "when it begins", between(0.0, 600.0));
-  s.choice<PushShape>("push.shape", push.shape,
-                      {{describe(PushShape::rectangle), PushShape::rectangle},
-                       {describe(PushShape::half_sine), PushShape::half_sine},
-                       {describe(PushShape::triangle), PushShape::triangle}},
-                      "of the force over time; the impulse is the same");
+  s.choice<PulseShape>("push.shape", push.shape,
+                       {{describe(PulseShape::rectangle), PulseShape::rectangle},
+                        {describe(PulseShape::half_sine), PulseShape::half_sine},
+                        {describe(PulseShape::triangle), PulseShape::triangle}},
+                       "of the force over time; the impulse is the same");
   s.rule({"push.direction"}, [&push] {
     return push.direction.norm() >= 1e-6 ? "" : "push.direction must not be zero, nor near it";
   });

@@ -96,8 +96,9 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   json["changed_settings"] = changed;
   UnmetReport unmet;
   if (signal == 0)
-    unmet = explain_unmet(*problem.unmet_explanations(robot), log.unmet, settings.explain_limit);
-  if (!log.unmet.empty()) json["unmet"] = unmet.json;
+    unmet = explain_unmet(*problem.unmet_explanations(robot), log.unmet_decisions,
+                          settings.explain_limit);
+  if (!log.unmet_decisions.empty()) json["unmet"] = unmet.json;
   if (has_body) {
     json["push_link"] = settings.push.link;
     json["push_body"] = log.floating.bodies[log.pushed.body].name;
@@ -111,7 +112,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   context.output.write("trajectory.csv", trajectory_table(log));
   context.output.write("ticks.csv", tick_table(log));
   if (!log.steps.empty()) context.output.write("steps.csv", step_table(log));
-  if (!log.plans.empty()) context.output.write("plans.csv", plan_table(log));
+  if (!log.step_plans.empty()) context.output.write("plans.csv", plan_table(log));
   if (has_body) write_body(context.output, log, log.floating);
   context.output.write("summary.json", json);
   std::string not_drawn;
@@ -127,7 +128,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
     fmt::print(
         "no step and no standing met all limits in {} of {} ticks that planned, first at {:.2f} s: "
         "the least bad was carried out\n",
-        json["step_plans"]["ticks_without_feasible_alternative"].get<int>(), log.plans.size(),
+        json["step_plans"]["ticks_without_feasible_alternative"].get<int>(), log.step_plans.size(),
         json["step_plans"]["first_without_s"].get<double>());
   fmt::print("{}", unmet.text);
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
@@ -142,7 +143,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
                verdict.body->beyond_friction, settings.plant.engine.friction);
   fmt::print("{}", settling_text(log, verdict, settling));
   fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
-             log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),
+             log.controller, 1e3 * log.statistics.all().median(), json["failures"].get<int>(),
              json["deadline_misses"].get<int>());
   if (has_body) {
     const double simulated = log.samples.back().time;

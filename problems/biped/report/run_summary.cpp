@@ -22,12 +22,12 @@ Json step_plans(const RunLog& log) {
   LatencyHistogram all, several;
   int infeasible = 0;
   double first = infinity;
-  for (const PlanRecord& record : log.plans) {
+  for (const PlanRecord& record : log.step_plans) {
     all.add(record.seconds);
     if (record.plan.alternatives >= 3) several.add(record.seconds);
     if (!record.plan.is_feasible && infeasible++ == 0) first = record.time;
   }
-  Json json = {{"ticks", log.plans.size()},
+  Json json = {{"ticks", log.step_plans.size()},
                {"processor_us", latency(all)},
                {"ticks_with_three_alternatives", several.count()},
                {"ticks_without_feasible_alternative", infeasible},
@@ -61,11 +61,12 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
   Json provenance, latency_by_provenance;
   for (int i = 0; i < provenances; ++i) {
     const auto p = static_cast<Provenance>(i);
-    provenance[describe(p)] = log.loop.count(p);
-    if (log.loop.count(p) > 0) latency_by_provenance[describe(p)] = latency(log.loop.latency[i]);
+    provenance[describe(p)] = log.statistics.count(p);
+    if (log.statistics.count(p) > 0)
+      latency_by_provenance[describe(p)] = latency(log.statistics.latency[i]);
   }
   Json first_failure;
-  for (const TickRecord& t : log.ticks) {
+  for (const LoopTick& t : log.ticks) {
     if (t.status == SolveStatus::time_limit) {
       ++missed;
       continue;
@@ -94,7 +95,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"plant", log.plant},
       {"controller", settings.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
       {"solver", name_of(settings.planner.solver)},
-      {"solver_name", log.solver},
+      {"solver_name", log.controller},
       {"stance", name_of(scene.side)},
       {"stepping", settings.step.allowed},
       {"push_impulse_ns", push.impulse},
@@ -112,7 +113,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"angular_momentum_max", verdict.angular_momentum_max},
       {"icp_slack_max_m", violation},
       {"solves", log.ticks.size()},
-      {"solve_us", latency(log.loop.all())},
+      {"solve_us", latency(log.statistics.all())},
       {"solve_us_by_provenance", latency_by_provenance},
       {"deadline_misses", missed},
       {"failures", failures},
@@ -126,7 +127,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
   json["seed"] = settings.plant.sensors == SensorChoice::measured ? settings.plant.sensor.seed
                                                                   : settings.plant.noise.seed;
   if (!settings.preset.empty()) json["preset"] = settings.preset;
-  if (log.loop.check.count() > 0) json["check_us"] = latency(log.loop.check);
+  if (log.statistics.check.count() > 0) json["check_us"] = latency(log.statistics.check);
   if (on_two_feet) {
     json[fmt::format("{}_sole", name_of(other(scene.side)))] =
         points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
@@ -152,7 +153,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                               {"left", record.left},
                               {"right", record.right},
                               {"corners", points(record.polygon)}});
-  if (!log.plans.empty()) json["step_plans"] = step_plans(log);
+  if (!log.step_plans.empty()) json["step_plans"] = step_plans(log);
   const Vec<double, 2> target = scene.target_point();
   json["target"] = {target[0], target[1]};
   return json;
@@ -169,7 +170,7 @@ CsvTable trajectory_table(const RunLog& log) {
     columns.emplace_back(c);
   CsvTable table(columns);
   std::vector<double> row;
-  for (const Sample& s : log.samples) {
+  for (const BipedSample& s : log.samples) {
     row = {s.time};
     row.insert(row.end(), s.gamma.begin(), s.gamma.end());
     row.insert(row.end(), s.capture_point.begin(), s.capture_point.end());
@@ -202,7 +203,7 @@ CsvTable plan_table(const RunLog& log) {
   CsvTable table(columns);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> row;
-  for (const PlanRecord& record : log.plans) {
+  for (const PlanRecord& record : log.step_plans) {
     const StepPlan& plan = record.plan;
     const PlannedStep& first = plan.steps[0];
     row = {record.time, static_cast<double>(plan.count)};
@@ -229,10 +230,10 @@ CsvTable plan_table(const RunLog& log) {
 CsvTable tick_table(const RunLog& log) {
   CsvTable table({"t [s]", "provenance", "status", "solve time [us]", "iterations", "cost", "kkt",
                   "icp_slack [m]"});
-  for (const TickRecord& t : log.ticks)
+  for (const LoopTick& t : log.ticks)
     table.add_row(std::array<double, 8>{
-        t.time, static_cast<double>(t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,
-        static_cast<double>(t.iterations), t.cost, t.kkt, t.violation});
+        t.time, static_cast<double>(*t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,
+        static_cast<double>(t.iterations), t.objective, t.kkt, t.violation});
   return table;
 }
 

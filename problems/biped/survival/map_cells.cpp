@@ -143,13 +143,13 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
   row.final_com_error = verdict.final_com_error;
   if (std::isfinite(log.touchdown)) row.touchdown = log.touchdown - push.start;
   const Vec<double, 2> along = push.direction.normalized().head<2>();
-  for (const Sample& s : log.samples) {
+  for (const BipedSample& s : log.samples) {
     const double distance = along.dot(s.capture_point);
     if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // first: NaN
   }
   row.stepped = !log.steps.empty();
   row.failed_solves =
-      static_cast<int>(std::count_if(log.ticks.begin(), log.ticks.end(), [](const TickRecord& t) {
+      static_cast<int>(std::count_if(log.ticks.begin(), log.ticks.end(), [](const LoopTick& t) {
         return t.status != SolveStatus::time_limit && !is_success(t.status);
       }));
   return row;

@@ -20,8 +20,7 @@ double mean_decay(const Push& push, double omega) {
   double integral = 0.0;
   for (int i = 0; i <= intervals; ++i) {
     const double weight = i == 0 || i == intervals ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-    integral +=
-        weight * h / 3.0 * std::exp(-omega * i * h) * impulse_fraction(push, push.start + i * h);
+    integral += weight * h / 3.0 * std::exp(-omega * i * h) * push.fraction(push.start + i * h);
   }
   return std::exp(-omega * push.duration) + omega * integral;
 }

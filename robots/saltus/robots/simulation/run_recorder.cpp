@@ -17,17 +17,18 @@ namespace {
 constexpr double negligible = 1e-3;
 
 // Recomputes costs and residuals of the plan. Allocates.
-TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller) {
-  TickRecord r;
-  r.time = t;
-  r.provenance = tick.provenance;
+LoopTick tick_record(const ControlTick& tick, RecedingHorizonController& controller) {
   const Solution plan = controller.report();
+  LoopTick r;
+  r.provenance = tick.provenance;
   r.status = plan.status;
   r.message = plan.message;
-  r.seconds = tick.seconds;
   r.iterations = plan.iterations;
-  r.cost = plan.cost;
+  r.objective = plan.cost;
   r.kkt = plan.kkt.scaled();
+  r.seconds = tick.seconds;
+  r.preparation = tick.preparation;
+  r.check = tick.check;
   for (const SoftViolation& use : plan.soft_violations)
     r.violation = std::max(r.violation, use.largest);
   return r;
@@ -62,7 +63,8 @@ void RunRecorder::note_tick(double t, const BalancePlanner::StepChange& change, 
                             double step_seconds, const TrueState& truth) {
   const PlannedStep& step = planner_.step();
   const StepPlan& plan = planner_.plan();
-  if (plan.is_stepping() || plan.alternatives > 0) log_.plans.push_back({t, plan, step_seconds});
+  if (plan.is_stepping() || plan.alternatives > 0)
+    log_.step_plans.push_back({t, plan, step_seconds});
   if (change.has_lifted) stood_at(other(step.foot)) = truth.sole(other(step.foot));
   if (change.has_begun) {
     StepRecord record;
@@ -78,8 +80,14 @@ void RunRecorder::note_tick(double t, const BalancePlanner::StepChange& change, 
   if (has_landed) note_landing(t, truth);
   if (observer_ && !observer_(state(t, truth)))
     interrupted_at_ = t + problem_.settings().planner.step;
-  log_.ticks.push_back(tick_record(t, planner_.tick(), planner_.planner().controller()));
+  tick_ = tick_record(planner_.tick(), planner_.planner().controller());
   keep_unmet(t);
+}
+
+std::vector<Pulse> RunRecorder::pushes() const {
+  std::vector<Pulse> pulses(pushes_.begin(), pushes_.end());
+  for (Pulse& pulse : pulses) pulse.direction.normalize();
+  return pulses;
 }
 
 void RunRecorder::note_landing(double t, const TrueState& truth) {
@@ -116,9 +124,8 @@ RunLog RunRecorder::finish(const Vec<double, 12>& applied, const TrueState& trut
   log_.final_scene = scene;
   log_.final_scene.stance.position = stood_at(scene.side);
   if (!planner_.is_stepping()) log_.final_scene.swing.position = stood_at(other(scene.side));
-  log_.loop = planner_.planner().controller().statistics();
-  log_.solver = planner_.planner().controller().solver_name();
-  log_.unmet = unmet_.take();
+  log_.controller = planner_.planner().controller().solver_name();
+  log_.unmet_decisions = unmet_.take();
   return std::move(log_);
 }
 
@@ -144,9 +151,8 @@ void RunRecorder::keep_unmet(double t) {
   if (const MultipleShooting* steps = planner_.step_planner().shooting();
       steps != nullptr && !plan.is_feasible)
     unmet_.keep("steps", t, plan.missed, *steps);
-  const TickRecord& tick = log_.ticks.back();
-  if (tick.status == SolveStatus::time_limit) return;
-  const double missed = is_success(tick.status) ? tick.violation : infinity;
+  if (tick_->status == SolveStatus::time_limit) return;
+  const double missed = is_success(tick_->status) ? tick_->violation : infinity;
   if (missed > negligible)
     unmet_.keep("wrenches", t, missed, planner_.planner().controller().shooting());
 }
@@ -182,8 +188,16 @@ void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& r
   options.duration = infinity;
   options.record = false;
   options.until = [&recorder](double t, const VectorRef&) { return recorder.is_over(t); };
-  const LoopLog log = simulate_closed_loop(controller, plant, options);
+  options.disturbances.pulses = recorder.pushes();
+  LoopLog log = simulate_closed_loop(controller, plant, options);
   if (!log.completed && !recorder.has_stopped()) recorder.note_failure(log.message);
+  static_cast<LoopLog&>(recorder.log()) = std::move(log);
+}
+
+Vec<double, 3> mean_force(std::span<const Pulse> pushes, double from, double to) {
+  Vec<double, 3> force = Vec<double, 3>::Zero();
+  for (const Pulse& push : pushes) force += push.mean(from, to);
+  return force;
 }
 
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,

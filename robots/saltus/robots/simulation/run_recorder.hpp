@@ -2,7 +2,10 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "saltus/robots/walking/balance_controller.hpp"
@@ -50,7 +53,9 @@ class RunRecorder {
   /// True after a fall or an error.
   bool has_stopped() const { return log_.stopped_early; }
   /// All pushes, in chronological order.
-  const std::vector<Push>& pushes() const { return pushes_; }
+  std::vector<Pulse> pushes() const;
+  /// Returns and removes the record of the last tick of the wrench planner.
+  std::optional<LoopTick> take_tick() { return std::exchange(tick_, {}); }
   /// The log, to which the plant adds its own values.
   RunLog& log() { return log_; }
   /// Returns the complete log. `applied` and `truth` are those at the end.
@@ -73,12 +78,16 @@ class RunRecorder {
   std::array<Vec<double, 3>, 2> stood_at_;  // true places of the last contacts, m
   double interrupted_at_ = infinity;        // end of the tick at which the user ended the run, s
   Vec<double, 3> push_ = Vec<double, 3>::Zero();  // mean push of the last sample
+  std::optional<LoopTick> tick_;
   UnmetDecisions unmet_;
   RunLog log_;
 };
 
-/// Runs the closed loop until the recorder says that it is over.
+/// Runs the closed loop, with the pushes, until the recorder says that it is over.
 void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& recorder);
+
+/// Sum of the mean forces of all pushes over an interval, N.
+Vec<double, 3> mean_force(std::span<const Pulse> pushes, double from, double to);
 
 /// Creates the planners of a problem for the nominal robot model of the controllers.
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,

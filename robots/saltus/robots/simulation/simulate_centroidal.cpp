@@ -46,9 +46,14 @@ class CentroidalRun final : LoopController, LoopPlant {
  private:
   std::string name() const override { return "centroidal"; }
   double period() const override { return period_; }
+  std::optional<LoopTick> last_tick() override { return recorder_.take_tick(); }
   double time() const override { return now_; }
   VectorXd state() const override { return plant_.state(); }
   int inputs() const override { return 12; }
+  bool take_pulses(std::span<const Pulse> pushes) override {
+    pushes_.assign(pushes.begin(), pushes.end());
+    return true;
+  }
 
   static Vec<double, 9> start_state(const StandingPosture& posture) {
     Vec<double, 9> gamma = Vec<double, 9>::Zero();
@@ -112,7 +117,7 @@ class CentroidalRun final : LoopController, LoopPlant {
       if (has_landed(now_)) recorder_.note_landing(now_, truth());
       planner_.note_contacts();
       const double t = now_, next = next_cut(end);
-      plant_.push = total_push_force(recorder_.pushes(), t, next);
+      plant_.push = mean_force(pushes_, t, next);
       recorder_.note_sample(t, applied_, plant_.push, truth());
       const IntegrationStatus status = plant_.advance(next - t, applied_);
       std::string failure;
@@ -133,7 +138,7 @@ class CentroidalRun final : LoopController, LoopPlant {
     const auto cut = [&](double edge) {
       if (edge - now_ > same_instant && edge < next - same_instant) next = edge;
     };
-    for (const Push& push : recorder_.pushes()) {
+    for (const Pulse& push : pushes_) {
       cut(push.start);
       cut(push.end());
     }
@@ -148,6 +153,7 @@ class CentroidalRun final : LoopController, LoopPlant {
   Side swing_side_;
   SoleFrame swing_sole_;
   CentroidalPlant plant_;
+  std::vector<Pulse> pushes_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   double now_ = 0.0;
 };

@@ -40,14 +40,11 @@ std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSetting
                                                       : make_dart_plant(body, options);
 }
 
-std::vector<AppliedPush> applied_pushes(const std::vector<Push>& pushes, const FloatingRobot& body,
-                                        const UrdfModel& model) {
-  std::vector<AppliedPush> applied;
-  for (const Push& push : pushes) {
-    applied.push_back({push, pushed_frame(body, model, push.link)});
-    applied.back().at.pose.translate(push.point);
-  }
-  return applied;
+// All pushes act at the same point.
+FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const UrdfModel& model) {
+  FloatingRobot::Frame frame = pushed_frame(body, model, push.link);
+  frame.pose.translate(push.point);
+  return frame;
 }
 
 // Settings of the whole-body controller, with the delay of the measured velocities.
@@ -122,14 +119,15 @@ class WholeBodyRun final : LoopController, LoopPlant {
         scene_(initial_scene(problem, robot)),
         controller_(make_controller(problem, robot, nominal_, scene_)),
         recorder_(problem, robot, controller_.planner(), observer),
-        pushes_(applied_pushes(recorder_.pushes(), body_, model)),
         robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
-               settings_.control.period, pushes_),
+               settings_.control.period),
         torques_(1, body_.joints()),
         estimates_(settings_.plant.sensors == SensorChoice::measured) {
     if (settings_.control.self_collision) expect_apart(body_, start_, problem.posture(robot).name);
     if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0)
       true_model_ = make_dart_dynamics(body_);
+    const std::vector<Push> pushes = problem.pushes();
+    if (!pushes.empty()) pushed_ = frame_of(pushes.front(), body_, model);
     robot_.reset(start_);
     controller_.start(start_, robot_.read());
     expect_room(controller_, robot, scene_, settings_.plant.engine);
@@ -138,10 +136,9 @@ class WholeBodyRun final : LoopController, LoopPlant {
   RunLog run() {
     run_until_over(*this, *this, recorder_);
     RunLog log = recorder_.finish(controller_.applied(), truth_);
-    log.plant = name();
     log.floating = body_;
     log.ground_friction = settings_.plant.engine.friction;
-    if (!pushes_.empty()) log.pushed = pushes_.front().at;
+    log.pushed = pushed_;
     const BalanceStatistics& statistics = controller_.statistics();
     log.control_calls = statistics.calls;
     log.control_failures = statistics.failures;
@@ -166,10 +163,16 @@ class WholeBodyRun final : LoopController, LoopPlant {
     return torques_;
   }
 
+  std::optional<LoopTick> last_tick() override { return recorder_.take_tick(); }
   double time() const override { return robot_.read().time; }
   VectorXd state() const override { return truth_.gamma; }
   int inputs() const override { return body_.joints(); }
   std::string name() const override { return robot_.name(); }
+  bool take_pulses(std::span<const Pulse> pushes) override {
+    pushes_.assign(pushes.begin(), pushes.end());
+    robot_.push_by(pushes, pushed_);
+    return true;
+  }
   bool advance(const VectorRef& torques, double) override {
     robot_.write({torques});
     const bool has_sample = controller_.last().has_controlled;
@@ -217,8 +220,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
         static_cast<double>(std::lround(t / robot_.period()) +
                             std::lround(settings_.control.period / robot_.period())) *
         robot_.period();
-    recorder_.note_sample(t, controller_.applied(), total_push_force(recorder_.pushes(), t, end),
-                          truth_);
+    recorder_.note_sample(t, controller_.applied(), mean_force(pushes_, t, end), truth_);
     BodySample b;
     b.planned = controller_.tasks().wrenches;
     b.state = robot_.engine().state();
@@ -248,8 +250,9 @@ class WholeBodyRun final : LoopController, LoopPlant {
   Scene scene_;
   BalanceController controller_;
   RunRecorder recorder_;
-  std::vector<AppliedPush> pushes_;
   SimulatedRobot robot_;
+  FloatingRobot::Frame pushed_;
+  std::vector<Pulse> pushes_;
   HeldInput torques_;
   bool estimates_;
   std::unique_ptr<DynamicsModel> true_model_;

@@ -23,11 +23,9 @@ std::size_t delay_steps(const PlantSettings& settings, double control_period) {
 }  // namespace
 
 SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
-                               const PlantSettings& settings, double control_period,
-                               std::vector<AppliedPush> pushes)
+                               const PlantSettings& settings, double control_period)
     : engine_(std::move(engine)),
       step_(settings.engine.step),
-      pushes_(std::move(pushes)),
       has_motors_(!settings.motors.is_ideal()),
       motors_(settings.motors, static_cast<int>(engine_->state().q.size()), step_),
       noise_(settings.noise),
@@ -40,6 +38,11 @@ SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobo
 void SimulatedRobot::reset(const WholeBodyState& state) {
   engine_->reset(state);
   begin(state);
+}
+
+void SimulatedRobot::push_by(std::span<const Pulse> pulses, const FloatingRobot::Frame& at) {
+  pulses_.assign(pulses.begin(), pulses.end());
+  pushed_ = at;
 }
 
 void SimulatedRobot::begin(const WholeBodyState& state) {
@@ -62,9 +65,9 @@ void SimulatedRobot::write(const JointCommands& commands) {
 std::string SimulatedRobot::wait() {
   const double from = static_cast<double>(steps_) * step_;
   const double to = static_cast<double>(steps_ + 1) * step_;
-  for (const AppliedPush& applied : pushes_) {
-    const Vec<double, 3> force = mean_push_force(applied.push, from, to);
-    if (!force.isZero(0.0)) engine_->push(applied.at.body, force, applied.at.pose.translation());
+  for (const Pulse& pulse : pulses_) {
+    const Vec<double, 3> force = pulse.mean(from, to);
+    if (!force.isZero(0.0)) engine_->push(pushed_.body, force, pushed_.pose.translation());
   }
   const VectorXd& acting = waiting_.empty() ? commanded_ : waiting_[next_];
   if (has_motors_) motors_.command(acting);

@@ -3,23 +3,18 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "saltus/ocp/pulse.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
-#include "saltus/robots/walking/push.hpp"
 #include "saltus/robots/whole_body/measurement_noise.hpp"
 #include "saltus/robots/whole_body/motors.hpp"
 #include "saltus/robots/whole_body/plant.hpp"
 #include "saltus/robots/whole_body/sensors.hpp"
 
 namespace saltus::walking {
-
-/// A push and the frame of the body on which it acts.
-struct AppliedPush {
-  Push push;
-  FloatingRobot::Frame at;
-};
 
 /// The same settings give the same motion to the bit. After construction only the engine
 /// allocates.
@@ -29,11 +24,12 @@ class SimulatedRobot final : public Robot {
   /// delay. Throws DefinitionError if options of sensors, noise, motors or delay are out of
   /// range.
   SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
-                 const PlantSettings& settings, double control_period,
-                 std::vector<AppliedPush> pushes = {});
+                 const PlantSettings& settings, double control_period);
 
   /// Restarts in `state` at time zero.
   void reset(const WholeBodyState& state);
+  /// Pushes the robot at the origin of a frame, by forces in N in world axes.
+  void push_by(std::span<const Pulse> pulses, const FloatingRobot::Frame& at);
 
   const SensorReadings& read() const override { return readings_; }
   void write(const JointCommands& commands) override;
@@ -51,7 +47,8 @@ class SimulatedRobot final : public Robot {
   std::unique_ptr<Plant> engine_;
   double step_;  // step of the engine, s
   long steps_ = 0;
-  std::vector<AppliedPush> pushes_;
+  std::vector<Pulse> pulses_;
+  FloatingRobot::Frame pushed_;
   bool has_motors_;
   Motors motors_;
   NoiseSource noise_;

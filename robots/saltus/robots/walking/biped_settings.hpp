@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "saltus/ocp/pulse.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/planner.hpp"
@@ -46,23 +47,15 @@ struct RobotChoice {
   double mass_error = 0.0;
 };
 
-/// Shape of the force over time.
-enum class PushShape { rectangle, half_sine, triangle };
+/// A force on the robot for a limited time. Its direction has world axes and any length.
+struct Push : Pulse {
+  /// Towards the right, in the middle of the chest.
+  Push() : Pulse{7.0, Vec<double, 3>(0.0, -1.0, 0.0), 2.4, 0.1} {}
 
-/// A force on the robot for a limited time.
-struct Push {
-  double impulse = 7.0;                      ///< N s
-  Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
-  double duration = 0.1;                     ///< s
-  double start = 2.4;                        ///< s
-  PushShape shape = PushShape::rectangle;  ///< shape of the force over time; it does not change the
-                                           ///< impulse
   /// For the whole body: pushed link of the URDF, and the point in its frame, m. The centroidal
   /// model is pushed at its CoM.
   std::string link = "chest";
   Vec<double, 3> point{0.0, 0.0, 0.0};  ///< in the frame of the pushed link, m
-
-  double end() const { return start + duration; }  ///< s
 };
 
 /// Further pushes, with the shape and point of the first one.

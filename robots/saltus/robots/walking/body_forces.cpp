@@ -60,7 +60,7 @@ std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   const BodySample *left = nullptr, *right = nullptr;  // first sample in which that foot stands
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const BodySample& b = log.body[i];
-    const Sample& s = log.samples[i];
+    const BipedSample& s = log.samples[i];
     left = !s.left_stands ? nullptr : left == nullptr ? &b : left;
     right = !s.right_stands ? nullptr : right == nullptr ? &b : right;
     const RobotDescription& robot = log.robot;

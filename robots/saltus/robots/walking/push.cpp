@@ -15,41 +15,6 @@
 
 namespace saltus::walking {
 
-const char* describe(PushShape shape) {
-  constexpr const char* names[] = {"rectangle", "half_sine", "triangle"};
-  return names[static_cast<int>(shape)];
-}
-
-double impulse_fraction(const Push& push, double t) {
-  const double s = std::clamp((t - push.start) / push.duration, 0.0, 1.0);
-  switch (push.shape) {
-    case PushShape::rectangle:
-      return s;
-    case PushShape::half_sine:
-      return 0.5 * (1.0 - std::cos(std::numbers::pi * s));
-    case PushShape::triangle:
-      return s < 0.5 ? 2.0 * s * s : 1.0 - 2.0 * (1.0 - s) * (1.0 - s);
-  }
-  return s;
-}
-
-Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
-  const double end = push.end();
-  if (to < push.start + same_instant || from > end - same_instant) return Vec<double, 3>::Zero();
-  const Vec<double, 3> direction = push.direction.normalized();
-  const bool within = from > push.start - same_instant && to < end + same_instant;
-  if (push.shape == PushShape::rectangle && within)
-    return direction * (push.impulse / push.duration);  // avoids rounding errors
-  const double fraction = impulse_fraction(push, to) - impulse_fraction(push, from);
-  return direction * (push.impulse * fraction / (to - from));
-}
-
-Vec<double, 3> total_push_force(std::span<const Push> pushes, double from, double to) {
-  Vec<double, 3> force = Vec<double, 3>::Zero();
-  for (const Push& push : pushes) force += mean_push_force(push, from, to);
-  return force;
-}
-
 namespace {
 
 Vec<double, 3> towards(double radians) { return {std::cos(radians), std::sin(radians), 0.0}; }

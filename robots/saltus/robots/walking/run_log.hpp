@@ -1,5 +1,4 @@
-// Log of a closed loop: states, commands, planner ticks and the motion of the body; and the state
-// of the loop while it runs.
+// Log of a closed loop of a biped: states, commands, planner ticks and the motion of the body.
 #pragma once
 
 #include <functional>
@@ -7,16 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/simulation/loop_log.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::walking {
 
 /// State and command at one instant of the simulation.
-struct Sample {
+struct BipedSample {
   double time = 0.0;             ///< s
   Vec<double, 9> gamma;          ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 2> capture_point;  ///< m
@@ -53,19 +52,6 @@ struct PlanRecord {
   double seconds = 0.0;  ///< processor time of the tick, s
 };
 
-/// One call of the wrench planner.
-struct TickRecord {
-  double time = 0.0;                                  ///< s
-  Provenance provenance = Provenance::fallback;       ///< origin of the input
-  SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
-  std::string message;     ///< reason why there is no plan; empty if there is one
-  double seconds = 0.0;    ///< duration of the tick, s
-  int iterations = 0;      ///< iterations of the solver
-  double cost = 0.0;       ///< cost of the plan
-  double kkt = 0.0;        ///< largest residual of the optimality conditions
-  double violation = 0.0;  ///< largest violation in the plan of terms with penalty
-};
-
 /// Estimate of the controllers at one instant.
 struct BodyEstimate {
   WholeBodyState state;        ///< estimated state of the whole body
@@ -87,32 +73,28 @@ struct BodySample {
 };
 
 /// Problem of a planner in one tick.
-struct UnmetDecision {
-  std::string decision;           ///< "wrenches" or "steps"
-  double time = 0.0;              ///< s
-  double missed = 0.0;            ///< total violation, m; infinite: no plan
-  OptimalControlProblem problem;  ///< with the data of the tick, starting at `time`
-  ShootingOptions shooting;       ///< grid and integrator
+struct UnmetDecision : UnmetTick {
+  std::string decision;  ///< "wrenches" or "steps"
+  double missed = 0.0;   ///< total violation, m; infinite: no plan
 };
 
-/// Complete log of a run.
-struct RunLog {
-  RobotDescription robot;             ///< the simulated robot
-  Scene final_scene;                  ///< feet and ground at the end
-  std::vector<Sample> samples;        ///< one per control period
-  std::vector<BodySample> body;       ///< whole body only, like the next two
-  FloatingRobot floating;             ///< the robot in the simulation
-  FloatingRobot::Frame pushed;        ///< frame of the link that is pushed
-  double ground_friction = infinity;  ///< Coulomb's coefficient
-  std::vector<TickRecord> ticks;      ///< one per solve
-  std::vector<StepRecord> steps;      ///< one per step
-  std::vector<GroundRecord> ground;   ///< one at the start, one more at each lift-off and landing
-  std::vector<PlanRecord> plans;      ///< ticks in which steps are planned or compared
+/// Complete log of a run. `ticks` are those of the wrench planner. Their `violation` is the largest
+/// one of terms with penalty in the plan. `recording`, `plans`, `unmet` and `misses` are empty: the
+/// samples below replace the recording, and the planners of a biped are judged by their problem.
+struct RunLog : LoopLog {
+  RobotDescription robot;              ///< the simulated robot
+  Scene final_scene;                   ///< feet and ground at the end
+  std::vector<BipedSample> samples;    ///< one per control period
+  std::vector<BodySample> body;        ///< whole body only, like the next two
+  FloatingRobot floating;              ///< the robot in the simulation
+  FloatingRobot::Frame pushed;         ///< frame of the link that is pushed
+  double ground_friction = infinity;   ///< Coulomb's coefficient
+  std::vector<StepRecord> steps;       ///< one per step
+  std::vector<GroundRecord> ground;    ///< one at the start, one more at each lift-off and landing
+  std::vector<PlanRecord> step_plans;  ///< ticks in which steps are planned or compared
   /// Ticks in which a planner could not satisfy all constraints: the first and the worst of each
   /// planner.
-  std::vector<UnmetDecision> unmet;
-  LoopStatistics loop;          ///< statistics of latency and provenance
-  std::string solver;           ///< solver of the ticks
+  std::vector<UnmetDecision> unmet_decisions;
   double touchdown = infinity;  ///< first landing, s; infinite: no foot landed
   /// Time of the last landing, s; infinite: none.
   double last_touchdown() const {
@@ -124,7 +106,6 @@ struct RunLog {
   bool stopped_early = false;                    ///< stopped by a fall or by the user
   std::string stop_reason;                       ///< reason of an early stop
   bool interrupted = false;                      ///< stopped early by the observer
-  std::string plant = "centroidal";              ///< what was simulated
   long control_calls = 0, control_failures = 0;  ///< calls and failures of the whole-body
                                                  ///< controller
   /// True if the whole-body controller has failed: more unsolved programs than a fall causes.

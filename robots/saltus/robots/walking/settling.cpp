@@ -41,7 +41,7 @@ ForceSettling force_settling(const RunLog& log, double from) {
   if (log.touchdown == infinity || log.stopped_early) return settling;
   const double band = force_settled_within * log.robot.mass * standard_gravity;
   std::vector<double> times, values(log.samples.size());
-  for (const Sample& s : log.samples) times.push_back(s.time);
+  for (const BipedSample& s : log.samples) times.push_back(s.time);
   const bool has_body = !log.body.empty();
   const std::vector<Vec<double, 12>> measured =
       has_body ? filtered_wrenches(log) : std::vector<Vec<double, 12>>{};

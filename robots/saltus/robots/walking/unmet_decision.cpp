@@ -13,7 +13,7 @@ void UnmetDecisions::keep(const std::string& decision, double time, double misse
       first == kept_.end() ? kept_.end() : std::find_if(first + 1, kept_.end(), of_kind);
   const auto& worst_so_far = worst == kept_.end() ? first : worst;
   if (first != kept_.end() && missed <= worst_so_far->missed) return;
-  UnmetDecision unmet{decision, time, missed, current_problem(shooting), shooting.options()};
+  UnmetDecision unmet{{time, current_problem(shooting), shooting.options()}, decision, missed};
   unmet.problem.start_time(time);
   if (worst != kept_.end())
     *worst = std::move(unmet);

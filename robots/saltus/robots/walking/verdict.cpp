@@ -20,16 +20,16 @@ bool is_before_all(std::span<const Push> pushes, double t) {
 
 Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push> pushes) {
   Verdict v;
-  for (const Sample& s : log.samples) {
+  for (const BipedSample& s : log.samples) {
     v.com_height_min = std::min(v.com_height_min, s.gamma[2]);
     v.com_height_max = std::max(v.com_height_max, s.gamma[2]);
     v.angular_momentum_max = std::max(v.angular_momentum_max, s.gamma.tail<3>().norm());
   }
-  const Sample& last = log.samples.back();
+  const BipedSample& last = log.samples.back();
   v.final_com_error = (last.gamma.head<2>() - log.final_scene.target_point()).norm();
   v.settled_from = settled_from;
   v.icp_settling = 0.0;
-  for (const Sample& s : log.samples)
+  for (const BipedSample& s : log.samples)
     if (s.time >= settled_from &&
         (s.capture_point - last.capture_point).norm() > icp_settled_within)
       v.icp_settling = s.time - settled_from;
