@@ -78,7 +78,7 @@ SHORT_STEPS = Table(
 
 def baseline(time):
     return Row(f"{time:g} s" + (" (the default)" if time == 0.8 else ""),
-               [in_dart(size, push__start=0.5, controller="capture_point", capture_point__after_landing=time)
+               [in_dart(size, push__start=0.5, controller="capture_point", capture_point__after_landing_s=time)
                 for size in (6, 8)])
 
 

@@ -169,7 +169,7 @@ def after_a_landing(degrees, later):
 
 def at_random(seed):
     return {**ROBOT, "plant": "dart", "stance": "both", "step.planner": "reactive", "push.start": 1, "sensor.seed": seed,
-            "push.random.rate": 0.16667, "push.random.seed": seed}
+            "push.random.rate_hz": 0.16667, "push.random.seed": seed}
 
 
 def recovered(summaries):
@@ -188,7 +188,7 @@ THEIRS = {"weights__gamma": "[0,0,100,1000,1000,20,1e5,1e5,1e5]",
 SOFT_POINT = {"weights__capture_point": "[1e4,1e4]"}
 DISTURBED = [settings for row in TABLES["disturbances"].rows for settings in row.runs]
 SETTLING = [settings for row in TABLES["settling"].rows[:3] for settings in row.runs]
-SLOW_MOTORS = {"motor.bandwidth": 20}
+SLOW_MOTORS = {"motor.bandwidth_hz": 20}
 FRICTION = {"simulator.friction": 0.4}
 
 QUICK = [
@@ -276,10 +276,10 @@ SLOW = [
     Figure("all rows of the table of disturbances: nearest joint limit", "{:.0f} mrad", DISTURBED,
            lambda s: [1e3 * least(s, "body.joint_limit_margin_rad")]),
     Figure("ground 1 cm higher and lower, 6 N s, DART and MuJoCo: difference of the touch-down", "recovered{}, below 2.5 ms{}",
-           [push(6, plant=plant, simulator__ground_step=step) for step in (0.01, -0.01) for plant in ("dart", "mujoco")],
+           [push(6, plant=plant, simulator__ground_step_m=step) for step in (0.01, -0.01) for plant in ("dart", "mujoco")],
            lambda s: [all_recovered(s), unless(all(abs(a["touchdown_s"] - b["touchdown_s"]) < 2.5e-3
                                                    for a, b in zip(s[::2], s[1::2])))]),
-    Figure("DART, 6 N s, ground 1 cm lower: least height of the CoM", "{:.2f} m", [in_dart(6, simulator__ground_step=-0.01)],
+    Figure("DART, 6 N s, ground 1 cm lower: least height of the CoM", "{:.2f} m", [in_dart(6, simulator__ground_step_m=-0.01)],
            lambda s: [s[0]["com_height_min_m"]]),
     Figure("preset robot, to the swing side, standing: 4.5 N s; 5 N s", "recovered{}; not recovered{}",
            [toward(270, size, "measured", stepping="false") for size in (4.5, 5)],

@@ -404,7 +404,7 @@ class RandomPushes:
 
     def settings(self, start, condition, seed):
         return {"preset": "robot", "step.planner": "ocp", "plant": "dart", "stance": start, "push.start": 1,
-                "push.random.rate": 0.16667, "push.random.seed": seed, "sensor.seed": seed, **self.conditions[condition]}
+                "push.random.rate_hz": 0.16667, "push.random.seed": seed, "sensor.seed": seed, **self.conditions[condition]}
 
     def make(self, programs):
         rows = []

@@ -36,23 +36,23 @@ void declare_weights(Settings& s, Weights& w) {
 
 // Presets for the fidelity of the simulation. Both set the same keys.
 void declare_presets(Settings& s, Config& config) {
-  const std::vector<std::string> of_formula{"step.shortest=0.3", "whole_body.tipped_reserve=0"};
+  const std::vector<std::string> of_formula{"step.shortest_s=0.3", "whole_body.tipped_reserve=0"};
   // The planner by optimal control rarely needs short steps. Its plans load the corners of the
   // stance sole, which would tip.
-  const std::vector<std::string> of_ocp{"step.shortest=0.25", "whole_body.tipped_reserve=10"};
+  const std::vector<std::string> of_ocp{"step.shortest_s=0.25", "whole_body.tipped_reserve=10"};
   const auto list = [](std::vector<std::string> values, const std::vector<std::string>& more) {
     values.insert(values.end(), more.begin(), more.end());
     return values;
   };
   const std::vector<std::string> paper =
       list({"step.duration=0.6", "step.planner=push_formula", "step.decide=always",
-            "step.decision_lead=none", "sensors=ideal", "self_collision=false",
+            "step.decision_lead_s=none", "sensors=ideal", "self_collision=false",
             "joint_speed_limits=false", "whole_body.stance_damping=50",
             "contact.friction=0.3333333333333333", "contact.corners=false", "dart.friction=box"},
            of_formula);
   std::vector<std::string> robot{
       "step.duration=0.5",  // about 0.56 s from the push
-      "step.decide=if_it_helps", "step.decision_lead=0.1", "sensors=measured",
+      "step.decide=if_it_helps", "step.decision_lead_s=0.1", "sensors=measured",
       "self_collision=true", "joint_speed_limits=true", "whole_body.stance_damping=30",
       // A foot that has just landed carries little load and tips more easily.
       "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"};

@@ -72,14 +72,14 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       "else of the push is known to any of them");
   s.integer("step.most", p.most_steps, "", "steps that are planned ahead at most (ocp)",
             between(0, most_planned_steps));
-  s.number("step.shortest", p.shortest, "s", "least time of a swing (reactive, ocp)",
+  s.number("step.shortest_s", p.shortest, "s", "least time of a swing (reactive, ocp)",
            between(0.05, 10.0));
-  s.number("step.usual", p.usual, "s", "time of a swing that is not in a hurry (ocp)",
+  s.number("step.usual_s", p.usual, "s", "time of a swing that is not in a hurry (ocp)",
            between(0.05, 10.0));
-  s.number("step.longest", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
+  s.number("step.longest_s", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
   s.number("step.foot_speed", p.foot_speed, "m/s", "largest speed of the swing foot (ocp)",
            above(0.0));
-  s.number("step.double_support", p.double_support, "s", "least time between two steps (ocp)",
+  s.number("step.double_support_s", p.double_support, "s", "least time between two steps (ocp)",
            between(0.01, 10.0));
   s.number("step.sole_margin", p.sole_margin, "m", "border of the soles that is not used (ocp)",
            at_least(0.0));
@@ -90,7 +90,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       "step.reach", p.robot_reach, {{"robot", true}, {"settings", false}},
       "where feet can be put (ocp): by the robot's own kinematics, if there is a URDF, or "
       "by step.forward_max and the like");
-  s.number("step.lead", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
+  s.number("step.lead_s", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
            at_least(0.0));
   s.vector(
       "step.weights", p.weights, "",
@@ -111,17 +111,20 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   s.vector("walk.velocity", p.velocity, "m/s",
            "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
   s.number("walk.duration", p.walk_duration, "s", "then it stands", between(0.0, 3600.0));
-  s.number("walk.double_support", p.usual_support, "s",
+  s.number("walk.double_support_s", p.usual_support, "s",
            "usual time on two feet of a robot that walks", between(0.01, 10.0));
-  s.rule({"walk.double_support", "step.double_support"}, [&p] {
-    return p.usual_support >= p.double_support
-               ? ""
-               : fmt::format(
-                     "walk.double_support ({}) is shorter than step.double_support ({}), the least "
-                     "time on two feet: raise it",
-                     p.usual_support, p.double_support);
+  for (const char* key : {"step.shortest", "step.usual", "step.longest", "step.lead",
+                          "step.double_support", "walk.double_support"})
+    s.renamed(key, std::string(key) + "_s", "0.4");
+  s.rule({"walk.double_support_s", "step.double_support_s"}, [&p] {
+    return p.usual_support >= p.double_support ? ""
+                                               : fmt::format(
+                                                     "walk.double_support_s ({}) is shorter than "
+                                                     "step.double_support_s ({}), the least "
+                                                     "time on two feet: raise it",
+                                                     p.usual_support, p.double_support);
   });
-  s.rule({"walk.velocity", "step.usual", "walk.double_support", "step.foot_speed"},
+  s.rule({"walk.velocity", "step.usual_s", "walk.double_support_s", "step.foot_speed"},
          [&p]() -> std::string {
            // A foot swings over two steps; its peak speed is 15/8 of the mean speed.
            const double speed = 15.0 / 8.0 * 2.0 * p.velocity.head<2>().norm() *
@@ -139,26 +142,27 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       return "walk.velocity needs step.planner=ocp: the formula takes single steps";
     return "";
   });
-  s.rule({"step.planner", "step.shortest", "step.usual", "step.longest"}, [&p, &step] {
+  s.rule({"step.planner", "step.shortest_s", "step.usual_s", "step.longest_s"}, [&p, &step] {
     return step.planner != StepPlannerChoice::ocp || (p.shortest <= p.usual && p.usual <= p.longest)
                ? ""
                : fmt::format(
-                     "step.usual ({}) must lie between step.shortest ({}) and step.longest ({}): "
+                     "step.usual_s ({}) must lie between step.shortest_s ({}) and step.longest_s "
+                     "({}): "
                      "change one of them",
                      p.usual, p.shortest, p.longest);
   });
-  s.rule({"step.planner", "step.shortest", "step.duration"}, [&p, &step] {
+  s.rule({"step.planner", "step.shortest_s", "step.duration"}, [&p, &step] {
     return step.planner != StepPlannerChoice::reactive || p.shortest <= step.duration
                ? ""
                : fmt::format(
-                     "step.shortest ({}) exceeds step.duration ({}), the longest time of a swing "
+                     "step.shortest_s ({}) exceeds step.duration ({}), the longest time of a swing "
                      "by the rule: change one of them",
                      p.shortest, step.duration);
   });
-  s.rule({"step.shortest", "step.longest"}, [&p] {
+  s.rule({"step.shortest_s", "step.longest_s"}, [&p] {
     return p.shortest < p.longest ? ""
                                   : fmt::format(
-                                        "step.shortest ({}) must be below step.longest "
+                                        "step.shortest_s ({}) must be below step.longest_s "
                                         "({})",
                                         p.shortest, p.longest);
   });
@@ -196,8 +200,8 @@ void check_reach(const StepModel& model, const Vec<double, 2>& stride,
     if ((model.reach.A * place - model.reach.b).maxCoeff() <= 0.0) continue;
     throw InputError(fmt::format(
         "walk.velocity needs feet that land {:.2f} m ahead of one another and {:.2f} m beside, "
-        "which is beyond the reach of the legs; walk slower, or make step.usual or "
-        "walk.double_support shorter",
+        "which is beyond the reach of the legs; walk slower, or make step.usual_s or "
+        "walk.double_support_s shorter",
         place[0], place[1]));
   }
 }

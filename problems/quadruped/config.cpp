@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace saltus::quadruped {
 
 void declare_settings(Settings& s, Config& c) {
@@ -17,13 +19,14 @@ void declare_settings(Settings& s, Config& c) {
   s.number("sideways", k.sideways, "m/s", "to the left", between(-0.5, 0.5));
   s.number("turn", k.turn, "rad/s", "to the left", between(-1.0, 1.0));
   s.number("duration", c.duration, "s", "of the run", between(0.1, 600.0));
-  s.number("ground.roughness", c.roughness, "m",
+  s.number("ground.roughness_m", c.roughness, "m",
            "the ground, which the controller takes for level, is nearly all within so much of it",
            between(0.0, 0.1));
   s.number("ground.friction", c.plant.friction, "", "of the ground", between(0.05, 2.0));
   s.number("push.impulse", c.push.impulse, "N s", "on the body, in push.duration",
            between(0.0, 50.0));
-  s.number("push.towards", c.towards, "deg", "0: ahead, 90: to the left", between(-360.0, 360.0));
+  s.number("push.towards_deg", c.towards, "deg", "0: ahead, 90: to the left",
+           between(-360.0, 360.0));
   s.number("push.start", c.push.start, "s", "when it begins", between(0.0, 600.0));
   s.number("push.duration", c.push.duration, "s", "how long it lasts", between(0.01, 1.0));
   s.number("noise", c.noise, "", "of the measured body: 1 is 2 mm, 2 cm/s, 0.3 deg, 3 deg/s",
@@ -44,12 +47,16 @@ void declare_settings(Settings& s, Config& c) {
   s.number("controller.landing_speed", k.landing_speed, "m/s",
            "of a swing foot, downwards; one that is late looks for the ground so fast",
            between(0.1, 1.0));
-  s.number("controller.foothold_gain", k.foothold_gain, "s",
+  s.number("controller.foothold_gain_s", k.foothold_gain, "s",
            "how far ahead a foot lands for an error of the velocity", between(0.0, 0.5));
   s.vector("weights.state", k.weights.state, "",
            "on position (m), velocity (m/s), angles (rad), angular velocity (rad/s)",
            at_least(0.0));
   s.number("weights.force", k.weights.force, "", "on forces of the feet (N)", at_least(0.0));
+  for (const auto& [old_key, key] : {std::pair{"push.towards", "push.towards_deg"},
+                                     {"ground.roughness", "ground.roughness_m"},
+                                     {"controller.foothold_gain", "controller.foothold_gain_s"}})
+    s.renamed(old_key, key, "0.4");
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
 }
 

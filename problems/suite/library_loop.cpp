@@ -74,7 +74,8 @@ void declare_loop(Settings& s, LoopConfig& loop) {
            at_least(0.0));
   s.number("loop.duration", loop.duration, "s",
            "0: to the problem's end; of a receding horizon twice the plan", at_least(0.0));
-  s.number("loop.deadline", loop.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number("loop.deadline_s", loop.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.renamed("loop.deadline", "loop.deadline_s", "0.4");
   s.number("loop.disturbance", loop.disturbance, "",
            "of the plant's state at every tick: standard deviation as a fraction of what each "
            "state covers along the plan",

@@ -83,8 +83,9 @@ void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
       "explain", c.explain,
       "look for what is missing and what would help, in any case; without, where the constraints "
       "cannot be met");
-  s.number("explain_limit", c.explain_limit, "s", "for the explanation; 0: none is looked for",
+  s.number("explain_limit_s", c.explain_limit, "s", "for the explanation; 0: none is looked for",
            between(0.0, 3600.0));
+  s.renamed("explain_limit", "explain_limit_s", "0.4");
   s.flag("monitor", c.monitor, "print every iteration of the solver");
   s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
   s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",

@@ -138,17 +138,17 @@ def cases():
         ("pushes that cannot be read", "pushes", "soon 6 90"), ("push with two numbers", "pushes", "3 6"), ("push with five numbers", "pushes", "3 6 90 0.1 7"),
         ("push at NaN", "pushes", "nan 6 90"), ("pushes that overlap", "pushes", "2.45 6 90"), ("push of 100,000 letters", "pushes", "a" * 100000),
         ("push before the beginning", "pushes", "-1 6 90"),
-        ("pushes too many for their time", "push.random.rate", "50"), ("largest below smallest", "push.random.impulse", "[8, 3]"),
-        ("lateral reach turned about", "step.lateral_min", "0.4"), ("shortest above longest step", "step.shortest", "2"),
+        ("pushes too many for their time", "push.random.rate_hz", "50"), ("largest below smallest", "push.random.impulse", "[8, 3]"),
+        ("lateral reach turned about", "step.lateral_min", "0.4"), ("shortest above longest step", "step.shortest_s", "2"),
         ("largest force below least", "contact.fz_max", "5"), ("edges of a pyramid that nobody has", "contact.edges", "5"), ("unknown log format", "log.formats", "csv,hdf5"),
         ("a robot's file that is a folder", "robot.config", "{d}"), ("a robot's file that is not there", "robot.config", "{d}/none.yaml"),
         ("a URDF that is not there", "robot.urdf", "{d}/none.urdf"), ("turning while walking", "walk.velocity", "[0.1, 0, 0.5]"),
         ("mass error of -100 %", "model.mass_error", "-1"), ("tolerance of 0", "solver_tolerance", "0"), ("tolerance of 2", "solver_tolerance", "2"),
-        ("a period of 0", "mpc.step", "0"), ("weights that are negative", "weights.gamma", "[-1, 0, 0, 0, 0, 0, 0, 0, 0]"),
+        ("a period of 0", "mpc.step_s", "0"), ("weights that are negative", "weights.gamma", "[-1, 0, 0, 0, 0, 0, 0, 0, 0]"),
     ]:
         add(kind + f" ({key})", push + [f"--{key}", value])
     add("no direction to put a foot down, in DART (control.period)", ["run", "push_recovery", "--plant", "dart", "--control.period", "0.0015", "--pictures", "false", "--out", "{d}/out"])
-    add("wait that has no end (sway)", ["run", "sway", "--out", "{d}/out", "--set", "mpc.step=nan"])
+    add("wait that has no end (sway)", ["run", "sway", "--out", "{d}/out", "--set", "mpc.step_s=nan"])
 
     add = group("Files of settings")
     config = push + ["--config", "{d}/c.yaml"]

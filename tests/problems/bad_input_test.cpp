@@ -80,12 +80,13 @@ TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
 
 // The loop counts engine steps. A period of zero steps caused a division by zero.
 TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
-  expect_refused({"--control.period", "0.0003"},
-                 "control.period (0.0003 s) must be a whole multiple of simulator.step (0.001 s)");
-  expect_refused({"--simulator.step", "0.0015"}, "must be a whole multiple of simulator.step");
+  expect_refused(
+      {"--control.period", "0.0003"},
+      "control.period (0.0003 s) must be a whole multiple of simulator.step_s (0.001 s)");
+  expect_refused({"--simulator.step_s", "0.0015"}, "must be a whole multiple of simulator.step_s");
   expect_refused({"--control.period", "0.004"},
-                 "mpc.step (0.01 s) must be a whole multiple of control.period (0.004 s)");
-  expect_refused({"--mpc.step", "0.0004"}, "must be a whole multiple of control.period");
+                 "mpc.step_s (0.01 s) must be a whole multiple of control.period (0.004 s)");
+  expect_refused({"--mpc.step_s", "0.0004"}, "must be a whole multiple of control.period");
 }
 
 // With a torque delay of 60 ms, the robot falls before any push.

@@ -348,7 +348,7 @@ TEST(Settings, PushesAndTimesThatNoRunCanFollowAreRefused) {
   for (const char* text :
        {"push.duration=1e-7", "push.duration=1e300", "push.direction=[1e308, 1e308, 0]",
         "push.direction=[0, 1e200, 0]", "push.direction=[0, 1e-200, 0]", "push.start=1e9",
-        "push.impulse=1e300", "step.duration=1e9", "step.duration=1e-9", "simulator.step=1e-9"}) {
+        "push.impulse=1e300", "step.duration=1e9", "step.duration=1e-9", "simulator.step_s=1e-9"}) {
     const std::string key = std::string(text).substr(0, std::string(text).find('='));
     EXPECT_NE(complaint_about(text).find(key + (key == "push.direction" ? "" : "' must be")),
               std::string::npos)
@@ -391,23 +391,23 @@ TEST(Settings, EveryKeyIsStillThere) {
   std::vector<std::string> keys = settings.keys();
   std::sort(keys.begin(), keys.end());
   std::istringstream words(
-      "capture_point.after_landing contact.corners contact.edges contact.friction "
-      "contact.fz_max contact.fz_min contact.torsional_friction control.period controller "
-      "dart.collision dart.friction dart.lcp explain_limit joint_speed_limits "
+      "capture_point.after_landing_s contact.corners contact.edges contact.friction "
+      "contact.fz_max contact.fz_min contact.torsional_friction_m control.period controller "
+      "dart.collision dart.friction dart.lcp explain_limit_s joint_speed_limits "
       "model.mass_error momentum.angular_momentum momentum.linear_momentum momentum.wrench "
-      "motor.bandwidth motor.torque_rate mpc.deadline mpc.intervals mpc.step pictures plant "
+      "motor.bandwidth_hz motor.torque_rate mpc.deadline_s mpc.intervals mpc.step_s pictures plant "
       "preset push.direction push.duration push.impulse push.link push.point "
-      "push.random.apart push.random.impulse push.random.rate push.random.seed "
-      "push.random.until push.shape push.start pushes robot.config robot.urdf "
-      "self_collision sensor.accelerometer.delay sensor.encoder.delay "
-      "sensor.force_torque.delay sensor.gyroscope.delay sensor.seed sensor.standing_force "
-      "sensor.velocity_lag sensors simulator.delay_ticks simulator.friction "
-      "simulator.ground_step simulator.joint_friction simulator.step solver "
-      "solver_tolerance stance step.bring_back step.decide step.decision_lead "
-      "step.double_support step.duration step.fixed_place step.foot_speed step.forward_max "
-      "step.lateral_max step.lateral_min step.lead step.longest step.momentum step.most "
-      "step.placement step.planner step.reach step.shortest step.sole_margin step.torque "
-      "step.usual step.weights stepping target walk.double_support walk.duration "
+      "push.random.apart_s push.random.impulse push.random.rate_hz push.random.seed "
+      "push.random.until_s push.shape push.start pushes robot.config robot.urdf "
+      "self_collision sensor.accelerometer.delay_s sensor.encoder.delay_s "
+      "sensor.force_torque.delay_s sensor.gyroscope.delay_s sensor.seed sensor.standing_force "
+      "sensor.velocity_lag_s sensors simulator.delay_ticks simulator.friction "
+      "simulator.ground_step_m simulator.joint_friction_nms_per_rad simulator.step_s solver "
+      "solver_tolerance stance step.bring_back step.decide step.decision_lead_s "
+      "step.double_support_s step.duration step.fixed_place step.foot_speed step.forward_max "
+      "step.lateral_max step.lateral_min step.lead_s step.longest_s step.momentum step.most "
+      "step.placement step.planner step.reach step.shortest_s step.sole_margin step.torque "
+      "step.usual_s step.weights stepping target walk.double_support_s walk.duration "
       "walk.velocity weights.capture_point weights.capture_point_softness "
       "weights.capture_point_standing weights.gamma weights.gamma_impact weights.wrench "
       "weights.wrench_change whole_body.angular_momentum whole_body.controller "
@@ -427,7 +427,7 @@ TEST(Settings, WhoPlansTheSteps) {
   const Case cases[] = {
       {{}, StepPlannerChoice::formula, 0.3, 0.0},
       {{"plant=dart"}, StepPlannerChoice::ocp, 0.25, 10.0},
-      {{"plant=mujoco", "step.shortest=0.3"}, StepPlannerChoice::ocp, 0.3, 10.0},
+      {{"plant=mujoco", "step.shortest_s=0.3"}, StepPlannerChoice::ocp, 0.3, 10.0},
       {{"plant=dart", "preset=paper"}, StepPlannerChoice::formula, 0.3, 0.0},
       {{"plant=dart", "step.planner=icp_formula"}, StepPlannerChoice::formula, 0.3, 0.0},
       {{"plant=dart", "step.planner=reactive"}, StepPlannerChoice::reactive, 0.3, 0.0},
@@ -455,10 +455,13 @@ TEST(Settings, WhoPlansTheSteps) {
 // Each case has a part of the expected message, which names a key.
 TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
   const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
-      {{"step.planner=ocp", "step.usual=0.2"}, "step.usual (0.2) must lie between step.shortest"},
-      {{"step.shortest=1"}, "must be below step.longest"},
-      {{"step.planner=reactive", "step.duration=0.2"}, "step.shortest (0.3) exceeds step.duration"},
-      {{"step.planner=ocp", "walk.double_support=0.05"}, "walk.double_support (0.05) is shorter"},
+      {{"step.planner=ocp", "step.usual_s=0.2"},
+       "step.usual_s (0.2) must lie between step.shortest_s"},
+      {{"step.shortest_s=1"}, "must be below step.longest_s"},
+      {{"step.planner=reactive", "step.duration=0.2"},
+       "step.shortest_s (0.3) exceeds step.duration"},
+      {{"step.planner=ocp", "walk.double_support_s=0.05"},
+       "walk.double_support_s (0.05) is shorter"},
       {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, ": walk slower, or let the foot move"},
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},

@@ -361,10 +361,10 @@ TEST(MapCommandLine, TakesWhatIsAsked) {
 
 TEST(MapCommandLine, PushesAtRandomAreRefused) {
   const auto random = [] {
-    parse({"--set", "push.random.rate=0.1", "--set", "push.random.until=60"});
+    parse({"--set", "push.random.rate_hz=0.1", "--set", "push.random.until_s=60"});
   };
   EXPECT_TRUE(
-      contains(complaint_of(random), "push.random.rate: the map pushes once in every cell"));
+      contains(complaint_of(random), "push.random.rate_hz: the map pushes once in every cell"));
 }
 
 TEST(MapCommandLine, SaysWhatIsWrong) {

@@ -56,9 +56,9 @@ class PushedForLong : public IcubInDart {
   void run_once(bool on_two_feet, int seed, double until, Tally& tally, bool is_told) {
     config = Config();
     apply({"plant=dart", fmt::format("robot.urdf={}", urdf),
-           on_two_feet ? "stance=both" : "stance=left", "push.start=1", "push.random.rate=0.16667",
-           fmt::format("push.random.until={:.3f}", until), fmt::format("push.random.seed={}", seed),
-           fmt::format("sensor.seed={}", seed)});
+           on_two_feet ? "stance=both" : "stance=left", "push.start=1",
+           "push.random.rate_hz=0.16667", fmt::format("push.random.until_s={:.3f}", until),
+           fmt::format("push.random.seed={}", seed), fmt::format("sensor.seed={}", seed)});
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
     ASSERT_FALSE(log.samples.empty());

@@ -156,6 +156,35 @@ TEST(StepKnown, OldKeysMeanWhatTheyDid) {
   }
 }
 
+// Version 0.2 named these keys without their units.
+TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  int renamed = 0;
+  for (const std::string& key : settings.keys())
+    for (const std::string unit : {"_s", "_m", "_hz", "_nms_per_rad"}) {
+      if (!key.ends_with(unit)) continue;
+      ++renamed;
+      const std::string old_key = key.substr(0, key.size() - unit.size());
+      const std::string value = key == "step.decision_lead_s" ? "0.1" : "0.08";
+      try {
+        settings.apply({parse_set_argument(old_key + "=" + value)});
+      } catch (const InputError& error) {  // a rule refused the value, not the key
+        EXPECT_FALSE(contains(error.what(), "unknown")) << error.what();
+      }
+      ASSERT_EQ(settings.warnings().size(), 1u) << key;
+      EXPECT_TRUE(contains(settings.warnings()[0], "is called '" + key + "' now"));
+    }
+  EXPECT_EQ(renamed, 24);
+  Config other;
+  Settings again;
+  declare_settings(again, other);
+  again.apply({parse_set_argument("step.longest=0.8"), parse_set_argument("mpc.step=0.02")});
+  EXPECT_EQ(other.planning.longest, 0.8);
+  EXPECT_EQ(other.planner.step, 0.02);
+}
+
 TEST(StepKnown, ContradictionsAreOneSentence) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"step.known=true", "step.planner=ocp"}, "is given: take one of them"},
@@ -236,12 +265,14 @@ TEST_F(StepProgramRun, NamesWhatTheCentroidalModelDoesNotHave) {
   const std::vector<std::string> short_run{"--push.impulse", "2", "--push.start", "0.1"};
   EXPECT_EQ(run(short_run).complaint, "");
   std::vector<std::string> words = short_run;
-  words.insert(words.end(), {"--motor.bandwidth", "20", "--simulator.joint_friction", "0.1"});
+  words.insert(words.end(),
+               {"--motor.bandwidth_hz", "20", "--simulator.joint_friction_nms_per_rad", "0.1"});
   const ProgramRun asked = run(words);
   EXPECT_EQ(asked.status, 0);
-  EXPECT_TRUE(contains(asked.complaint,
-                       "without effect on the centroidal model: simulator.joint_friction, "
-                       "motor.bandwidth (use --plant dart)"))
+  EXPECT_TRUE(
+      contains(asked.complaint,
+               "without effect on the centroidal model: simulator.joint_friction_nms_per_rad, "
+               "motor.bandwidth_hz (use --plant dart)"))
       << asked.complaint;
 }
 
@@ -254,17 +285,17 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
       {{"--step.lateral_min", "0.3", "--step.lateral_max", "0.2"},
        "step.lateral_min (0.3) exceeds step.lateral_max (0.2)"},
       // durations
-      {{"--step.shortest", "1"}, "step.shortest (1) must be below step.longest (0.9)"},
-      {{"--step.planner", "ocp", "--step.usual", "0.2"}, "must lie between step.shortest"},
+      {{"--step.shortest_s", "1"}, "step.shortest_s (1) must be below step.longest_s (0.9)"},
+      {{"--step.planner", "ocp", "--step.usual_s", "0.2"}, "must lie between step.shortest_s"},
       {{"--stance", "both", "--step.duration", "0.2"}, "change one of them"},
-      {{"--step.planner", "ocp", "--walk.double_support", "0.05"}, "raise it"},
+      {{"--step.planner", "ocp", "--walk.double_support_s", "0.05"}, "raise it"},
       // pushes
       {{"--pushes", "2.45 3 90"}, "move it, or make one of them shorter"},
       {{"--pushes", "3 3 90 0.5; 3.2 4 0"}, "move it, or make one of them shorter"},
       {{"--pushes", "601 3 90"}, "must have its time within 0 to 600 s"},
-      {{"--push.random.rate", "1"}, "change push.random.rate, until or apart"},
-      {{"--push.random.rate", "0.1", "--push.start", "70"},
-       "change push.random.rate, until or apart"},
+      {{"--push.random.rate_hz", "1"}, "change push.random.rate_hz, until or apart"},
+      {{"--push.random.rate_hz", "0.1", "--push.start", "70"},
+       "change push.random.rate_hz, until or apart"},
       // velocities
       {{"--step.planner", "ocp", "--walk.velocity", "[1,0,0]"}, "walk slower"},
       {{"--step.planner", "ocp", "--walk.velocity", "[0.7,0,0]", "--step.foot_speed", "9",

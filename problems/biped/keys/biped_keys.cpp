@@ -22,12 +22,36 @@ bool is_multiple(double whole, double part) {
 std::string clock_complaint(const BipedSettings& c) {
   if (c.plant.choice == PlantChoice::centroidal) return "";
   if (!is_multiple(c.control.period, c.plant.engine.step))
-    return fmt::format("control.period ({} s) must be a whole multiple of simulator.step ({} s)",
+    return fmt::format("control.period ({} s) must be a whole multiple of simulator.step_s ({} s)",
                        c.control.period, c.plant.engine.step);
   if (!is_multiple(c.planner.step, c.control.period))
-    return fmt::format("mpc.step ({} s) must be a whole multiple of control.period ({} s)",
+    return fmt::format("mpc.step_s ({} s) must be a whole multiple of control.period ({} s)",
                        c.planner.step, c.control.period);
   return "";
+}
+
+// Keys of version 0.2 that did not name their unit.
+void declare_renamed(Settings& s) {
+  constexpr std::pair<const char*, const char*> keys[] = {
+      {"push.random.until", "push.random.until_s"},
+      {"push.random.apart", "push.random.apart_s"},
+      {"step.decision_lead", "step.decision_lead_s"},
+      {"mpc.step", "mpc.step_s"},
+      {"mpc.deadline", "mpc.deadline_s"},
+      {"capture_point.after_landing", "capture_point.after_landing_s"},
+      {"simulator.step", "simulator.step_s"},
+      {"sensor.encoder.delay", "sensor.encoder.delay_s"},
+      {"sensor.gyroscope.delay", "sensor.gyroscope.delay_s"},
+      {"sensor.accelerometer.delay", "sensor.accelerometer.delay_s"},
+      {"sensor.force_torque.delay", "sensor.force_torque.delay_s"},
+      {"sensor.velocity_lag", "sensor.velocity_lag_s"},
+      {"explain_limit", "explain_limit_s"},
+      {"push.random.rate", "push.random.rate_hz"},
+      {"motor.bandwidth", "motor.bandwidth_hz"},
+      {"simulator.ground_step", "simulator.ground_step_m"},
+      {"contact.torsional_friction", "contact.torsional_friction_m"},
+      {"simulator.joint_friction", "simulator.joint_friction_nms_per_rad"}};
+  for (const auto& [old_key, key] : keys) s.renamed(old_key, key, "0.4");
 }
 
 // Keys of version 0.2 whose values are now constants in the option structs.
@@ -93,21 +117,22 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.more_pushes, biped.push);
   declare_settings(s, biped.step);
   declare_settings(s, biped.planner);
-  s.number("capture_point.after_landing", biped.baseline.after_landing, "s",
+  s.number("capture_point.after_landing_s", biped.baseline.after_landing, "s",
            "the trajectory of the CoM of controller=capture_point ends this long after the landing",
            above(0.0));
   declare_settings(s, biped.contact);
   declare_point_of_push(s, biped.push);
   declare_period(s, biped.control);
   declare_step(s, biped.plant);
-  s.rule({"control.period", "mpc.step", "simulator.step"},
+  s.rule({"control.period", "mpc.step_s", "simulator.step_s"},
          [&biped] { return clock_complaint(biped); });
   declare_settings(s, biped.plant);
   declare_settings(s, biped.control);
-  s.number("explain_limit", biped.explain_limit, "s",
+  s.number("explain_limit_s", biped.explain_limit, "s",
            "for each explanation of what planners could not keep to, when the run is over; 0: none "
            "is looked for",
            between(0.0, 3600.0));
+  declare_renamed(s);
   declare_removed(s);
 }
 

@@ -14,11 +14,12 @@ void declare_solver(Settings& s, PlannerSettings& planner) {
 }
 
 void declare_settings(Settings& s, PlannerSettings& planner) {
-  s.number("mpc.step", planner.step, "s", "grid and period of the controller", between(1e-4, 10.0));
+  s.number("mpc.step_s", planner.step, "s", "grid and period of the controller",
+           between(1e-4, 10.0));
   s.integer("mpc.intervals", planner.intervals, "", "length of the horizon in steps",
             between(1.0, 1000.0));
   s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
-  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number("mpc.deadline_s", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
 }
 
 void declare_settings(Settings& s, ContactSettings& c) {
@@ -30,7 +31,7 @@ void declare_settings(Settings& s, ContactSettings& c) {
     const bool known = n == 3 || n == 4 || n == 6 || n == 8 || n == 12;
     return known ? "" : fmt::format("contact.edges is {}; use 3, 4, 6, 8 or 12", n);
   });
-  s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
+  s.number("contact.torsional_friction_m", c.torsional_friction, "m", "largest |tz| / fz",
            at_least(0.0));
   s.flag(
       "contact.corners", c.corners,

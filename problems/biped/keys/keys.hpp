@@ -18,7 +18,7 @@ void declare_pictures(Settings& settings, BipedSettings& biped);
 
 /// Declares `plant`.
 void declare_plant(Settings& settings, PlantSettings& plant);
-/// Declares simulator.step.
+/// Declares simulator.step_s.
 void declare_step(Settings& settings, PlantSettings& plant);
 /// Declares the rest of simulator.*, motor.*, sensors, sensor.* and dart.*
 void declare_settings(Settings& settings, PlantSettings& plant);

@@ -14,22 +14,22 @@ void declare_plant(Settings& s, PlantSettings& plant) {
 }
 
 void declare_step(Settings& s, PlantSettings& plant) {
-  s.number("simulator.step", plant.engine.step, "s", "whole body: of the engine",
+  s.number("simulator.step_s", plant.engine.step, "s", "whole body: of the engine",
            between(1e-5, 0.1));
 }
 
 void declare_settings(Settings& s, PlantSettings& plant) {
   s.number("simulator.friction", plant.engine.friction, "", "whole body: of the ground",
            above(0.0));
-  s.number("simulator.ground_step", plant.engine.ground_step, "m",
+  s.number("simulator.ground_step_m", plant.engine.ground_step, "m",
            "whole body: the ground from 0.18 m beside the stance sole on is this much higher, "
            "unknown to the controllers",
            between(-0.1, 0.1));
-  s.number("simulator.joint_friction", plant.engine.joint_friction, "Nm s/rad",
+  s.number("simulator.joint_friction_nms_per_rad", plant.engine.joint_friction, "Nm s/rad",
            "whole body: viscous", at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
             "whole body: control periods by which torques are late", between(0.0, 100.0));
-  s.number("motor.bandwidth", plant.motors.bandwidth, "Hz",
+  s.number("motor.bandwidth_hz", plant.motors.bandwidth, "Hz",
            "whole body: of the torques, a first-order lag; 0: none", at_least(0.0));
   s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
            "whole body: largest rate of the torques; 0: no limit", at_least(0.0));

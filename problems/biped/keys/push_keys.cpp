@@ -30,13 +30,13 @@ void declare_settings(Settings& s, MorePushes& more, const Push& first) {
       "pushes", more.list,
       "further pushes: \"TIME IMPULSE ANGLE [DURATION]; ...\" (s, N s, degrees: 0 forward, 90 to "
       "the left, s)");
-  s.number("push.random.rate", more.rate, "Hz",
+  s.number("push.random.rate_hz", more.rate, "Hz",
            "pushes in random directions in place of the first one, from push.start on; 0: none",
            between(0.0, 100.0));
-  s.number("push.random.until", more.until, "s", "they are over by then", between(0.0, 600.0));
+  s.number("push.random.until_s", more.until, "s", "they are over by then", between(0.0, 600.0));
   s.vector("push.random.impulse", more.impulse, "N s", "their sizes, from and to",
            between(0.0, 1e4));
-  s.number("push.random.apart", more.apart, "s", "from begin to begin at least", at_least(0.0));
+  s.number("push.random.apart_s", more.apart, "s", "from begin to begin at least", at_least(0.0));
   s.integer("push.random.seed", more.seed, "", "which ones", at_least(0.0));
   s.rule({"push.random.impulse"}, [&more] {
     return more.impulse[0] <= more.impulse[1]
@@ -46,8 +46,8 @@ void declare_settings(Settings& s, MorePushes& more, const Push& first) {
                      "second",
                      more.impulse[0], more.impulse[1]);
   });
-  s.rule({"pushes", "push.start", "push.duration", "push.random.rate", "push.random.until",
-          "push.random.apart"},
+  s.rule({"pushes", "push.start", "push.duration", "push.random.rate_hz", "push.random.until_s",
+          "push.random.apart_s"},
          [&more, &first]() -> std::string {
            try {
              all_pushes(first, more);

@@ -22,7 +22,7 @@ void declare_settings(Settings& s, Step& step) {
       "a capture point that has left the sole is followed by a step: always, or if that brings the "
       "ground nearer to it");
   s.number(
-      "step.decision_lead", step.decision_lead, "s",
+      "step.decision_lead_s", step.decision_lead, "s",
       "if given, the place moves with the capture point until this long before the landing; none: "
       "it is fixed 0.1 s after the trigger",
       at_least(0.0));

@@ -8,7 +8,7 @@ namespace saltus::walking {
 
 void declare_period(Settings& s, WholeBodyControl& control) {
   s.number("control.period", control.period, "s",
-           "of the whole-body controller; a whole multiple of simulator.step", above(0.0));
+           "of the whole-body controller; a whole multiple of simulator.step_s", above(0.0));
 }
 
 void declare_settings(Settings& s, WholeBodyControl& control) {
@@ -45,13 +45,13 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
 
 void declare_settings(Settings& s, SensorOptions& o, EstimationOptions& e) {
   const std::pair<const char*, double*> delays[] = {
-      {"sensor.encoder.delay", &o.encoder.delay},
-      {"sensor.gyroscope.delay", &o.gyroscope.delay},
-      {"sensor.accelerometer.delay", &o.accelerometer.delay},
-      {"sensor.force_torque.delay", &o.force_torque.delay}};
+      {"sensor.encoder.delay_s", &o.encoder.delay},
+      {"sensor.gyroscope.delay_s", &o.gyroscope.delay},
+      {"sensor.accelerometer.delay_s", &o.accelerometer.delay},
+      {"sensor.force_torque.delay_s", &o.force_torque.delay}};
   for (const auto& [key, delay] : delays)
     s.number(key, *delay, "s", "rounded to whole steps of the simulator", between(0.0, 1.0));
-  s.number("sensor.velocity_lag", e.velocity_lag, "s",
+  s.number("sensor.velocity_lag_s", e.velocity_lag, "s",
            "time constant of the filter of the joint velocities", at_least(0.0));
   s.number("sensor.standing_force", e.standing_force, "N", "a foot that bears more is a landmark",
            at_least(0.0));

@@ -178,7 +178,8 @@ MapRequest parse_map_request(const ConfigurableBiped& defaults,
     fmt::print(stderr, "saltus: {}\n", warning);
   if (config.more_pushes.rate > 0.0)
     throw InputError(
-        "push.random.rate: the map pushes once in every cell, at random would be the same in all; "
+        "push.random.rate_hz: the map pushes once in every cell, at random would be the same in "
+        "all; "
         "leave it at 0, or use `saltus bench pushes`");
   if (config.step.planner == StepPlannerChoice::ocp) {
     if (are_times_given)

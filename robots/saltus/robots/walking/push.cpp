@@ -57,8 +57,8 @@ std::vector<Push> random_pushes(const Push& pattern, const MorePushes& more) {
   const double room = more.until - pattern.start - pattern.duration - (count - 1) * more.apart;
   if (count < 1 || room < 0.0)
     throw InputError(fmt::format(
-        "push.random.rate ({} Hz) means {} pushes from {} s (push.start) to {} s, at least {} s "
-        "apart, which is not possible; change push.random.rate, until or apart",
+        "push.random.rate_hz ({} Hz) means {} pushes from {} s (push.start) to {} s, at least {} s "
+        "apart, which is not possible; change push.random.rate_hz, until or apart",
         more.rate, count, pattern.start, more.until, more.apart));
   std::mt19937 random(static_cast<unsigned>(more.seed));
   // The distributions of the standard library differ between platforms.

@@ -11,12 +11,12 @@ namespace saltus::walking {
 /// The robot steps if the capture point (after the angular momentum has returned to zero) has left
 /// the support polygon, and if a step brings the ground nearer to it (`helpful` in step_logic.hpp).
 ///
-/// All feet that may lift off and all swing times from `step.duration` down to `step.shortest` are
-/// compared. The foot is placed at the capture point predicted for the landing, with the centre of
-/// pressure at the edge of the other sole, within reach. The planner takes the longest time that
+/// All feet that may lift off and all swing times from `step.duration` down to `step.shortest_s`
+/// are compared. The foot is placed at the capture point predicted for the landing, with the centre
+/// of pressure at the edge of the other sole, within reach. The planner takes the longest time that
 /// catches the capture point with reserve, and the foot that catches it best. During the swing,
-/// place and time follow the capture point until `step.decision_lead` before the landing; the time
-/// can only decrease.
+/// place and time follow the capture point until `step.decision_lead_s` before the landing; the
+/// time can only decrease.
 ///
 /// The planner has no knowledge of pushes. It does not allocate after construction.
 class ReactiveSteps final : public StepPlanner {
