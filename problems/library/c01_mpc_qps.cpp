@@ -119,6 +119,11 @@ void bring_worst_cost_to_front(std::vector<CheckedValue>& checked) {
 
 }  // namespace
 
+const char* reference_data_folder() {
+  const char* folder = std::getenv(reference_data_variable);
+  return folder == nullptr || *folder == '\0' ? nullptr : folder;
+}
+
 std::vector<MpcQp> read_mpc_qps(const std::filesystem::path& folder) {
   const std::filesystem::path data = folder / "mpc_qp";
   std::ifstream stream(data / "expected.csv");
@@ -144,7 +149,7 @@ CaseOutcome run_mpc_qps(SolverChoice choice) {
     outcome.status = "these programs do not fall into stages";
     return outcome;
   }
-  const char* folder = std::getenv(reference_data_variable);
+  const char* folder = reference_data_folder();
   if (folder == nullptr) {
     outcome.verdict = Verdict::skipped;
     outcome.status =

@@ -28,6 +28,9 @@ struct MpcQp {
   std::vector<double> x;
 };
 
+/// The folder that the environment names, or null if the variable is unset or empty.
+const char* reference_data_folder();
+
 /// Reads the programs listed in mpc_qp/expected.csv of this folder. Throws InputError with the name
 /// of a missing or unreadable file.
 std::vector<MpcQp> read_mpc_qps(const std::filesystem::path& folder);

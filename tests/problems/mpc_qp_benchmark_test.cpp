@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "problems/library/c01_mpc_qps.hpp"
 #include "saltus/qp/sparse_qp.hpp"
@@ -13,7 +12,7 @@ namespace saltus {
 namespace {
 
 TEST(MpcQpBenchmark, OptimaAreReachedToTheDigitsKnown) {
-  const char* folder = std::getenv(library::reference_data_variable);
+  const char* folder = library::reference_data_folder();
   if (folder == nullptr) GTEST_SKIP() << "SALTUS_REFERENCE_DATA does not name the reference data";
   for (const library::MpcQp& known : library::read_mpc_qps(folder)) {
     const SparseQp& qp = known.qp;

@@ -256,9 +256,12 @@ TEST(QuadraticPrograms, AreSkippedWithoutDataAndNotForSolversInStages) {
   const char* set = std::getenv(variable);
   const std::string before = set == nullptr ? "" : set;
   ::unsetenv(variable);
-  const CaseOutcome skipped = library::run_mpc_qps(SolverChoice::ipopt);
-  EXPECT_EQ(skipped.verdict, Verdict::skipped);
-  EXPECT_TRUE(contains(skipped.reasons().at(0), variable));
+  for (const bool is_empty : {false, true}) {
+    if (is_empty) ::setenv(variable, "", 1);
+    const CaseOutcome skipped = library::run_mpc_qps(SolverChoice::ipopt);
+    EXPECT_EQ(skipped.verdict, Verdict::skipped);
+    EXPECT_TRUE(contains(skipped.reasons().at(0), variable));
+  }
   EXPECT_EQ(library::run_mpc_qps(SolverChoice::riccati).verdict, Verdict::not_applicable);
   ::setenv(variable, "/no/such/folder", 1);
   EXPECT_TRUE(contains(complaint_of([] { library::run_mpc_qps(SolverChoice::sparse); }),
@@ -268,7 +271,7 @@ TEST(QuadraticPrograms, AreSkippedWithoutDataAndNotForSolversInStages) {
 }
 
 TEST(QuadraticPrograms, ReachTheirOptimaWithEverySparseSolver) {
-  if (std::getenv(library::reference_data_variable) == nullptr)
+  if (library::reference_data_folder() == nullptr)
     GTEST_SKIP() << "SALTUS_REFERENCE_DATA does not name the reference data";
   for (const SolverChoice solver : {SolverChoice::ipopt, SolverChoice::sparse}) {
     const CaseOutcome outcome = library::run_mpc_qps(solver);
