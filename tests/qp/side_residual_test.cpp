@@ -77,6 +77,19 @@ TEST(SoftRow, AMultiplierBeyondTheSlopeIsTheSmallerOfTwoErrors) {
   EXPECT_EQ(soft(2.0, 1.0, 1.5, 1.5).stationarity, 0.5);
 }
 
+// At the slack, a multiplier beyond the slope leaves an error of complementarity only: the distance
+// slack - miss times the multiplier, which is the residual of add_soft().
+TEST(SoftRow, ItsSlackPermitsTheMultiplierWhereThatIsTheSmallerError) {
+  EXPECT_EQ(soft_slack(0.5, 3.0, 2.0, 4.0), 0.5);   // the slope is the multiplier
+  EXPECT_EQ(soft_slack(-0.5, 3.0, 2.0, 1.0), 0.0);  // not reached
+  EXPECT_DOUBLE_EQ(1.5 * (soft_slack(0.0, 1.0, 6.0, 1.5) - 0.0),
+                   soft(2.0, 1.0, 6.0, 1.5).complementarity);
+  // With l1 alone, or with a multiplier above l2, the error stays one of stationarity.
+  EXPECT_EQ(soft_slack(0.0, 1.0, 0.0, 1.5), 0.0);
+  EXPECT_EQ(soft_slack(0.0, 1.0, 1.5, 1.5), 0.0);
+  EXPECT_EQ(soft_slack(0.0, 0.0, 0.0, -1.0), 0.0);  // free, and the other side pushes
+}
+
 TEST(SoftRow, WithoutASideAMultiplierCountsAsItIs) {
   EXPECT_EQ(soft(1.0, 3.0, 2.0, 2.5, 0.0, infinity).complementarity, 2.5);
   EXPECT_EQ(soft(1.0, 3.0, 2.0, -2.5, -infinity, 2.0).complementarity, 2.5);

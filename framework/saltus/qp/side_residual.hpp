@@ -36,7 +36,17 @@ inline void add_hard(double value, double lower, double upper, double multiplier
         std::isfinite(distance) ? multiplier * std::max(distance, 0.0) : multiplier);
 }
 
-/// The same for a soft row. A side violated by t >= 0 costs l1 t + l2/2 t^2. Optimality requires 0
+/// Slack of a soft side whose value misses it by `miss`. Rounding may leave a multiplier above the
+/// slope l1 + l2 t of the penalty at t = max(miss, 0), which is an error of stationarity in t. At
+/// the larger t that permits the multiplier it is an error multiplier (t - miss) of complementarity
+/// instead. The smaller error decides.
+inline double soft_slack(double miss, double l1, double l2, double multiplier) {
+  const double least = std::max(miss, 0.0);
+  return multiplier > l1 && multiplier < l2 ? std::max(least, (multiplier - l1) / l2) : least;
+}
+
+/// The same as add_hard() for a soft row. A side violated by t >= 0 costs l1 t + l2/2 t^2.
+/// Optimality requires 0
 /// <= multiplier <= l1 + l2 t: equal to the upper limit if t > 0, zero if the side is inactive.
 ///
 /// The value determines t, with one freedom. A multiplier that exceeds its limit by e is an error e

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/qp/side_residual.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
 namespace saltus {
@@ -84,8 +85,8 @@ double StageMap::Lists::row_value(const SparseQp& qp, int row, const VectorXd& w
   return value;
 }
 
-// Computes the slacks required by the values of their rows, and the multipliers of soft rows
-// without variables.
+// Computes the slacks that the values and multipliers of their rows require, and the multipliers of
+// soft rows without variables.
 void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
   for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
@@ -108,9 +109,11 @@ void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, Pr
           knows_rows = true;
           miss = part.side * (row_value(qp, part.row, to.w) - side);
         }
-        if (!(miss > 0.0)) continue;
+        const double multiplier = part.constant ? 0.0 : part.side * to.lambda[part.row];
+        const double t = soft_slack(miss, part.l1, part.l2, multiplier);
+        if (!(t > 0.0)) continue;
         const Slack& slack = slack_of(part);
-        to.w[slack.variable] += miss / std::abs(qp.rows[slack.entry]);
+        to.w[slack.variable] += t / std::abs(qp.rows[slack.entry]);
         if (part.constant) to.lambda[part.row] += part.side * (part.l1 + part.l2 * miss);
       }
     }
