@@ -83,50 +83,62 @@ bool is_sure_of_one(const Outcome& o) {
                         o.solution->status == SolveStatus::coarse_grid);
 }
 
+// Solves the problem of a seed with all solvers and checks the outcomes.
+void check_seed(int seed, std::map<std::string, int>& counts) {
+  SCOPED_TRACE(fmt::format("seed {}", seed));
+  std::map<std::string, Outcome> outcomes;
+  for (const auto& [name, choice] : solver_choices()) {
+    const Outcome& o = outcomes[name] = solve_drawn(static_cast<std::uint32_t>(seed), choice);
+    EXPECT_EQ(o.failure, "") << name;
+    ++counts[name + ": " + (o.solution ? describe(o.solution->status) : "refused")];
+    if (!o.solution && !o.is_of_formula && o.failure.empty()) {
+      EXPECT_NE(o.refusal.find('\''), std::string::npos) << "names nothing: " << o.refusal;
+    }
+  }
+  RandomDefinition drawn;
+  try {
+    drawn = draw_definition(static_cast<std::uint32_t>(seed));
+  } catch (const std::exception&) {
+    return;
+  }
+  for (const auto& [one, a] : outcomes)
+    for (const auto& [other, b] : outcomes) {
+      if (is_sure_of_one(a) && is_proved_to_have_none(b))
+        ADD_FAILURE() << one << " has a point, " << other
+                      << " proves that there is none: " << b.solution->message;
+    }
+  if (!drawn.is_convex) return;
+  for (const auto& [name, o] : outcomes)
+    if (o.solution && o.solution->status != SolveStatus::evaluation_failed) {
+      EXPECT_TRUE(is_sure_of_one(o) || is_sure_of_none(o)) << name << ": " << o.solution->message;
+    }
+  for (const auto& [one, a] : outcomes)
+    for (const auto& [other, b] : outcomes) {
+      if (is_sure_of_one(a) && is_sure_of_none(b))
+        ADD_FAILURE() << one << " is sure of an optimum, " << other << " that there is none";
+      // Two scaled residuals of 1e-9 and costs of order 1.
+      if (one < other && is_sure_of_one(a) && is_sure_of_one(b)) {
+        EXPECT_NEAR(a.solution->cost, b.solution->cost, 1e-6 * (1.0 + std::abs(a.solution->cost)))
+            << one << ", " << other;
+      }
+    }
+}
+
 TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
   std::map<std::string, int> counts;
   const auto [first, last, is_campaign] = seeds();
-  for (int seed = first; seed <= last; ++seed) {
-    SCOPED_TRACE(fmt::format("seed {}", seed));
-    std::map<std::string, Outcome> outcomes;
-    for (const auto& [name, choice] : solver_choices()) {
-      const Outcome& o = outcomes[name] = solve_drawn(static_cast<std::uint32_t>(seed), choice);
-      EXPECT_EQ(o.failure, "") << name;
-      ++counts[name + ": " + (o.solution ? describe(o.solution->status) : "refused")];
-      if (!o.solution && !o.is_of_formula && o.failure.empty()) {
-        EXPECT_NE(o.refusal.find('\''), std::string::npos) << "names nothing: " << o.refusal;
-      }
-    }
-    RandomDefinition drawn;
-    try {
-      drawn = draw_definition(static_cast<std::uint32_t>(seed));
-    } catch (const std::exception&) {
-      continue;
-    }
-    for (const auto& [one, a] : outcomes)
-      for (const auto& [other, b] : outcomes) {
-        if (is_sure_of_one(a) && is_proved_to_have_none(b))
-          ADD_FAILURE() << one << " has a point, " << other
-                        << " proves that there is none: " << b.solution->message;
-      }
-    if (!drawn.is_convex) continue;
-    for (const auto& [name, o] : outcomes)
-      if (o.solution && o.solution->status != SolveStatus::evaluation_failed) {
-        EXPECT_TRUE(is_sure_of_one(o) || is_sure_of_none(o)) << name << ": " << o.solution->message;
-      }
-    for (const auto& [one, a] : outcomes)
-      for (const auto& [other, b] : outcomes) {
-        if (is_sure_of_one(a) && is_sure_of_none(b))
-          ADD_FAILURE() << one << " is sure of an optimum, " << other << " that there is none";
-        // Two scaled residuals of 1e-9 and costs of order 1.
-        if (one < other && is_sure_of_one(a) && is_sure_of_one(b)) {
-          EXPECT_NEAR(a.solution->cost, b.solution->cost, 1e-6 * (1.0 + std::abs(a.solution->cost)))
-              << one << ", " << other;
-        }
-      }
-  }
+  for (int seed = first; seed <= last; ++seed) check_seed(seed, counts);
   if (is_campaign)
     for (const auto& [what, count] : counts) fmt::print("{:6} {}\n", count, what);
+}
+
+// Convex problems that campaigns found, on which one solver ended without an optimum: riccati at
+// soft sides that are just reached (the first eight), Ipopt where the tolerance was met in the
+// units of the program only (the next three), or where the cost of the optimum is 4e-7.
+TEST(RandomDefinitions, SolversAgreeOnProblemsThatCampaignsFound) {
+  std::map<std::string, int> counts;
+  for (const int seed : {201, 809, 1446, 1862, 1945, 2694, 3871, 4301, 2947, 3417, 3434, 442})
+    check_seed(seed, counts);
 }
 
 }  // namespace

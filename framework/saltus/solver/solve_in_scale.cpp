@@ -18,6 +18,7 @@ constexpr double small = 1e-8, doubtful = 1e-5;
 constexpr double much_larger = 100.0;   // relative to the residual in the scale of the solver
 constexpr double accurate = 1e-8;       // relative gain that another scale need not improve
 constexpr double most_sharpened = 1e6;  // largest factor of the cost
+constexpr int most_sharpenings = 3;     // attempts with a larger cost
 constexpr int patience = 100;           // a smaller iteration limit is a deliberate stop
 
 KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
@@ -94,17 +95,24 @@ bool is_convincing(const ScaledResult& result) {
 }
 
 // Solves again from a result whose cost can still decrease, with the cost multiplied as needed.
-// Solver tolerances are absolute and only small relative to a cost of 1.
+// Solver tolerances are absolute and only small relative to a cost of 1. Repeats this while the
+// possible decrease shrinks.
 void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quantities,
              ProgramScale scale, ScaledResult& best) {
-  const double excess = best.check.relative_gain() / most_gain(solver);
-  if (!is_success(best.nlp.status) || !(excess > 1.0) || !(excess < most_sharpened)) return;
-  scale.cost *= std::exp2(std::ceil(std::log2(10.0 * excess)));
-  ScaledResult next = solve_once(solver, program, scale, best.nlp.point, true, Sides::without_idle);
-  judge(solver, program, quantities, next);
-  const bool is_better = is_convincing(next);
-  add_effort(is_better ? best : next, is_better ? next : best);
-  if (is_better) best = std::move(next);
+  for (int round = 0; round < most_sharpenings && best.is_doubtful; ++round) {
+    const double gain = best.check.relative_gain(), excess = gain / most_gain(solver);
+    if (!is_success(best.nlp.status) || !(excess > 1.0) || !(excess < most_sharpened)) return;
+    scale.cost *= std::exp2(std::ceil(std::log2(10.0 * excess)));
+    ScaledResult next =
+        solve_once(solver, program, scale, best.nlp.point, true, Sides::without_idle);
+    judge(solver, program, quantities, next);
+    const bool is_closer = is_success(next.nlp.status) && next.check.relative_gain() < gain &&
+                           next.violation <= std::max(best.violation, most_violation);
+    const bool is_better = is_convincing(next) || is_closer;
+    add_effort(is_better ? best : next, is_better ? next : best);
+    if (!is_better) return;
+    best = std::move(next);
+  }
 }
 
 // True if the solver failed without a limit set by the user, at a point that violates the rows.
@@ -161,9 +169,11 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
   result.violation = relative_violation(program, nlp.point.w);
   const bool is_optimum = result.check.relative_gain() <= most_gain(solver) &&
                           result.violation <= std::max(most_violation, solver.tolerance());
-  // A solver that failed with short steps may be at the optimum.
-  if (is_optimum && nlp.status == SolveStatus::numerical_failure &&
-      nlp.kkt.scaled() <= solver.tolerance())
+  // A solver that failed with short steps, or met the tolerance in the units of the program but not
+  // in its own, is at the optimum.
+  const bool has_stalled =
+      nlp.status == SolveStatus::numerical_failure || nlp.status == SolveStatus::acceptable;
+  if (is_optimum && has_stalled && nlp.kkt.scaled() <= solver.tolerance())
     result.nlp.status = SolveStatus::optimal;
   result.is_doubtful = is_success(nlp.status) && !is_optimum;
 }
