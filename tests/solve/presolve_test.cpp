@@ -254,6 +254,33 @@ std::vector<Twice> twices() {
         problem.then(p);
       });
     });
+    // No multiples of each other, but constant where the circle is kept.
+    add("circle kept in other words", [=](bool twice) {
+      const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
+      return in_phases(phases, start, [&](OptimalControlProblem& problem, int j) {
+        Phase<4, 2> p{phase_name(j), Plane{}, exactly(1.0)};
+        add_effort(p);
+        const auto square = [](auto, auto x) { return x[0] * x[0] + x[1] * x[1]; };
+        p.keep("circle", square, exactly(1.0));
+        if (twice)
+          p.keep(
+               "radius", [=](auto t, auto x) { return sqrt(square(t, x)); }, exactly(1.0))
+              .keep(
+                  "times a factor",
+                  [=](auto t, auto x) { return (square(t, x) - 1.0) * (2.0 + x[0]); }, exactly(0.0))
+              .keep(
+                  "squared",
+                  [=](auto t, auto x) {
+                    const auto miss = square(t, x) - 1.0;
+                    return miss * miss;
+                  },
+                  at_most(0.0));
+        if (j == phases - 1)
+          p.reach(
+              "height", [](auto, auto x) { return x[1]; }, exactly(0.25 * phases));
+        problem.then(p);
+      });
+    });
     add("bounds and an equal row", [=](bool twice) {
       return in_phases(phases, VectorXd::Zero(2), [&](OptimalControlProblem& problem, int j) {
         Phase<2, 1> p{phase_name(j), Pendulum{}, exactly(1.0)};

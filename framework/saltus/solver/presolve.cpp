@@ -18,6 +18,12 @@ constexpr double smallest_pivot = 1e-6;  // relative to the largest entry of its
 constexpr double same_slopes = 1e-10;    // relative tolerance of rows that are multiples
 constexpr double same_side = 1e-9;       // relative tolerance of equal sides
 constexpr int most_passes = 10;          // limit of the passes over the equalities
+// Rows that an equality implies: relative tolerance of their slopes, at the guess and where the
+// equality holds; relative residuals of an equality that nearly holds.
+constexpr double roughly_along = 1e-3, along = 1e-8;
+constexpr double near_guess = 1e-6, nearly_solved = 1e-11;
+constexpr double away_from_guess = 1e-3;  // relative distance of the points that are compared
+constexpr int most_rounds = 4, most_newton_steps = 8;
 constexpr int no_index = -1;
 
 // value = factor * (value of the root) + offset. The factor of a known variable is 0.
@@ -307,9 +313,13 @@ class Analysis {
     for (const auto& [roots, rows] : affine) compare_affine(roots, rows, bounded);
     for (const auto& [root, variables] : bounded)
       if (!affine.contains({root})) compare_affine({root}, {}, bounded);
-    std::erase_if(nonlinear, [&](auto& bucket) { return !may_repeat(bucket.second); });
-    if (!nonlinear.empty() && move_points())
-      for (const auto& [roots, rows] : nonlinear) compare_nonlinear(rows);
+    const std::vector<Pair> pairs = pairs_of(nonlinear);
+    std::vector<std::vector<int>> repeated;
+    for (const auto& [roots, rows] : nonlinear)
+      if (may_repeat(rows)) repeated.push_back(rows);
+    if (!repeated.empty() && move_points())
+      for (const std::vector<int>& rows : repeated) compare_nonlinear(rows);
+    leave_out_implied(pairs);
   }
 
   Member member(int r, double scale, double shift) const {
@@ -405,11 +415,11 @@ class Analysis {
   }
 
   bool move_points() {
-    constexpr double away = 1e-3;
     Random random(1);
     for (Evaluation* at : {&first_, &second_}) {
       VectorXd w = at_.w;
-      for (double& x : w) x += away * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
+      for (double& x : w)
+        x += away_from_guess * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
       if (!evaluate(made_consistent(w), *at)) return false;
     }
     return true;
@@ -436,6 +446,125 @@ class Analysis {
       }
       keep_tightest(members);
     }
+  }
+
+  // --- rows that an equality implies -------------------------------------------------------------
+  // On the set where x^2 + y^2 = 1 holds, sqrt(x^2 + y^2) is constant, although the two rows are no
+  // multiples of each other elsewhere. A row is implied by an equality with the same unknowns if,
+  // at points of that set, its sides hold and its slopes are a multiple of those of the equality.
+  struct Pair {
+    int equality, row;
+    const std::vector<int>* roots;  // of the map of rows
+    double size;                    // largest slope of the row seen so far
+  };
+
+  // Candidates. A guess that meets the equality decides for most pairs.
+  std::vector<Pair> pairs_of(const std::map<std::vector<int>, std::vector<int>>& buckets) {
+    std::vector<Pair> pairs;
+    for (const auto& [roots, rows] : buckets)
+      for (const int e : rows) {
+        if (sides(e).lower != sides(e).upper) continue;
+        for (const int r : rows) {
+          if (r == e || is_kept_[r]) continue;
+          const std::vector<double> a = slopes(r, at_);
+          Pair pair{e, r, &roots, largest_of(a)};
+          if (std::abs(miss_of(e, at_)) <= near_guess && !is_along(pair, at_, roughly_along))
+            continue;
+          pairs.push_back(pair);
+        }
+      }
+    return pairs;
+  }
+
+  static double largest_of(const std::vector<double>& a) {
+    double largest = 0.0;
+    for (const double x : a) largest = std::max(largest, std::abs(x));
+    return largest;
+  }
+  // Residual of an equality relative to its side.
+  double miss_of(int equality, const Evaluation& at) const {
+    const double side = result_.row_lower[equality];
+    return (at.rows[equality] - side) / std::max(1.0, std::abs(side));
+  }
+
+  // True if the slopes of the row are a multiple of those of the equality, or zero.
+  bool is_along(Pair& pair, const Evaluation& at, double tolerance) {
+    const std::vector<double> a = slopes(pair.equality, at), b = slopes(pair.row, at);
+    double aa = 0.0, ab = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      aa += a[i] * a[i];
+      ab += a[i] * b[i];
+    }
+    if (!(aa > 0.0)) return false;
+    pair.size = std::max(pair.size, largest_of(b));
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (std::abs(b[i] - ab / aa * a[i]) > tolerance * pair.size) return false;
+    return true;
+  }
+  bool holds_at(int r, const Evaluation& at) const {
+    const auto miss = [&](double side, double by) {
+      return by > same_side * std::max(1.0, std::abs(side));
+    };
+    const Bounds b = sides(r);
+    return !miss(b.lower, b.lower - at.rows[r]) && !miss(b.upper, at.rows[r] - b.upper);
+  }
+
+  void leave_out_implied(std::vector<Pair> open) {
+    for (int round = 0; round < most_rounds && !open.empty(); ++round) {
+      // Equalities of one round share no unknowns, so that each is solved on its own.
+      std::map<int, int> equality_of;  // per root
+      std::vector<Pair> pairs, later;
+      for (const Pair& pair : open) {
+        if (!is_on(pair.row) || !is_on(pair.equality)) continue;
+        const bool is_free = std::ranges::all_of(*pair.roots, [&](int root) {
+          const auto at = equality_of.find(root);
+          return at == equality_of.end() || at->second == pair.equality;
+        });
+        (is_free ? pairs : later).push_back(pair);
+        if (is_free)
+          for (const int root : *pair.roots) equality_of[root] = pair.equality;
+      }
+      Random random(1);
+      for (const double away : {0.0, away_from_guess, away_from_guess}) {
+        if (pairs.empty()) break;
+        VectorXd w = at_.w;
+        if (away > 0.0)
+          for (double& x : w) x += away * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
+        keep_implied(std::move(w), pairs);
+      }
+      for (const Pair& pair : pairs) {
+        if (!is_on(pair.row) || !is_on(pair.equality)) continue;
+        leave_out(pair.row);
+        result_.nonlinear.push_back(pair.row);
+      }
+      open = std::move(later);
+    }
+  }
+
+  // Removes pairs that a point disproves: one near w where their equalities hold.
+  void keep_implied(VectorXd w, std::vector<Pair>& pairs) {
+    for (int step = 0;; ++step) {
+      if (!evaluate(made_consistent(w), first_)) return pairs.clear();
+      if (step == most_newton_steps) break;
+      bool is_solved = true;
+      int last = no_index;
+      for (const Pair& pair : pairs) {
+        if (pair.equality == last || std::abs(miss_of(pair.equality, first_)) <= rounding) continue;
+        last = pair.equality;
+        is_solved = false;
+        const std::vector<double> a = slopes(pair.equality, first_);
+        double aa = 0.0;
+        for (const double x : a) aa += x * x;
+        const double miss = first_.rows[pair.equality] - result_.row_lower[pair.equality];
+        if (aa > 0.0)
+          for (std::size_t i = 0; i < a.size(); ++i) w[(*pair.roots)[i]] -= miss / aa * a[i];
+      }
+      if (is_solved) break;
+    }
+    std::erase_if(pairs, [&](Pair& pair) {
+      return std::abs(miss_of(pair.equality, first_)) > nearly_solved ||
+             !holds_at(pair.row, first_) || !is_along(pair, first_, along);
+    });
   }
 
   // Keeps the largest lower side and the smallest upper side.

@@ -10,6 +10,10 @@
 // reduced program is therefore a point of the original one, with zero multipliers of removed rows.
 // Andersen and Andersen, Presolving in linear programming, Math. Program. 71, 1995. Nonlinear rows
 // are compared at points near the start and checked after the solve.
+//
+// A nonlinear row that is constant where an equality with the same variables holds, such as
+// sqrt(x^2 + y^2) = 1 beside x^2 + y^2 = 1, is removed. Both are compared at three points on the
+// feasible set of the equality near the start, which Newton's method finds.
 #pragma once
 
 #include <functional>
