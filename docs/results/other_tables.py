@@ -12,7 +12,7 @@ from programs import ROOT, humanoid, rows_of
 from tables import README, markdown, toward
 
 
-STEP_PLANNING = "problems/push_recovery/step_planning.md"
+STEP_PLANNING = "problems/push_recovery/step_experiments.md"
 
 
 @dataclasses.dataclass
