@@ -43,10 +43,10 @@ int main() {
     controller.feedback(state);  // calls `send` as soon as the input is known
   }
   const LoopStatistics& log = controller.statistics();
-  std::printf("20 ticks had no measurement and went on with their plan: %s; none had no plan: %s\n",
+  std::printf("20 ticks without a measurement used their plan: %s; every tick had a plan: %s\n",
               log.count(Provenance::shifted) >= 20 ? "yes" : "no",
               log.count(Provenance::fallback) == 0 ? "yes" : "no");
   const double left = std::abs(robot.measure()[0]);
-  std::printf("less than 1 cm from where it should be: %s\n", left < 0.01 ? "yes" : "no");
+  std::printf("less than 1 cm from the target: %s\n", left < 0.01 ? "yes" : "no");
   return left < 0.01 ? 0 : 1;
 }
