@@ -55,7 +55,7 @@ TEST_F(BadInput, PostureOutsideTheLimitsOfAJoint) {
 
 TEST_F(BadInput, JointMissingFromTheUrdf) {
   expect_refused({"--urdf", changed(R"(<joint name="l_knee")", "l_knee", "l_nee")},
-                 "there is no joint \"l_knee\" that can move; did you mean \"l_nee\"?");
+                 "there is no movable joint \"l_knee\"; did you mean \"l_nee\"?");
 }
 
 TEST_F(BadInput, UrdfThatIsNoFile) {

@@ -465,7 +465,7 @@ TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
       {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, ": walk slower, or let the foot move"},
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
-      {{"pushes=2.45 3 90"}, "begins before that at 2.4 s ends"}};
+      {{"pushes=2.45 3 90"}, "begins before the push at 2.4 s ends"}};
   for (const auto& [arguments, part] : cases) {
     Config config;
     Settings settings;

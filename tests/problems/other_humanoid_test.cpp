@@ -145,7 +145,7 @@ TEST_F(OtherHumanoid, FiguresComeFromTheFileOrFromTheUrdf) {
 TEST_F(OtherHumanoid, WhatTheFilesLackIsNamed) {
   const std::string yaml = biped.yaml(), text = biped.urdf();
   expect_refused(replaced(yaml, "  knee of left leg", "  kne of left leg"), text,
-                 "robot.urdf: there is no joint \"kne of left leg\" that can move; did you mean "
+                 "robot.urdf: there is no movable joint \"kne of left leg\"; did you mean "
                  "\"knee of left leg\"?");
   expect_refused(replaced(yaml, "left: sole of left foot", "left: sole of left hand"), text,
                  "robot.urdf: there is no link \"sole of left hand\"; did you mean \"sole of left "
@@ -157,11 +157,11 @@ TEST_F(OtherHumanoid, WhatTheFilesLackIsNamed) {
                  "there is no link \"pelves\"; did you mean \"pelvis\"?");
   expect_refused(yaml, text.substr(0, text.size() / 2), "robot.urdf: the file is truncated");
   expect_refused(yaml, text, "has no posture on the right foot alone", {"--stance", "right"});
-  expect_refused(yaml, text, "there is no link \"chest\"; known are", {"--push.link", "chest"});
+  expect_refused(yaml, text, "there is no link \"chest\"; the known names are",
+                 {"--push.link", "chest"});
   expect_refused(yaml, text, "nothing.yaml: there is no such file",
                  {"--robot.config", (folder / "nothing.yaml").string()});
-  expect_refused(yaml, text, "needs its URDF; name it with --robot.urdf FILE",
-                 {"--robot.urdf", ""});
+  expect_refused(yaml, text, "needs a URDF; give it with --robot.urdf FILE", {"--robot.urdf", ""});
   biped.knee_upper = 0.5;
   expect_refused(yaml, biped.urdf(),
                  "has joint \"knee of left leg\" at 0.6 rad, outside its limits");

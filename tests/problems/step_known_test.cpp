@@ -290,12 +290,13 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
       {{"--stance", "both", "--step.duration", "0.2"}, "change one of them"},
       {{"--step.planner", "ocp", "--walk.double_support_s", "0.05"}, "raise it"},
       // pushes
-      {{"--pushes", "2.45 3 90"}, "move it, or make one of them shorter"},
-      {{"--pushes", "3 3 90 0.5; 3.2 4 0"}, "move it, or make one of them shorter"},
+      {{"--pushes", "2.45 3 90"}, "move it, or shorten one of them"},
+      {{"--pushes", "3 3 90 0.5; 3.2 4 0"}, "move it, or shorten one of them"},
       {{"--pushes", "601 3 90"}, "must have its time within 0 to 600 s"},
-      {{"--push.random.rate_hz", "1"}, "change push.random.rate_hz, until or apart"},
+      {{"--push.random.rate_hz", "1"},
+       "change push.random.rate_hz, push.random.until_s or push.random.apart_s"},
       {{"--push.random.rate_hz", "0.1", "--push.start", "70"},
-       "change push.random.rate_hz, until or apart"},
+       "change push.random.rate_hz, push.random.until_s or push.random.apart_s"},
       // velocities
       {{"--step.planner", "ocp", "--walk.velocity", "[1,0,0]"}, "walk slower"},
       {{"--step.planner", "ocp", "--walk.velocity", "[0.7,0,0]", "--step.foot_speed", "9",

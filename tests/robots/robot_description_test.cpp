@@ -92,7 +92,7 @@ TEST(RobotDescription, RefusesBadFiles) {
   expect_has(complaint(changed("x: [-0.05, 0.1]", "x: [0.1]")), "must be a list of 2 numbers");
   expect_has(complaint(changed("stance: both", "stance: one")),
              "stance must be left, right or both");
-  expect_has(complaint(changed("0.5]", "-0.5]")), "postures.stand.com must lie above the ground");
+  expect_has(complaint(changed("0.5]", "-0.5]")), "postures.stand.com must be above the ground");
   expect_has(complaint(changed("{knee: -0.5}", "{knee: bent}")), "postures.stand.joints.knee must");
   expect_has(complaint(changed("soles: {left: ls, right: rs}", "soles: ls")),
              "soles must be a set");
@@ -134,8 +134,9 @@ TEST(RobotDescription, RefusesMirrorImagesWithoutRuleOrOriginal) {
   const std::string image = "  other: {mirror_of: crouch}\n";
   expect_has(complaint(sample + image), "postures.other.mirror_of needs the key mirror");
   const std::string ruled = changed("postures:", mirror);
-  expect_has(complaint(ruled + "  other: {mirror_of: stand}\n"), "\"stand\" stands on both");
-  expect_has(complaint(ruled + "  other: {mirror_of: sit}\n"), "must name a posture above");
+  expect_has(complaint(ruled + "  other: {mirror_of: stand}\n"), "\"stand\" is on both feet");
+  expect_has(complaint(ruled + "  other: {mirror_of: sit}\n"),
+             "must name a posture that precedes it");
   const RobotDescription robot = parse_robot_description(sample, "robot.yaml");
   EXPECT_EQ(&robot.posture_on(Side::left), &robot.posture("crouch"));
   try {

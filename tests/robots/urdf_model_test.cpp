@@ -169,7 +169,7 @@ TEST(UrdfModel, RefusesAFootWithoutRectangle) {
              "has no collision box");
   std::string turned = foot_box;
   turned.replace(turned.find("0.014\""), 6, "0.014\" rpy=\"0 0 0.2\"");
-  expect_has(foot_complaint(turned), "turned against the frame of \"sole\"");
+  expect_has(foot_complaint(turned), "rotated relative to the frame of \"sole\"");
   std::string flat = foot_box;
   flat.replace(flat.find("0.16 0.07"), 9, "0.16 0");
   expect_has(foot_complaint(flat), "has no area");
@@ -183,8 +183,8 @@ TEST(UrdfModel, SuggestsTheNearestName) {
   expect_has(input_error([&] {
                model.centre_of_mass("sole", {{"kne", 0.1}});
              }),
-             "there is no joint \"kne\" that can move; did you mean \"knee\"?");
-  expect_has(input_error([&] { model.centre_of_mass("sole", {{"ankle", 0.1}}); }), "can move");
+             "there is no movable joint \"kne\"; did you mean \"knee\"?");
+  expect_has(input_error([&] { model.centre_of_mass("sole", {{"ankle", 0.1}}); }), "movable");
   expect_has(input_error([&] {
                model.centre_of_mass("sole", {{"knee", std::nan("")}});
              }),
@@ -197,7 +197,7 @@ TEST(UrdfModel, RefusesBodiesThatCannotBe) {
            "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
   };
   expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "0.3"))),
-             "link \"leg\" has an inertia that no body can have");
+             "link \"leg\" has a physically impossible inertia");
   expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "-0.1"))), "link \"leg\" has an");
   expect_has(complaint(one_leg(foot_box, inertia("0", "0", "0"))), "is not positive");
   expect_has(complaint(one_leg(foot_box, inertia("0", "0.1", "0.1"))), "is not positive");
@@ -225,7 +225,8 @@ TEST(UrdfModel, WeldsPointsWithoutInertiaToTheirBody) {
         joint_type);
   };
   EXPECT_EQ(complaint(robot("fixed")), "");
-  expect_has(complaint(robot("continuous")), "link \"sensor\", with what is fixed to it, has an");
+  expect_has(complaint(robot("continuous")),
+             "link \"sensor\", together with the links fixed to it, has an");
 }
 
 TEST(UrdfModel, RefusesCyclesAndMassesWithoutSense) {
@@ -239,7 +240,7 @@ TEST(UrdfModel, RefusesCyclesAndMassesWithoutSense) {
   expect_has(complaint(links + joint("a", "b") + joint("b", "c") + joint("c", "b") + "</robot>"),
              "form a cycle through link \"b\"");
   expect_has(complaint(links + joint("b", "c") + joint("c", "b") + "</robot>"), "form a cycle");
-  expect_has(complaint(one_leg(foot_box, good_inertia, "1e100")), "which no robot's link has");
+  expect_has(complaint(one_leg(foot_box, good_inertia, "1e100")), "implausible mass");
 }
 
 TEST(UrdfModel, RefusesWhatIsNotAUrdfWithoutPrinting) {

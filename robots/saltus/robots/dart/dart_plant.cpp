@@ -65,8 +65,8 @@ dd::SkeletonPtr ground(const DartOptions& options) {
 void expect_capsules(DartCollision choice) {
   if (choice != DartCollision::bullet && choice != DartCollision::ode)
     throw InputError(
-        fmt::format("{} collision detection knows no capsules, the shapes of limbs; set "
-                    "dart.collision to bullet or ode, or switch self_collision off",
+        fmt::format("the {} collision detector does not support capsules, the shapes of the limbs; "
+                    "set dart.collision to bullet or ode, or set self_collision=false",
                     describe(choice)));
 }
 

@@ -61,17 +61,17 @@ fs::path fetch_icub_urdf(const std::function<void(const std::string&)>& say) {
   if (const auto found = find_icub_urdf()) return *found;
   if (const char* named = named_urdf())
     throw InputError(fmt::format(
-        "there is no file {}, which SALTUS_ICUB_URDF names as the URDF of iCub", named));
+        "SALTUS_ICUB_URDF names {} as the URDF of iCub, but there is no such file", named));
   const fs::path target = cache_folder() / folder;
   const fs::path script = data_file("robots/icub/fetch_icub_model");
   say(fmt::format(
       "Fetching the official model of iCub ({}, 18 MB, licence CC BY-SA 4.0) into {} ...", package,
       target.string()));
   if (!run(script, target) || !find_icub_urdf())
-    throw InputError(fmt::format(
-        "the URDF of iCub could not be fetched ({} from PyPI, over the network); name one with "
-        "--robot.urdf FILE or SALTUS_ICUB_URDF",
-        package));
+    throw InputError(
+        fmt::format("the URDF of iCub could not be downloaded ({} from PyPI); give one with "
+                    "--robot.urdf FILE or SALTUS_ICUB_URDF",
+                    package));
   return *find_icub_urdf();
 }
 

@@ -237,7 +237,7 @@ SegmentPoints closest_points(const Capsule& first, const Capsule& second) {
 }
 
 std::vector<Capsule> fit_capsules(const std::vector<Point>& points, int most) {
-  if (points.empty()) throw DefinitionError("capsules need points to be fitted to");
+  if (points.empty()) throw DefinitionError("fitting capsules needs at least one point");
   std::vector<Part> parts{{points, least_capsule(points)}};
   while (static_cast<int>(parts.size()) < most && cut_one(parts)) {
   }

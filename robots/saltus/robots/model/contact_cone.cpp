@@ -17,7 +17,7 @@ void check_side(const Bounds& side, const char* axis) {
   if (!(side.lower < side.upper) || !std::isfinite(side.lower) || !std::isfinite(side.upper))
     throw DefinitionError(
         fmt::format("contact cone: the foot rectangle is empty along {}, from {} to {} m; give "
-                    "finite numbers, the smaller first",
+                    "finite numbers, the smaller one first",
                     axis, side.lower, side.upper));
 }
 
@@ -31,14 +31,13 @@ void check(const ContactConeOptions& o) {
   check_side(o.foot.x, "x");
   check_side(o.foot.y, "y");
   if (!(o.torsional_friction >= 0.0) || !std::isfinite(o.torsional_friction))
-    throw DefinitionError(
-        fmt::format("contact cone: the torsional friction coefficient must not be negative, as {} "
-                    "m is",
-                    o.torsional_friction));
+    throw DefinitionError(fmt::format(
+        "contact cone: the torsional friction coefficient must not be negative, but is {} m",
+        o.torsional_friction));
   if (!(o.normal_force.lower >= 0.0))
     throw DefinitionError(
-        fmt::format("contact cone: the smallest normal force fz_min must not be negative, as {} N "
-                    "is: the ground does not pull",
+        fmt::format("contact cone: the smallest normal force fz_min must not be negative, but is "
+                    "{} N: the ground cannot pull",
                     o.normal_force.lower));
   if (o.normal_force.is_empty())
     throw DefinitionError(fmt::format(
@@ -123,7 +122,7 @@ ContactCone contact_cone(const ContactConeOptions& options) {
 void ContactCone::check_rows(int m) const {
   if (m != rows())
     throw DefinitionError(
-        fmt::format("contact cone: {} rows were asked for, but this cone has {}", m, rows()));
+        fmt::format("contact cone: {} rows were requested, but this cone has {}", m, rows()));
 }
 
 }  // namespace saltus

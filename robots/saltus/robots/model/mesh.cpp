@@ -218,8 +218,8 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
 std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
   const std::string extension = extension_of(file);
   if (std::find(formats.begin(), formats.end(), extension) == formats.end())
-    throw InputError(fmt::format("{}: meshes are read as {}; export it as STL", file.string(),
-                                 join_names({formats.begin(), formats.end()})));
+    throw InputError(fmt::format("{}: the supported mesh formats are {}; export it as STL",
+                                 file.string(), join_names({formats.begin(), formats.end()})));
   std::error_code unknown;
   const std::uintmax_t size = fs::file_size(file, unknown);
   if (!unknown && size > largest_mesh)
@@ -236,9 +236,9 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
   const auto answer =
       isolated_call([&] { return corners_or_complaint(content, extension, file); }, longest);
   if (!answer || answer->empty())
-    throw InputError(
-        fmt::format("{}: the mesh cannot be read (its reader broke down); export it again as STL",
-                    file.string()));
+    throw InputError(fmt::format(
+        "{}: the mesh cannot be read, because its reader crashed; export it again as STL",
+        file.string()));
   const std::string_view rest = std::string_view(*answer).substr(1);
   if (answer->front() == complaint_follows)
     throw InputError(fmt::format("{}: {}", file.string(), rest));
@@ -255,9 +255,8 @@ std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& 
       const auto file = find_mesh(shape.mesh, urdf);
       if (!file)
         throw InputError(
-            fmt::format("{}: the mesh {} is not in the robot's folders; put its package beside the "
-                        "URDF or name "
-                        "the folder that holds it in ROS_PACKAGE_PATH",
+            fmt::format("{}: the mesh {} is not in the robot's folders; put its package next to "
+                        "the URDF, or add the folder that contains it to ROS_PACKAGE_PATH",
                         urdf.string(), shortened(shape.mesh)));
       points = mesh_corners(*file);
       for (Vec<double, 3>& p : points) p = p.cwiseProduct(shape.size);

@@ -43,12 +43,13 @@ StandingPosture read_mirrored_posture(const YamlSection& section, const RobotDes
     if (posture.name != original) continue;
     if (posture.stance == Stance::both)
       section.fail("mirror_of",
-                   fmt::format("must name a posture on one foot; \"{}\" stands on both",
+                   fmt::format("must name a posture on one foot, but \"{}\" is on both feet",
                                shortened(original)));
     return (*robot.mirror)(posture);
   }
   section.fail("mirror_of",
-               fmt::format("must name a posture above, not \"{}\"", shortened(original)));
+               fmt::format("must name a posture that precedes it in the file, not \"{}\"",
+                           shortened(original)));
 }
 
 StandingPosture read_posture(const YamlSection& section, Figures figures) {
@@ -68,7 +69,7 @@ StandingPosture read_posture(const YamlSection& section, Figures figures) {
   posture.other_foot.setConstant(unknown);
   if (gives(section, "com", figures)) {
     posture.com = section.numbers<3>("com");
-    if (!(posture.com.z() > 0.0)) section.fail("com", "must lie above the ground");
+    if (!(posture.com.z() > 0.0)) section.fail("com", "must be above the ground");
   }
   if (gives(section, "other_foot", figures)) posture.other_foot = section.numbers<3>("other_foot");
   const YamlSection joints = section.section("joints");
@@ -211,7 +212,8 @@ const StandingPosture& RobotDescription::posture_on(Side side) const {
 
 const StandingPosture& RobotDescription::default_posture() const {
   if (postures.empty())
-    throw DefinitionError(fmt::format("robot '{}' has no posture, and so no default one", name));
+    throw DefinitionError(
+        fmt::format("robot '{}' has no postures, so it has no default posture", name));
   return postures.front();
 }
 
@@ -223,7 +225,7 @@ const StandingPosture& RobotDescription::posture(const std::string& posture_name
   }
   const std::string nearest = nearest_name(posture_name, known);
   throw InputError(fmt::format("{} has no posture \"{}\"; {}", name, shortened(posture_name),
-                               nearest.empty() ? "known are " + join_names(known)
+                               nearest.empty() ? "the known postures are " + join_names(known)
                                                : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
@@ -244,23 +246,23 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
   const FootGeometry right = foot_of(model, named, Side::right);
   if (!model.has_collision_box(named.left_sole) || !model.has_collision_box(named.right_sole))
     robot.warnings.push_back(
-        fmt::format("{}: the feet have no collision box and stand on thin ones, the rectangles of "
-                    "{}; add a <collision> with a <box> to their links",
+        fmt::format("{}: the feet have no collision box, so thin boxes with the rectangles of {} "
+                    "are used; add a <collision> with a <box> to their links",
                     model.source(), named.file));
   constexpr double unlike = 1e-3;  // m
   if (std::abs(left.contact_plane_offset - named.contact_plane_offset) > unlike)
-    robot.warnings.push_back(fmt::format(
-        "{}: the feet touch the ground {:.1f} mm along z of \"{}\", not {:.1f} mm as {} says; the "
-        "URDF's place is taken",
-        model.source(), 1e3 * left.contact_plane_offset, named.left_sole,
-        1e3 * named.contact_plane_offset, named.file));
+    robot.warnings.push_back(
+        fmt::format("{}: the feet touch the ground {:.1f} mm along z of \"{}\", not {:.1f} mm as "
+                    "{} says; the value of the URDF is used",
+                    model.source(), 1e3 * left.contact_plane_offset, named.left_sole,
+                    1e3 * named.contact_plane_offset, named.file));
   constexpr double same = 1e-6;  // m
   if (std::abs(left.contact_plane_offset - right.contact_plane_offset) > same)
-    throw InputError(fmt::format(
-        "{}: the contact plane lies at {:.6f} m of \"{}\" but at {:.6f} m of \"{}\"; make the "
-        "collision boxes of the feet alike",
-        model.source(), left.contact_plane_offset, shortened(named.left_sole),
-        right.contact_plane_offset, shortened(named.right_sole)));
+    throw InputError(
+        fmt::format("{}: the contact plane is at {:.6f} m in \"{}\" but at {:.6f} m in \"{}\"; "
+                    "make the collision boxes of both feet equal",
+                    model.source(), left.contact_plane_offset, shortened(named.left_sole),
+                    right.contact_plane_offset, shortened(named.right_sole)));
   robot.contact_plane_offset = left.contact_plane_offset;
   robot.left_foot = left.rectangle;
   robot.right_foot = right.rectangle;

@@ -22,10 +22,10 @@ void check(const StandingPush& push) {
   check_positive(push.height, "height of the centre of mass", "m");
   check_positive(push.duration, "duration of the push", "s");
   if (!(push.distance_to_edge >= 0.0) || !std::isfinite(push.distance_to_edge))
-    throw DefinitionError(fmt::format(
-        "standing bound: the distance to the edge must not be negative, as {} m is: the centre of "
-        "mass starts above the foot",
-        push.distance_to_edge));
+    throw DefinitionError(
+        fmt::format("standing bound: the distance to the edge must not be negative, but is {} m: "
+                    "the centre of mass must start above the foot",
+                    push.distance_to_edge));
   if (!(push.torque > 0.0))
     throw DefinitionError(
         fmt::format("standing bound: the torque must be positive, not {} Nm", push.torque));
@@ -67,7 +67,7 @@ double largest_impulse_standing(double peak_angular_momentum, const StandingPush
   check(push);
   if (!(peak_angular_momentum >= 0.0) || !std::isfinite(peak_angular_momentum))
     throw DefinitionError(
-        fmt::format("standing bound: the peak angular momentum must not be negative, as {} Nms is",
+        fmt::format("standing bound: the peak angular momentum must not be negative, but is {} Nms",
                     peak_angular_momentum));
   const double omega = pendulum_frequency(push.height);
   return (push.distance_to_edge + gain(peak_angular_momentum, push, omega)) /
@@ -78,7 +78,7 @@ double least_peak_angular_momentum(double impulse, const StandingPush& push) {
   check(push);
   if (!(impulse >= 0.0) || !std::isfinite(impulse))
     throw DefinitionError(
-        fmt::format("standing bound: the impulse must not be negative, as {} N s is", impulse));
+        fmt::format("standing bound: the impulse must not be negative, but is {} N s", impulse));
   const double omega = pendulum_frequency(push.height);
   const double needed = impulse * shift_per_impulse(push, omega) - push.distance_to_edge;
   if (needed <= 0.0) return 0.0;
@@ -96,7 +96,7 @@ double least_peak_angular_momentum(double impulse, const StandingPush& push) {
 double largest_impulse_with_step(double reach, double landing, const StandingPush& push) {
   check(push);
   if (!std::isfinite(reach))
-    throw DefinitionError("standing bound: the reach of the step must be a finite number of m");
+    throw DefinitionError("standing bound: the reach of the step must be finite");
   if (!(landing >= push.duration) || !std::isfinite(landing))
     throw DefinitionError(
         fmt::format("standing bound: the foot lands after {} s, before the push of {} s ends",

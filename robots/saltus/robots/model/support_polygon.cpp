@@ -58,10 +58,10 @@ void drop_collinear(std::vector<Point2>& v, double tolerance) {
 SupportPolygon SupportPolygon::hull(
     const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2>>& points, double tolerance) {
   if (!points.allFinite())
-    throw DefinitionError("support polygon: a corner has a coordinate that is not a finite number");
+    throw DefinitionError("support polygon: a corner has a coordinate that is not finite");
   if (!(tolerance >= 0.0))
     throw DefinitionError(
-        fmt::format("support polygon: the tolerance must not be negative, as {} is", tolerance));
+        fmt::format("support polygon: the tolerance must not be negative, but is {}", tolerance));
   std::vector<Point2> sorted(points.rows());
   for (int i = 0; i < points.rows(); ++i) sorted[i] = points.row(i).transpose();
   std::sort(sorted.begin(), sorted.end(), [](const Point2& a, const Point2& b) {
@@ -101,7 +101,7 @@ SupportPolygon::SupportPolygon(std::vector<Point2> vertices) : vertices_(std::mo
 HalfPlanes SupportPolygon::half_planes(int n) const {
   if (size() > n)
     throw DefinitionError(fmt::format(
-        "support polygon: {} rows were asked for, but the polygon has {} edges", n, size()));
+        "support polygon: {} rows were requested, but the polygon has {} edges", n, size()));
   HalfPlanes padded;
   padded.A.resize(n, 2);
   padded.b.resize(n);

@@ -103,8 +103,7 @@ void check_inertial(const UrdfLink& link, const std::string& source) {
   if (!std::isfinite(link.mass)) fail(fmt::format("has the mass {}", link.mass));
   if (link.mass < 0.0) fail(fmt::format("has the negative mass {} kg", link.mass));
   constexpr double heaviest = 1e5;  // kg; simulators lose precision or abort for larger masses
-  if (link.mass > heaviest)
-    fail(fmt::format("has the mass {:.3g} kg, which no robot's link has", link.mass));
+  if (link.mass > heaviest) fail(fmt::format("has the implausible mass {:.3g} kg", link.mass));
   if (!link.com.allFinite()) fail("has a centre of mass that is not finite");
   if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
   if (link.mass == 0.0) return;  // a massless frame; its inertia is ignored
@@ -116,7 +115,7 @@ void check_inertial(const UrdfLink& link, const std::string& source) {
   constexpr double rounding = 1e-5;
   if (moments[2] > (moments[0] + moments[1]) * (1.0 + rounding))
     fail(
-        fmt::format("has an inertia that no body can have: the principal moment {:.6g} kg m^2 "
+        fmt::format("has a physically impossible inertia: the principal moment {:.6g} kg m^2 "
                     "exceeds the sum of the other two, {:.6g} and {:.6g}",
                     moments[2], moments[0], moments[1]));
 }
@@ -143,8 +142,8 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
   }
   result.axis = vector(joint.axis);
   if (!(result.axis.norm() > 0.0) || !result.axis.allFinite())
-    throw InputError(fmt::format("{}: joint \"{}\" has an axis without direction; give its <axis>",
-                                 source, shortened(joint.name)));
+    throw InputError(fmt::format("{}: joint \"{}\" has a zero axis; correct its <axis>", source,
+                                 shortened(joint.name)));
   result.axis.normalize();
   if (joint.limits) {
     if (joint.type != urdf::Joint::CONTINUOUS)
@@ -248,10 +247,11 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
         group.mass * (com.squaredNorm() * Mat<double, 3, 3>::Identity() - com * com.transpose()));
     constexpr double rounding = 1e-12;  // relative to the largest moment
     if (!(moments[0] > rounding * moments[2]))
-      throw InputError(fmt::format(
-          "{}: link \"{}\", with what is fixed to it, has an inertia that is not positive ({}); "
-          "correct its <inertial> element",
-          source, shortened(links[i].name), text_of(moments)));
+      throw InputError(
+          fmt::format("{}: link \"{}\", together with the links fixed to it, has an inertia that "
+                      "is not positive ({}); "
+                      "correct its <inertial> element",
+                      source, shortened(links[i].name), text_of(moments)));
   }
 }
 
@@ -260,7 +260,7 @@ std::string suggestion(const std::string& given, const std::vector<std::string>&
   constexpr std::size_t few = 40;  // names that a message can list
   if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", shortened(nearest));
   const std::string all = join_names(known);
-  return known.size() > few || all.size() > longest_clause ? "" : "; known are " + all;
+  return known.size() > few || all.size() > longest_clause ? "" : "; the known names are " + all;
 }
 
 }  // namespace
@@ -290,7 +290,8 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
     throw InputError(fmt::format("{}: the file is empty; give the path of a URDF", source));
   if (text.find("<robot") == std::string::npos)
     throw InputError(fmt::format(
-        "{}: this is not a URDF, for it has no <robot> element; give the path of a URDF", source));
+        "{}: this is not a URDF, because it has no <robot> element; give the path of a URDF",
+        source));
   if (const auto doubt = xml_nesting_error(text))
     throw InputError(fmt::format("{}: {}", source, *doubt));
   urdf::ModelInterfaceSharedPtr urdf;
@@ -318,10 +319,10 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
     const int index = static_cast<int>(model.links_.size());
     // urdfdom reads joints that lead back to a link as an infinite tree.
     if (model.links_.size() >= urdf->links_.size())
-      throw InputError(fmt::format(
-          "{}: the joints form a cycle through link \"{}\"; a URDF is a tree, cut one of "
-          "them",
-          source, shortened(link.name)));
+      throw InputError(
+          fmt::format("{}: the joints form a cycle through link \"{}\"; a URDF must be a tree, so "
+                      "remove one of them",
+                      source, shortened(link.name)));
     model.links_.push_back(convert(link, parent, source));
     for (const auto& child : link.child_links) self(self, *child, index);
   };
@@ -329,10 +330,10 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   const std::vector<std::string> reached = model.link_names();
   for (const auto& [name, link] : urdf->links_) {
     if (std::find(reached.begin(), reached.end(), name) == reached.end())
-      throw InputError(fmt::format(
-          "{}: no chain of joints leads from the root \"{}\" to link \"{}\"; its joints form a "
-          "cycle, cut one of them",
-          source, shortened(urdf->getRoot()->name), shortened(name)));
+      throw InputError(
+          fmt::format("{}: no chain of joints leads from the root \"{}\" to link \"{}\", because "
+                      "its joints form a cycle; remove one of them",
+                      source, shortened(urdf->getRoot()->name), shortened(name)));
   }
   check_rigid_groups(model.links_, source);
   for (const UrdfLink& link : model.links_) model.total_mass_ += link.mass;
@@ -368,7 +369,7 @@ std::vector<Eigen::Isometry3d> UrdfModel::link_poses(const Posture& posture) con
   const std::vector<std::string> joints = moving_joint_names();
   for (const auto& [joint, position] : posture) {
     if (std::find(joints.begin(), joints.end(), joint) == joints.end())
-      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", source_,
+      throw InputError(fmt::format("{}: there is no movable joint \"{}\"{}", source_,
                                    shortened(joint), suggestion(joint, joints)));
     if (!std::isfinite(position))
       throw InputError(fmt::format("{}: the position of joint \"{}\" is {}; give a finite number",
@@ -442,18 +443,19 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
       const Mat<double, 3, 3> turn = pose.linear().cwiseAbs();
       // Parallel axes: every column has one entry near 1. Angles in files carry about six digits.
       if ((turn.colwise().maxCoeff().array() < 1.0 - 1e-6).any())
-        throw InputError(fmt::format(
-            "{}: the collision box on link \"{}\" is turned against the frame of \"{}\"; give a "
-            "sole link whose axes are parallel to the foot's box",
-            source_, shortened(links_[i].name), shortened(sole_link)));
+        throw InputError(
+            fmt::format("{}: the collision box on link \"{}\" is rotated relative to the frame of "
+                        "\"{}\"; give a "
+                        "sole link whose axes are parallel to the foot's box",
+                        source_, shortened(links_[i].name), shortened(sole_link)));
       const Vec<double, 3> half = 0.5 * turn.array().round().matrix() * box.size;
       boxes.push_back({pose.translation() - half, pose.translation() + half});
     }
   if (boxes.empty())
-    throw InputError(fmt::format(
-        "{}: the foot of \"{}\" has no collision box, from which its rectangle could be taken; add "
-        "a <collision> with a <box> to a link fixed to it",
-        source_, shortened(sole_link)));
+    throw InputError(
+        fmt::format("{}: the foot of \"{}\" has no collision box that defines its rectangle; add "
+                    "a <collision> with a <box> to a link fixed to it",
+                    source_, shortened(sole_link)));
   double plane = infinity;
   for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
   FootGeometry foot;

@@ -36,7 +36,7 @@ std::optional<std::string> xml_nesting_error(std::string_view xml) {
       at = xml.find("]]>", at + data.size());
     } else if (rest.starts_with("<?") || rest.starts_with("<!")) {
       if (depth > 0)
-        return fmt::format("a declaration ({}) stands inside an element", rest.substr(0, 2));
+        return fmt::format("a declaration ({}) is inside an element", rest.substr(0, 2));
       at = xml.find('>', at);
     } else if (rest.starts_with("</")) {
       depth = std::max(0, depth - 1);

@@ -49,7 +49,7 @@ bool guarded(const Call& call) {
 }
 
 [[noreturn]] void refuse(const FloatingRobot& robot, const std::string& reason) {
-  throw InputError(fmt::format("MuJoCo refuses the robot {}: {}", robot.name, reason));
+  throw InputError(fmt::format("MuJoCo rejects the robot {}: {}", robot.name, reason));
 }
 
 // ---- MJCF --------------------------------------------------------------------------------------

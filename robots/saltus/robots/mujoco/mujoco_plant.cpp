@@ -120,7 +120,7 @@ std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const Plant
 MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& state) {
   mujoco_engine::Model engine(robot, {});
   engine.write(state);
-  if (!engine.begin_step()) throw InputError("MuJoCo cannot compute the mass matrix there");
+  if (!engine.begin_step()) throw InputError("MuJoCo cannot compute the mass matrix of this state");
   return engine.mass_matrix();
 }
 

@@ -6,7 +6,7 @@ namespace {
 
 [[noreturn]] void refuse() {
   throw InputError(
-      "this program was built without MuJoCo; install libmujoco-dev and configure again, or take "
+      "this program was built without MuJoCo; install libmujoco-dev and configure again, or use "
       "another plant");
 }
 

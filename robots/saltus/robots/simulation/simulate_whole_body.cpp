@@ -98,8 +98,8 @@ void expect_room(const BalanceController& controller, const RobotDescription& ro
       const bool is_beyond = corners(i, 1) / edge > 1.0;
       if (!is_beyond || (!standing && corners(i, 2) > ground.ground_step - slack)) continue;
       throw InputError(
-          fmt::format("simulator.ground_edge: {} m from the origin the {} sole {} the ground's "
-                      "step of {} m (its corner is at y = {:.3f} m); put the edge beyond it",
+          fmt::format("simulator.ground_edge = {} m: the {} sole {} the ground step of {} m (its "
+                      "corner is at y = {:.3f} m); move the edge beyond it",
                       ground.ground_edge, side == Side::left ? "left" : "right",
                       standing ? "stands on" : "is within", ground.ground_step, corners(i, 1)));
     }

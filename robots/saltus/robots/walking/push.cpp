@@ -31,10 +31,11 @@ Push read_push(const std::string& text, const Push& pattern) {
     is_good = is_good && *end == '\0' && std::isfinite(numbers.back());
   }
   if (!is_good || numbers.size() < 3 || numbers.size() > 4)
-    throw InputError(fmt::format(
-        "pushes: \"{}\" is no push; write \"TIME IMPULSE ANGLE [DURATION]\" (s, N s, degrees, s), "
-        "several separated by ';'",
-        shortened(text)));
+    throw InputError(
+        fmt::format("pushes: \"{}\" is not a push; write \"TIME IMPULSE ANGLE [DURATION]\" (s, N "
+                    "s, degrees, s), "
+                    "several separated by ';'",
+                    shortened(text)));
   Push push = pattern;
   push.start = numbers[0];
   push.impulse = numbers[1];
@@ -57,8 +58,9 @@ std::vector<Push> random_pushes(const Push& pattern, const MorePushes& more) {
   const double room = more.until - pattern.start - pattern.duration - (count - 1) * more.apart;
   if (count < 1 || room < 0.0)
     throw InputError(fmt::format(
-        "push.random.rate_hz ({} Hz) means {} pushes from {} s (push.start) to {} s, at least {} s "
-        "apart, which is not possible; change push.random.rate_hz, until or apart",
+        "push.random.rate_hz ({} Hz) requires {} pushes from {} s (push.start) to {} s, "
+        "at least {} s apart, which is impossible; change push.random.rate_hz, "
+        "push.random.until_s or push.random.apart_s",
         more.rate, count, pattern.start, more.until, more.apart));
   std::mt19937 random(static_cast<unsigned>(more.seed));
   // The distributions of the standard library differ between platforms.
@@ -96,10 +98,10 @@ std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
                    [](const Push& a, const Push& b) { return a.start < b.start; });
   for (std::size_t i = 1; i < pushes.size(); ++i)
     if (pushes[i].start < pushes[i - 1].end() - same_instant)
-      throw InputError(fmt::format(
-          "pushes: the one at {} s begins before that at {} s ends, at {:.6g} s; move it, or make "
-          "one of them shorter",
-          pushes[i].start, pushes[i - 1].start, pushes[i - 1].end()));
+      throw InputError(
+          fmt::format("pushes: the push at {} s begins before the push at {} s ends, at {:.6g} s; "
+                      "move it, or shorten one of them",
+                      pushes[i].start, pushes[i - 1].start, pushes[i - 1].end()));
   return pushes;
 }
 

@@ -28,10 +28,9 @@ std::filesystem::path urdf_of_body(const RobotChoice& choice) {
   const auto urdf = urdf_of(choice);
   if (urdf) return *urdf;
   if (!choice.file.empty())
-    throw InputError(
-        fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
-                    "FILE",
-                    choice.file));
+    throw InputError(fmt::format(
+        "the whole-body model of the robot in {} needs a URDF; give it with --robot.urdf FILE",
+        choice.file));
   return fetch_icub_urdf([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
 }
 

@@ -18,8 +18,8 @@ double settling_time(std::span<const double> times, std::span<const double> valu
                      double band) {
   if (times.size() != values.size())
     throw DefinitionError(
-        fmt::format("settling: there are {} times and {} values, expected as many", times.size(),
-                    values.size()));
+        fmt::format("settling: {} times and {} values were given, expected equal numbers",
+                    times.size(), values.size()));
   if (times.size() < 2) return infinity;
   const double mean_from = times.back() - force_settled_over;
   double sum = 0.0, length = 0.0;

@@ -19,7 +19,7 @@ constexpr double crossing = 1e-9;  // m
 
 Clearance::Clearance(const FloatingRobot& robot, int most) : bodies_(robot.bodies.size()) {
   if (most < 1)
-    throw DefinitionError(fmt::format("clearance: at least one pair is to be kept, not {}", most));
+    throw DefinitionError(fmt::format("clearance: at least one pair must be kept, not {}", most));
   std::vector<std::vector<int>> of_body(robot.bodies.size());
   for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
     const FloatingRobot::Body& body = robot.bodies[b];

@@ -105,11 +105,11 @@ void expect_apart(const FloatingRobot& robot, const WholeBodyState& state,
   Clearance clearance(robot, 1);
   clearance.update(state);
   if (clearance.count() == 0 || clearance.approach(0).distance >= 0.0) return;
-  throw InputError(fmt::format(
-      "{}: in the posture \"{}\" the links {} overlap by {:.0f} mm; change the posture, or "
-      "switch self_collision off",
-      robot.source, posture, clearance.names(clearance.approach(0)),
-      -1e3 * clearance.approach(0).distance));
+  throw InputError(
+      fmt::format("{}: in the posture \"{}\" the links {} overlap by {:.0f} mm; change the "
+                  "posture, or set self_collision=false",
+                  robot.source, posture, clearance.names(clearance.approach(0)),
+                  -1e3 * clearance.approach(0).distance));
 }
 
 }  // namespace saltus

@@ -66,14 +66,14 @@ void check_limits(const FloatingRobot::Body& body, const std::string& urdf,
                   const std::string& file) {
   if (!(body.effort > 0.0))
     throw InputError(
-        fmt::format("{}: joint \"{}\" has an effort of {} Nm and can drive nothing; give it one in "
-                    "its <limit>, or under joints in {}",
+        fmt::format("{}: joint \"{}\" has an effort limit of {} Nm, so its motor has no effect; "
+                    "set a positive one in its <limit>, or under joints in {}",
                     urdf, body.joint, body.effort, file));
   if (!(body.position.lower <= body.position.upper))
-    throw InputError(fmt::format(
-        "{}: joint \"{}\" may move from {:.4g} to {:.4g} rad, which is nothing; correct "
-        "its <limit>, or write a position under joints in {}",
-        urdf, body.joint, body.position.lower, body.position.upper, file));
+    throw InputError(
+        fmt::format("{}: joint \"{}\" has the empty range of {:.4g} to {:.4g} rad; correct its "
+                    "<limit>, or set its position under joints in {}",
+                    urdf, body.joint, body.position.lower, body.position.upper, file));
 }
 
 }  // namespace
@@ -84,8 +84,8 @@ int FloatingRobot::joint_index(const std::string& joint) const {
     if (bodies[i + 1].joint == joint) return i;
     known.push_back(bodies[i + 1].joint);
   }
-  throw InputError(
-      fmt::format("{}: no motor moves a joint \"{}\"{}", name, joint, suggestion(joint, known)));
+  throw InputError(fmt::format("{}: there is no actuated joint \"{}\"{}", name, joint,
+                               suggestion(joint, known)));
 }
 
 int FloatingRobot::body_index(const std::string& body) const {
@@ -109,14 +109,14 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   const std::vector<std::string> moving = model.moving_joint_names();
   for (const ActuatedJoint& a : robot.joints)
     if (std::find(moving.begin(), moving.end(), a.name) == moving.end())
-      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", model.source(),
-                                   a.name, suggestion(a.name, moving)));
+      throw InputError(fmt::format("{}: there is no movable joint \"{}\"{}", model.source(), a.name,
+                                   suggestion(a.name, moving)));
 
   const auto missing = [&](const char* key, const char* what) {
     throw InputError(fmt::format("{}: {} is missing; name {}", robot.file, key, what));
   };
-  if (robot.base.empty()) missing("base", "the link that floats");
-  if (robot.joints.empty()) missing("joints", "the joints with motors");
+  if (robot.base.empty()) missing("base", "the link of the floating base");
+  if (robot.joints.empty()) missing("joints", "the actuated joints");
 
   FloatingRobot result;
   result.name = robot.name;

@@ -70,7 +70,7 @@ class InverseDynamicsController final : public WholeBodyController {
       upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
       if (!(lower[i] <= upper[i]))
         throw DefinitionError(fmt::format(
-            "inverse dynamics: joint {} may move by less than twice limit_margin, {} rad",
+            "inverse dynamics: the range of joint {} is less than twice limit_margin, {} rad",
             robot.bodies[i + 1].joint, gains.limit_margin));
     }
     for (const int foot : {left, right}) {

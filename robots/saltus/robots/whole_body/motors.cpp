@@ -13,7 +13,7 @@ Motors::Motors(const MotorOptions& options, int joints, double step)
     : wanted_(VectorXd::Zero(joints)), torques_(wanted_), exerted_(wanted_) {
   const auto expect = [](bool good, const char* what, double value) {
     if (!good || !std::isfinite(value))
-      throw DefinitionError(fmt::format("motors: {} cannot be {}", what, value));
+      throw DefinitionError(fmt::format("motors: {} must not be {}", what, value));
   };
   expect(options.bandwidth >= 0.0, "the bandwidth", options.bandwidth);
   expect(options.torque_rate >= 0.0, "the largest rate of torque", options.torque_rate);

@@ -19,8 +19,8 @@ std::vector<GroundBox> ground_boxes(const PlantOptions& options) {
   if (step == 0.0) return {{{0.0, 0.0, -0.5 * depth}, {ground_size, ground_size, depth}}};
   if (!std::isfinite(step) || !(std::abs(edge) > 0.0 && std::abs(edge) < half))
     throw DefinitionError(
-        fmt::format("the ground's step of {} m at y = {} m: expected finite numbers, the edge "
-                    "beside the origin and within {} m",
+        fmt::format("a ground step of {} m at y = {} m: expected finite numbers, and an edge that "
+                    "is not at 0 m and lies within {} m",
                     step, edge, half));
   const double side = edge > 0.0 ? 1.0 : -1.0;
   const double near = half + std::abs(edge), far = half - std::abs(edge);  // extents along y

@@ -67,7 +67,8 @@ BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
 
 void IdealEstimator::update(const SensorReadings& readings) {
   if (!readings.ideal)
-    throw DefinitionError("the ideal estimator needs the readings of ideal sensors, and has none");
+    throw DefinitionError(
+        "the ideal estimator needs the readings of ideal sensors, but there are none");
   estimate_ = *readings.ideal;
 }
 
@@ -87,12 +88,12 @@ SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const Sen
       velocities_(robot.joints(), sample_period(sensors.encoder.rate, period),
                   options.velocity_lag),
       base_(estimator_options(sensors, options)) {
-  for (const auto& [name, value] : {std::pair{"lag of velocities", options.velocity_lag},
-                                    std::pair{"force that tells standing", options.standing_force},
-                                    std::pair{"first tilt", options.initial_tilt}})
+  for (const auto& [name, value] : {std::pair{"lag of the velocities", options.velocity_lag},
+                                    std::pair{"standing force", options.standing_force},
+                                    std::pair{"initial tilt", options.initial_tilt}})
     if (!(value >= 0.0) || !std::isfinite(value))
       throw DefinitionError(fmt::format(
-          "the estimate's {} is {}, expected a finite number of at least 0", name, value));
+          "estimator: the {} is {}, expected a finite number of at least 0", name, value));
 }
 
 void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& readings) {
