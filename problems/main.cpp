@@ -30,8 +30,7 @@ int main(int argc, char** argv) {
       saltus::check_verb(),
       saltus::new_verb(),
       saltus::verb_of_program(
-          "bench",
-          "solvers compared on the same problems, beside those of others; times; campaigns",
+          "bench", "compares solvers on the same problems, measures times, runs campaigns",
           "saltus-bench")};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }

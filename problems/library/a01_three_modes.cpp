@@ -81,21 +81,22 @@ std::vector<CheckedValue> more(const Solution& s) {
 }  // namespace
 
 ReferenceCase three_modes() {
-  return {.id = "A01",
-          .name = "three_modes",
-          .summary = "Three nonlinear modes in order: when to switch, and with which input?",
-          .states = {"x1", "x2"},
-          .inputs = {"u"},
-          .exercises = "three modes, two free switching times, their sum given, continuous input",
-          .source = "Xu and Antsaklis, IEEE TAC 49 (2004); computed by indirect shooting",
-          .problem = problem,
-          .options = {.intervals = {6, 16, 36}, .integrator = runge_kutta8()},
-          .optimum = 5.440973502366,
-          .digits = 13,
-          // Piecewise linear inputs cost an excess of order h^4.
-          .tolerance = 1e-6,
-          .switching_times = {0.22451846, 1.02002463},
-          .more = more};
+  return {
+      .id = "A01",
+      .name = "three_modes",
+      .summary = "Optimal input and switching times of three nonlinear modes in a given order.",
+      .states = {"x1", "x2"},
+      .inputs = {"u"},
+      .exercises = "three modes, two free switching times, a given total time, a continuous input",
+      .source = "Xu and Antsaklis, IEEE TAC 49 (2004); computed by indirect shooting",
+      .problem = problem,
+      .options = {.intervals = {6, 16, 36}, .integrator = runge_kutta8()},
+      .optimum = 5.440973502366,
+      .digits = 13,
+      // Piecewise linear inputs cost an excess of order h^4.
+      .tolerance = 1e-6,
+      .switching_times = {0.22451846, 1.02002463},
+      .more = more};
 }
 
 }  // namespace saltus::library

@@ -61,10 +61,10 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase linear_quadratic_switch() {
   return {.id = "A02",
           .name = "linear_quadratic_switch",
-          .summary = "Two linear modes with quadratic costs: when to switch?",
+          .summary = "Optimal switching time between two linear modes with quadratic costs.",
           .states = {"x1", "x2"},
           .inputs = {"u"},
-          .exercises = "linear-quadratic but for one free switching time",
+          .exercises = "linear-quadratic except for one free switching time",
           .source = "Xu and Antsaklis, IEEE TAC 49 (2004); more digits computed independently",
           .problem = problem,
           .options = {.intervals = {8, 40}, .integrator = runge_kutta8()},

@@ -46,7 +46,7 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase switched_autonomous() {
   return {.id = "A04",
           .name = "switched_autonomous",
-          .summary = "A linear system without input switches once: when?",
+          .summary = "Optimal switching time of a linear system without inputs.",
           .states = {"x1", "x2"},
           .exercises = "phases without inputs, one free switching time",
           .source = "Egerstedt, Wardi and Axelsson, IEEE TAC 51 (2006); matrix exponentials",

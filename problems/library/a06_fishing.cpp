@@ -42,19 +42,20 @@ OptimalControlProblem problem() {
 }  // namespace
 
 ReferenceCase fishing() {
-  return {.id = "A06",
-          .name = "fishing",
-          .summary = "Predators and prey are fished, all or nothing, in four trips: when?",
-          .states = {"prey", "predators"},
-          .exercises = "nine phases without inputs, eight free switching times",
-          .source = "mintOC and SwitchTimeOpt.jl; computed independently",
-          .problem = problem,
-          .options = {.intervals = {12, 8, 2, 2, 4, 2, 4, 2, 24}, .integrator = runge_kutta8()},
-          .optimum = 1.3452952183,
-          .digits = 11,
-          .tolerance = 1e-9,  // tolerance of the solver
-          .switching_times = {2.442039, 4.116872, 4.419770, 4.669964, 5.182837, 5.353706, 6.355744,
-                              6.452765}};
+  return {
+      .id = "A06",
+      .name = "fishing",
+      .summary = "Predators and prey are fished on four trips, with full effort, at free times.",
+      .states = {"prey", "predators"},
+      .exercises = "nine phases without inputs, eight free switching times",
+      .source = "mintOC and SwitchTimeOpt.jl; computed independently",
+      .problem = problem,
+      .options = {.intervals = {12, 8, 2, 2, 4, 2, 4, 2, 24}, .integrator = runge_kutta8()},
+      .optimum = 1.3452952183,
+      .digits = 11,
+      .tolerance = 1e-9,  // tolerance of the solver
+      .switching_times = {2.442039, 4.116872, 4.419770, 4.669964, 5.182837, 5.353706, 6.355744,
+                          6.452765}};
 }
 
 }  // namespace saltus::library

@@ -58,19 +58,20 @@ std::vector<CheckedValue> more(const Solution& s) {
 }  // namespace
 
 ReferenceCase fishing_relaxed() {
-  return {.id = "A08",
-          .name = "fishing_relaxed",
-          .summary = "Predators and prey are fished with any effort between nothing and all.",
-          .states = {"prey", "predators"},
-          .inputs = {"effort"},
-          .exercises = "bang, bang, singular: two free switching times and a singular input",
-          .source = "mintOC, relaxed; more digits computed independently",
-          .problem = problem,
-          .options = {.intervals = {8, 6, 20}, .integrator = runge_kutta8({.steps = 2})},
-          .optimum = 1.344081198,
-          .digits = 10,
-          .tolerance = 1e-8,  // piecewise linear effort on the arc, and the last digit
-          .more = more};
+  return {
+      .id = "A08",
+      .name = "fishing_relaxed",
+      .summary = "Predators and prey are fished with a continuous effort between none and full.",
+      .states = {"prey", "predators"},
+      .inputs = {"effort"},
+      .exercises = "bang, bang, singular: two free switching times and a singular input",
+      .source = "mintOC, relaxed; more digits computed independently",
+      .problem = problem,
+      .options = {.intervals = {8, 6, 20}, .integrator = runge_kutta8({.steps = 2})},
+      .optimum = 1.344081198,
+      .digits = 10,
+      .tolerance = 1e-8,  // piecewise linear effort on the arc, and the last digit
+      .more = more};
 }
 
 }  // namespace saltus::library

@@ -63,20 +63,20 @@ std::vector<CheckedValue> more(const Solution& s) {
 }  // namespace
 
 ReferenceCase f8_aircraft() {
-  return {
-      .id = "A09",
-      .name = "f8_aircraft",
-      .summary = "An F-8 Crusader out of a stall in least time, by a tail that is at its limits.",
-      .states = {"angle of attack [rad]", "pitch [rad]", "pitch rate [rad/s]"},
-      .exercises = "least time, four arcs without inputs, nonlinear dynamics",
-      .source = "mintOC and PSOPT; more digits computed independently",
-      .problem = problem,
-      .options = {.intervals = {8, 3, 8, 5}, .integrator = runge_kutta8({.steps = 3})},
-      .optimum = 3.7808557746787,
-      .digits = 14,
-      .tolerance = 1e-9,  // tolerance of the solver
-      .switching_times = {1.13483594302, 1.48144618919, 3.08948101703},
-      .more = more};
+  return {.id = "A09",
+          .name = "f8_aircraft",
+          .summary =
+              "Minimum-time recovery of an F-8 Crusader from a stall, with the tail at its limits.",
+          .states = {"angle of attack [rad]", "pitch [rad]", "pitch rate [rad/s]"},
+          .exercises = "minimum time, four arcs without inputs, nonlinear dynamics",
+          .source = "mintOC and PSOPT; more digits computed independently",
+          .problem = problem,
+          .options = {.intervals = {8, 3, 8, 5}, .integrator = runge_kutta8({.steps = 3})},
+          .optimum = 3.7808557746787,
+          .digits = 14,
+          .tolerance = 1e-9,  // tolerance of the solver
+          .switching_times = {1.13483594302, 1.48144618919, 3.08948101703},
+          .more = more};
 }
 
 }  // namespace saltus::library

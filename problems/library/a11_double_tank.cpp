@@ -59,7 +59,7 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase double_tank() {
   return {.id = "A11",
           .name = "double_tank",
-          .summary = "Two tanks, one above the other: the inflow holds the lower one at its level.",
+          .summary = "Two tanks in series: the inflow keeps the lower one at its level.",
           .states = {"upper level", "lower level"},
           .inputs = {"inflow"},
           .exercises = "bang, then singular, with chattering in between",

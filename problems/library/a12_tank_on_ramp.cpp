@@ -75,7 +75,7 @@ constexpr double relaxed_optimum = 1.858061;
 ReferenceCase tank_on_ramp() {
   return {.id = "A12a",
           .name = "tank_on_ramp",
-          .summary = "Two tanks, one above the other: the lower one follows a level that falls.",
+          .summary = "Two tanks in series: the lower one tracks a falling level.",
           .states = {"upper level", "lower level"},
           .inputs = {"inflow"},
           .exercises = "a bang-bang and a singular arc on 400 intervals",
@@ -90,10 +90,10 @@ ReferenceCase tank_on_ramp() {
 ReferenceCase tank_sequence() {
   return {.id = "A12b",
           .name = "tank_sequence",
-          .summary = "The same by 16 switches of the inflow.",
+          .summary = "The same problem with 16 switches of the inflow.",
           .states = {"upper level", "lower level"},
-          .exercises = "sixteen phases without inputs that may vanish, many local optima",
-          .source = "SwitchTimeOpt.jl, examples/tank.jl; the relaxed optimum bounds it from below",
+          .exercises = "sixteen phases without inputs, which may vanish, and many local optima",
+          .source = "SwitchTimeOpt.jl, examples/tank.jl; the relaxed optimum is a lower bound",
           .problem = sequence,
           .options = {.intervals_per_phase = 4, .integrator = runge_kutta8({.steps = 2})},
           .optimum = relaxed_optimum,

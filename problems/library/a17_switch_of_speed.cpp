@@ -43,7 +43,7 @@ OptimalControlProblem problem() {
 ReferenceCase switch_of_speed() {
   return {.id = "A17",
           .name = "switch_of_speed",
-          .summary = "A point that drives three times as fast below zero as above: where to start?",
+          .summary = "Optimal start of a point that moves three times as fast below zero as above.",
           .states = {"x"},
           .exercises = "a state-triggered switch inside an interval, differentiated through",
           .source = "Nurkanovic and others 2024, nosnoc examples/ivp_problem; closed form",

@@ -55,7 +55,9 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase filippov_cases() {
   return {.id = "A19",
           .name = "filippov_cases",
-          .summary = "What a discontinuous field can do: cross, slide, leave, and not be unique.",
+          .summary =
+              "Motions of discontinuous fields: crossing, sliding, leaving, and one that is not "
+              "unique.",
           .exercises = "crossing, entering and leaving sliding; a motion that is not unique",
           .source = "nosbench different_switching_cases; closed forms",
           .run = run,

@@ -65,7 +65,7 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase juggled_ball() {
   return {.id = "A20",
           .name = "juggled_ball",
-          .summary = "A ball is juggled with the least effort: one bounce, and back where it was.",
+          .summary = "A ball is juggled with minimum effort: one bounce, then back to its start.",
           .states = {"height [m]", "speed [m/s]"},
           .inputs = {"thrust [m/s^2]"},
           .exercises = "a phase that ends by a guard, a jump of the state, a free impact time",

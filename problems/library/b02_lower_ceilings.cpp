@@ -102,7 +102,7 @@ ReferenceCase low_ceiling_arcs() {
   c.id = "B02c";
   c.name = "low_ceiling_arcs";
   c.summary = "Bryson and Denham's block under a lower ceiling, in three arcs.";
-  c.exercises = "three phases of free duration, an arc on which the rows depend on one another";
+  c.exercises = "three phases of free duration, an arc with linearly dependent rows";
   c.problem = three_arcs;
   // With 20 intervals the sparse solver stopped 1.8e-4 s from the optimal switch on one of several
   // processors: with dependent rows the step lengths depend on the last digits.

@@ -61,7 +61,7 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase brachistochrone() {
   return {.id = "B03",
           .name = "brachistochrone",
-          .summary = "The slide of quickest descent between two points.",
+          .summary = "The curve of quickest descent between two points.",
           .states = {"x [m]", "y [m]", "speed [m/s]"},
           .inputs = {"angle [rad]"},
           .exercises = "one phase of free duration, minimum time, a start from rest",

@@ -49,22 +49,23 @@ std::vector<CheckedValue> more(const Solution& s) {
 }  // namespace
 
 ReferenceCase bang_bang() {
-  return {.id = "B05",
-          .name = "bang_bang",
-          .summary = "A car that brakes twice as hard as it accelerates, 300 m in least time.",
-          .states = {"position [m]", "speed [m/s]"},
-          .inputs = {"acceleration [m/s^2]"},
-          .exercises = "least time, two free durations, constant inputs to be found",
-          .source = "ICLOCS2 examples; closed form",
-          .problem = problem,
-          // Positions are quadratic: one interval per phase is exact.
-          .options = {.intervals_per_phase = 1, .integrator = runge_kutta4()},
-          .optimum = 30.0,
-          .digits = 16,
-          .tolerance = 1e-9,  // tolerance of the solver
-          .switching_times = {20.0},
-          .switching_tolerance = 1e-7,  // the constraints determine both durations
-          .more = more};
+  return {
+      .id = "B05",
+      .name = "bang_bang",
+      .summary = "A car that brakes twice as hard as it accelerates drives 300 m in minimum time.",
+      .states = {"position [m]", "speed [m/s]"},
+      .inputs = {"acceleration [m/s^2]"},
+      .exercises = "minimum time, two free durations, unknown constant inputs",
+      .source = "ICLOCS2 examples; closed form",
+      .problem = problem,
+      // Positions are quadratic: one interval per phase is exact.
+      .options = {.intervals_per_phase = 1, .integrator = runge_kutta4()},
+      .optimum = 30.0,
+      .digits = 16,
+      .tolerance = 1e-9,  // tolerance of the solver
+      .switching_times = {20.0},
+      .switching_tolerance = 1e-7,  // the constraints determine both durations
+      .more = more};
 }
 
 }  // namespace saltus::library

@@ -73,21 +73,20 @@ std::vector<CheckedValue> more(const Solution& s) {
 }  // namespace
 
 ReferenceCase goddard_rocket() {
-  return {
-      .id = "B07",
-      .name = "goddard_rocket",
-      .summary = "Goddard's rocket as high as its fuel carries it: thrust, singular arc, coast.",
-      .states = {"height", "speed", "mass"},
-      .inputs = {"thrust"},
-      .exercises = "full thrust, singular arc, coast: three free durations",
-      .source = "COPS 3.0, rocket; more digits by simulation with the singular feedback",
-      .problem = problem,
-      .options = {.intervals = {5, 6, 10}, .integrator = runge_kutta8({.steps = 2})},
-      .optimum = -1.01283691832,
-      .digits = 12,
-      .tolerance = 1e-9,  // piecewise linear thrust on the arc
-      .switching_times = {0.0235096840415, 0.0726707434415},
-      .more = more};
+  return {.id = "B07",
+          .name = "goddard_rocket",
+          .summary = "Maximum altitude of Goddard's rocket: full thrust, singular arc, coast.",
+          .states = {"height", "speed", "mass"},
+          .inputs = {"thrust"},
+          .exercises = "full thrust, singular arc, coast: three free durations",
+          .source = "COPS 3.0, rocket; more digits by simulation with the singular feedback",
+          .problem = problem,
+          .options = {.intervals = {5, 6, 10}, .integrator = runge_kutta8({.steps = 2})},
+          .optimum = -1.01283691832,
+          .digits = 12,
+          .tolerance = 1e-9,  // piecewise linear thrust on the arc
+          .switching_times = {0.0235096840415, 0.0726707434415},
+          .more = more};
 }
 
 }  // namespace saltus::library

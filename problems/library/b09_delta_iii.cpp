@@ -196,25 +196,25 @@ std::vector<CheckedValue> more(const Solution& solution) {
 }  // namespace
 
 ReferenceCase delta_iii() {
-  return {
-      .id = "B09",
-      .name = "delta_iii",
-      .summary = "Ascent of a Delta III into a transfer orbit: four phases, boosters dropped.",
-      .states = {"rx [m]", "ry [m]", "rz [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]", "mass [kg]"},
-      .inputs = {"ux", "uy", "uz"},
-      .exercises = "four phases, drops of mass, a free end, quantities of very unlike magnitude",
-      .source = "Benson 2005; PSOPT examples, launch; optimum computed independently",
-      .problem = problem,
-      .options = {.intervals = {6, 6, 6, 24}, .integrator = runge_kutta8()},
-      .optimum = -7529.712296,
-      .digits = 10,
-      .tolerance = 1e-6,      // piecewise linear inputs cost an excess of order h^4
-      .between_nodes = 1e-2,  // of |u|^2, which has no effect there; the altitude holds
-      .more = more,
-      // A twentieth of the radius below ground the density is e^44 times larger, and in longer
-      // intervals the guess of the second stage falls that far. The density changes by 1 % over a
-      // hundred-thousandth of the radius; smaller steps lose digits of the Hessian.
-      .derivatives = {.intervals = 24, .radius = 1e-3, .step = 1e-7, .tolerance = 1e-5}};
+  return {.id = "B09",
+          .name = "delta_iii",
+          .summary = "Ascent of a Delta III into a transfer orbit: four phases, boosters dropped.",
+          .states = {"rx [m]", "ry [m]", "rz [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]", "mass [kg]"},
+          .inputs = {"ux", "uy", "uz"},
+          .exercises =
+              "four phases, drops of mass, a free end, quantities of very different magnitudes",
+          .source = "Benson 2005; PSOPT examples, launch; optimum computed independently",
+          .problem = problem,
+          .options = {.intervals = {6, 6, 6, 24}, .integrator = runge_kutta8()},
+          .optimum = -7529.712296,
+          .digits = 10,
+          .tolerance = 1e-6,      // piecewise linear inputs cost an excess of order h^4
+          .between_nodes = 1e-2,  // of |u|^2, which has no effect there; the altitude holds
+          .more = more,
+          // A twentieth of the radius below ground the density is e^44 times larger, and in longer
+          // intervals the guess of the second stage falls that far. The density changes by 1 % over
+          // a hundred-thousandth of the radius; smaller steps lose digits of the Hessian.
+          .derivatives = {.intervals = 24, .radius = 1e-3, .step = 1e-7, .tolerance = 1e-5}};
 }
 
 }  // namespace saltus::library

@@ -51,7 +51,7 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase catalyst_mixing() {
   return {.id = "B10",
           .name = "catalyst_mixing",
-          .summary = "Two catalysts along a tube: how to mix them for the largest yield?",
+          .summary = "The mixture of two catalysts along a tube that maximises the yield.",
           .states = {"substance 1", "substance 2"},
           .inputs = {"first catalyst"},
           .exercises = "bang, singular, bang: two free switches and a singular input",

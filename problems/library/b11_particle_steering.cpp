@@ -58,7 +58,7 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase particle_steering() {
   return {.id = "B11",
           .name = "particle_steering",
-          .summary = "A particle is steered by the direction of a constant thrust, in least time.",
+          .summary = "Minimum-time steering of a particle by the direction of a constant thrust.",
           .states = {"height", "horizontal speed", "vertical speed"},
           .inputs = {"direction [rad]"},
           .exercises = "one phase of free duration, minimum time, a smooth input within bounds",

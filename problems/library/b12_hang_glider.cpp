@@ -79,10 +79,10 @@ ReferenceCase hang_glider() {
   return {
       .id = "B12",
       .name = "hang_glider",
-      .summary = "A hang glider crosses a thermal and flies as far as it can.",
+      .summary = "Maximum range of a hang glider that crosses a thermal.",
       .states = {"distance [m]", "height [m]", "horizontal speed [m/s]", "vertical speed [m/s]"},
       .inputs = {"lift coefficient"},
-      .exercises = "free durations of all phases, an input at its bound, a bumpy field of forces",
+      .exercises = "free durations of all phases, an input at its bound, an uneven force field",
       .source = "COPS 3.1, hang glider; optimum computed independently",
       .problem = problem,
       .options = {.intervals = {30, 12, 50}, .integrator = runge_kutta8({.steps = 4})},

@@ -66,7 +66,7 @@ ReferenceCase hanging_chain_fine() {
   ReferenceCase c = with_intervals(160, 1e-6);
   c.id = "B14b";
   c.name = "hanging_chain_fine";
-  c.summary = "The same on a finer grid.";
+  c.summary = "The same problem on a finer grid.";
   return c;
 }
 

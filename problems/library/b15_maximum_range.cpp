@@ -48,10 +48,10 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase maximum_range() {
   return {.id = "B15",
           .name = "maximum_range",
-          .summary = "As far as possible in two seconds: going down buys speed.",
+          .summary = "Maximum range in two seconds: the descent increases the speed.",
           .states = {"x", "y", "speed"},
           .inputs = {"path angle [rad]"},
-          .exercises = "a terminal value to maximise, a start where the input loses its force",
+          .exercises = "a terminal value to maximise, a start at which the input has no effect",
           .source = "Bryson, Dynamic Optimization; PSOPT examples; optimum computed independently",
           .problem = problem,
           .options = {.intervals_per_phase = 40, .integrator = runge_kutta8()},

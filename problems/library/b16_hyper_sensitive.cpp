@@ -69,7 +69,7 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase hyper_sensitive() {
   return {.id = "B16",
           .name = "hyper_sensitive",
-          .summary = "A long quiet time between two short transients.",
+          .summary = "Two short transients with a long steady time between them.",
           .states = {"x"},
           .inputs = {"u"},
           .exercises = "time scales of 1 s and 10,000 s, a grid graded by phases",

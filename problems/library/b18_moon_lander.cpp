@@ -58,7 +58,7 @@ ReferenceCase moon_lander() {
           .name = "moon_lander",
           .summary = "Soft landing on the Moon with the least fuel: fall freely, then brake.",
           .states = {"height", "speed upwards", "mass"},
-          .exercises = "two free durations that the constraints decide, no inputs",
+          .exercises = "two free durations, determined by the constraints; no inputs",
           .source = "Meditch, IEEE TAC 9 (1964), data of PSOPT and dymos; closed form",
           .problem = problem,
           .options = {.intervals = {1, 10}, .integrator = runge_kutta8()},

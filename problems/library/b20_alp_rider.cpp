@@ -75,7 +75,7 @@ ReferenceCase alp_rider() {
           .summary = "A linear system stays above four steep mountains.",
           .states = {"x1", "x2", "x3", "x4"},
           .inputs = {"u1", "u2"},
-          .exercises = "a path constraint that is not convex and thinner than long intervals",
+          .exercises = "a nonconvex path constraint that is narrower than long intervals",
           .source = "Betts, Practical Methods for Optimal Control, sec. 4.11.7",
           .problem = problem,
           .options = {.meshes = {mesh()}, .integrator = runge_kutta4({.steps = 2})},

@@ -44,7 +44,7 @@ OptimalControlProblem problem() {
 ReferenceCase interior_point() {
   return {.id = "B22",
           .name = "interior_point",
-          .summary = "A state passes a given point on its way.",
+          .summary = "A state must pass through a given point.",
           .states = {"x"},
           .inputs = {"u"},
           .exercises = "a condition between two phases, an input that jumps there",

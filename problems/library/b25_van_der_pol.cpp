@@ -53,7 +53,7 @@ OptimalControlProblem problem() {
 ReferenceCase van_der_pol() {
   return {.id = "B25",
           .name = "van_der_pol",
-          .summary = "Van der Pol's oscillator is calmed down by a bounded input.",
+          .summary = "Van der Pol's oscillator is damped by a bounded input.",
           .states = {"x1", "x2"},
           .inputs = {"u"},
           .exercises = "inputs at their bounds in phases of free duration, an integrated cost",

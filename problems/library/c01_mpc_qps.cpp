@@ -79,7 +79,7 @@ MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size())
-      throw InputError(fmt::format("'{}' has '{}' where a number is expected",
+      throw InputError(fmt::format("'{}' has '{}' instead of a number",
                                    (data / "expected.csv").string(), shortened(text)));
     return value;
   };
@@ -142,11 +142,11 @@ CaseOutcome run_mpc_qps(SolverChoice choice) {
   CaseOutcome outcome;
   outcome.id = mpc_qps_id;
   outcome.name = mpc_qps_name;
-  outcome.exercises = "quadratic programs of walking robots, dense and degenerate ones too";
+  outcome.exercises = "quadratic programs of walking robots, including dense and degenerate ones";
   outcome.source = "qpsolvers, mpc_qpbenchmark; optima computed independently";
   if (choice == SolverChoice::riccati) {
     outcome.verdict = Verdict::not_applicable;
-    outcome.status = "these programs do not fall into stages";
+    outcome.status = "these programs have no stages";
     return outcome;
   }
   const char* folder = reference_data_folder();

@@ -64,7 +64,7 @@ ReferenceCase phase_transition() {
               "A fast slide is braked, then steered by its velocity: the state loses a dimension.",
           .states = {"position", "velocity"},
           .inputs = {"acceleration, then velocity"},
-          .exercises = "different state dimensions, a jump, a cost of the passage, node costs",
+          .exercises = "different state dimensions, a jump, a cost of the transition, node costs",
           .source = "acados, mocp_transition_example; optimum computed independently",
           .problem = problem,
           .options = {.intervals = {10, 15}, .integrator = runge_kutta4()},  // exact: quadratic

@@ -122,9 +122,9 @@ std::vector<CheckedValue> run() {
     const double d = capturability_margin(n, flat_foot, omega);
     for (const double side : {1.0, -1.0}) {
       const char* which = side > 0.0 ? "ahead" : "behind";
-      values.push_back({fmt::format("{} steps suffice just within d, {}", n, which),
+      values.push_back({fmt::format("{} steps suffice slightly inside d, {}", n, which),
                         is_feasible(n, side * (d - margin)), 1.0, 0.0, 1});
-      values.push_back({fmt::format("{} steps suffice just beyond d, {}", n, which),
+      values.push_back({fmt::format("{} steps suffice slightly outside d, {}", n, which),
                         is_feasible(n, side * (d + margin)), 0.0, 0.0, 0});
     }
   }
@@ -153,8 +153,8 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase capture_point() {
   return {.id = "C07",
           .name = "capture_point",
-          .summary = "When can a walker stop, and within how many steps?",
-          .exercises = "closed forms of the pendulum; what steps can do, by optimal control",
+          .summary = "Capturability of a walker: can it stop, and within how many steps?",
+          .exercises = "closed forms of the pendulum; the effect of steps by optimal control",
           .source = "Pratt et al. 2006; Koolen et al. 2012; closed form",
           .run = run,
           .motions = motions};

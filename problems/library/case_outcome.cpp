@@ -29,12 +29,12 @@ std::vector<std::string> CaseOutcome::reasons() const {
   std::vector<std::string> sentences;
   for (const CheckedValue& v : checked) {
     if (v.is_met()) continue;
-    sentences.push_back(
-        v.reference == 0.0 && v.digits == 0
-            ? fmt::format("{} is {:.2e}, and at most {:.1e} is allowed", v.name, v.value,
-                          v.tolerance)
-            : fmt::format("{} is {:.12g} in place of {:.12g}: off by {:.1e}, and {:.1e} is allowed",
-                          v.name, v.value, v.reference, v.error(), v.tolerance));
+    sentences.push_back(v.reference == 0.0 && v.digits == 0
+                            ? fmt::format("{} is {:.2e}, but at most {:.1e} is allowed", v.name,
+                                          v.value, v.tolerance)
+                            : fmt::format("{} is {:.12g} instead of {:.12g}: the error is {:.1e}, "
+                                          "but at most {:.1e} is allowed",
+                                          v.name, v.value, v.reference, v.error(), v.tolerance));
   }
   return sentences;
 }
@@ -47,12 +47,12 @@ std::string CaseOutcome::reason_in_brief() const {
     if (!v.is_met()) others.push_back(v.name);
   others.erase(others.begin());
   others.erase(std::unique(others.begin(), others.end()), others.end());
-  return fmt::format("{}; outside too: {}", all.front(), join_names(others));
+  return fmt::format("{}; also outside: {}", all.front(), join_names(others));
 }
 
 std::string CaseOutcome::refined_in_words() const {
   if (refinements == 0) return {};
-  return fmt::format("refined {}: the first plan broke a path constraint between the nodes",
+  return fmt::format("refined {}: the first plan violated a path constraint between the nodes",
                      refinements == 1 ? "once" : fmt::format("{} times", refinements));
 }
 

@@ -51,7 +51,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase van_der_pol_stiff() {
   return {.id = "D01",
           .name = "van_der_pol_stiff",
-          .summary = "Van der Pol's oscillator where it is stiff.",
+          .summary = "Van der Pol's oscillator in its stiff regime.",
           .exercises = "CVODES (BDF) on a stiff oscillator, two scalings",
           .source = "IVP test set; Hairer and Wanner; recomputed independently",
           .run = run,

@@ -71,7 +71,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase robertson_kinetics() {
   return {.id = "D02",
           .name = "robertson_kinetics",
-          .summary = "Robertson's chemical kinetics: rates that differ by nine orders.",
+          .summary = "Robertson's chemical kinetics, with rates over nine orders of magnitude.",
           .exercises = "CVODES on stiff kinetics, forward sensitivities to parameters",
           .source = "Robertson 1966; CVODES cvsRoberts_FSA; recomputed independently",
           .run = run,

@@ -45,8 +45,8 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase restricted_three_body() {
   return {.id = "D06",
           .name = "restricted_three_body",
-          .summary = "A satellite between earth and moon on Arenstorf's orbit, which closes.",
-          .exercises = "ARKODE (order 8) on an orbit that must close",
+          .summary = "Arenstorf's periodic orbit of a satellite between the Earth and the Moon.",
+          .exercises = "ARKODE (order 8) on a periodic orbit",
           .source = "Arenstorf 1963; Hairer, Norsett and Wanner, sec. II.0",
           .run = run,
           .motions = motions};

@@ -64,7 +64,7 @@ SimulationCase bouncing_ball_simulation() {
   return {.id = "D07",
           .name = "bouncing_ball",
           .summary = "A ball that loses a fifth of its speed at every impact.",
-          .exercises = "impacts: their times, sensitivities through them, accumulation",
+          .exercises = "impacts: times, sensitivities, accumulation",
           .source = "closed form",
           .run = run,
           .motions = motions};

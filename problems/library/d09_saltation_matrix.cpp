@@ -49,7 +49,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase saltation_matrix() {
   return {.id = "D09",
           .name = "saltation_matrix",
-          .summary = "What an event does to first-order variations, on the first impact of a ball.",
+          .summary = "First-order variations through an event: the first impact of a ball.",
           .exercises = "first-order variations through a jump",
           .source = "Aizerman and Gantmacher 1958; closed form",
           .run = run,

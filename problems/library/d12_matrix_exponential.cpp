@@ -100,7 +100,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
 SimulationCase matrix_exponential() {
   return {.id = "D12",
           .name = "matrix_exponential",
-          .summary = "A linear system that switches once, by matrix exponentials alone.",
+          .summary = "A linear system with one switch, by matrix exponentials alone.",
           .exercises = "exact zero-order hold: flow, cost and slope in a switching time",
           .source = "Van Loan 1978; Egerstedt, Wardi and Axelsson 2006, computed independently",
           .run = run,

@@ -59,7 +59,7 @@ ReferenceCase dido() {
           .summary = "The largest area below a curve of given length.",
           .states = {"height"},
           .inputs = {"slope"},
-          .exercises = "an integral constraint that goes on through two phases",
+          .exercises = "an integral constraint over two phases",
           .source = "the isoperimetric problem; closed form",
           .problem = problem,
           .options = {.intervals = {40, 60}, .integrator = runge_kutta4()},

@@ -58,10 +58,10 @@ ReferenceCase linked_phases() {
   const double root = std::sqrt(6.0), first = 3.0 / (1.5 + root);
   return {.id = "E02",
           .name = "linked_phases",
-          .summary = "The third of three phases is tied to the first.",
+          .summary = "The third of three phases is linked to the first.",
           .states = {"place"},
           .inputs = {"speed"},
-          .exercises = "links between the ends and the durations of phases that are no neighbours",
+          .exercises = "links between the ends and the durations of phases that are not adjacent",
           .source = "closed form",
           .problem = problem,
           .options = {.intervals_per_phase = 5, .integrator = runge_kutta4()},

@@ -38,7 +38,7 @@ ReferenceCase tide() {
   const double help = 2.0 * std::sin(0.5);
   return {.id = "E03",
           .name = "tide",
-          .summary = "A crossing waits for the current that helps most.",
+          .summary = "A crossing starts when the current is most favourable.",
           .states = {"x"},
           .inputs = {"u"},
           .exercises = "a free start time",

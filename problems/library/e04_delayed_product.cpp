@@ -51,10 +51,10 @@ OptimalControlProblem problem() {
 ReferenceCase delayed_product() {
   return {.id = "E04",
           .name = "delayed_product",
-          .summary = "The past of state and input drives the present.",
+          .summary = "A system whose dynamics depend on past states and inputs.",
           .states = {"x(s)", "x(s + 1)", "x(s + 2)"},
           .inputs = {"u(s)", "u(s + 1)", "u(s + 2)"},
-          .exercises = "delays as histories that links join",
+          .exercises = "delays as histories in the state, joined by links",
           .source = "Goellmann, Kern, Maurer, Optim. Control Appl. Meth. 30, 2009; closed form",
           .problem = problem,
           .options = {.intervals_per_phase = 50, .integrator = runge_kutta8()},

@@ -63,7 +63,7 @@ ReferenceCase thermostat_size() {
           .summary = "A heater with hysteresis is sized for a temperature at the end.",
           .states = {"temperature", "mode"},
           .inputs = {},
-          .exercises = "hysteresis: the mode is remembered from interval to interval",
+          .exercises = "hysteresis: the mode is stored from interval to interval",
           .source = "closed form",
           .problem = problem,
           .options = {.intervals_per_phase = 12, .integrator = runge_kutta8({.steps = 2})},

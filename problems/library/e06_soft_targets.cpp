@@ -47,10 +47,11 @@ OptimalControlProblem problem() {
 ReferenceCase soft_targets() {
   return {.id = "E06",
           .name = "soft_targets",
-          .summary = "What is missed of a target is paid for in three ways.",
+          .summary = "Three penalties for missing a target.",
           .states = {"first", "second", "third"},
           .inputs = {"u1", "u2", "u3"},
-          .exercises = "soft terms in L1, L2 and Huber: at an end, of a link, of an integral",
+          .exercises =
+              "soft terms with L1, L2 and Huber penalties: at an end, on a link, on an integral",
           .source = "closed form",
           .problem = problem,
           .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},

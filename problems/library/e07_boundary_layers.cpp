@@ -45,7 +45,7 @@ OptimalControlProblem problem() {
 ReferenceCase boundary_layers() {
   return {.id = "E07",
           .name = "boundary_layers",
-          .summary = "Two thin layers with nothing between them.",
+          .summary = "Two thin boundary layers with a flat solution between them.",
           .states = {"x"},
           .inputs = {"u"},
           .exercises = "a mesh graded to both ends of a phase",

@@ -42,13 +42,13 @@ class Bytes {
 // One member: magic number, version, length of the header, a header in Python syntax, numbers by
 // rows.
 std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
-  if (file.at(offset, 6) != std::string_view("\x93NUMPY", 6)) file.fail("a member is no array");
+  if (file.at(offset, 6) != std::string_view("\x93NUMPY", 6)) file.fail("a member is not an array");
   const bool first_version = file.number<std::uint8_t>(offset + 6) == 1;
   const std::size_t begin = offset + (first_version ? 10 : 12);
   const std::size_t length = first_version ? file.number<std::uint16_t>(offset + 8)
                                            : file.number<std::uint32_t>(offset + 8);
   constexpr std::size_t longest_header = 1000;  // numpy's are below 200; std::regex recurses
-  if (length > longest_header) file.fail("an array's header is far too long");
+  if (length > longest_header) file.fail("the header of an array is too long");
   const std::string header(file.at(begin, length));
   if (header.find("'<f8'") == std::string::npos) return std::nullopt;
   static const std::regex sizes(R"('shape': \((\d+),(?: (\d+))?\))");
@@ -57,7 +57,7 @@ std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
       header.find("'fortran_order': False") == std::string::npos)
     file.fail("an array is neither a vector nor a matrix stored by rows");
   const auto size = [&](const std::string& digits) {
-    if (digits.size() > 9) file.fail("an array is far too large");  // no product overflows
+    if (digits.size() > 9) file.fail("an array is too large");  // no product overflows
     return static_cast<std::size_t>(std::stoul(digits));
   };
   const std::size_t rows = size(shape[1]), cols = shape[2].matched ? size(shape[2]) : 1;
@@ -76,7 +76,7 @@ std::map<std::string, MatrixXd> read_npz(const std::string& path) {
 
   // The directory of the archive is located from the end of the file.
   const std::size_t end = data.rfind("PK\x05\x06");
-  if (end == std::string::npos) file.fail("it is no zip archive");
+  if (end == std::string::npos) file.fail("it is not a zip archive");
   const int members = file.number<std::uint16_t>(end + 10);
   std::size_t entry = file.number<std::uint32_t>(end + 16);
   std::map<std::string, MatrixXd> arrays;

@@ -16,22 +16,22 @@ namespace saltus::push_recovery {
 namespace {
 
 void declare_weights(Settings& s, Weights& w) {
-  s.vector("weights.gamma", w.gamma, "", "on CoM, CoM velocity and angular momentum, all along",
+  s.vector("weights.gamma", w.gamma, "",
+           "weights of CoM, CoM velocity and angular momentum, at all times", at_least(0.0));
+  s.vector(
+      "weights.gamma_impact", w.gamma_impact, "",
+      "additional weights of the same quantities after the impact and at the end of the horizon",
+      at_least(0.0));
+  s.vector("weights.wrench", w.wrench, "", "weights of force (N) and torque (Nm) of each foot",
            at_least(0.0));
-  s.vector("weights.gamma_impact", w.gamma_impact, "",
-           "the same, added after the impact and at "
-           "the end of the horizon",
-           at_least(0.0));
-  s.vector("weights.wrench", w.wrench, "", "on force (N) and torque (Nm) of each foot",
-           at_least(0.0));
-  s.vector("weights.capture_point", w.capture_point, "", "on the capture point after the impact",
-           at_least(0.0));
+  s.vector("weights.capture_point", w.capture_point, "",
+           "weights of the capture point after the impact", at_least(0.0));
   s.vector("weights.capture_point_standing", w.capture_point_standing, "",
-           "on the capture point as long as no step is planned", at_least(0.0));
-  s.number("weights.wrench_change", w.wrench_change, "", "on first differences of the wrenches",
-           at_least(0.0));
+           "weights of the capture point while no step is planned", at_least(0.0));
+  s.number("weights.wrench_change", w.wrench_change, "",
+           "weight of the first differences of the wrenches", at_least(0.0));
   s.number("weights.capture_point_softness", w.capture_point_penalty, "1/(m s)",
-           "penalty on a capture point outside the hull; 0 forbids it", at_least(0.0));
+           "penalty on a capture point outside the hull; 0: a hard constraint", at_least(0.0));
 }
 
 // Presets for the fidelity of the simulation. Both set the same keys.
@@ -61,8 +61,8 @@ void declare_presets(Settings& s, Config& config) {
   robot = list(robot, config.step_times_are_given ? of_formula : of_ocp);
 
   s.choice("preset", config.preset, {"paper", "robot"},
-           "the conditions of the paper, or those of the real robot, which are the default of the "
-           "whole body; keys that are given win");
+           "conditions of the paper, or of the real robot (default for the whole body); keys that "
+           "are given take precedence");
   s.preset("plant", {"dart", "mujoco"}, list({"preset=robot"}, robot));
   s.preset("preset", {"paper"}, paper);
   s.preset("preset", {"robot"}, robot);
@@ -87,12 +87,13 @@ class OldStepKeys {
     if (known.empty() && trigger.empty() && planner != "formula") return {};
     const bool is_formula = planner.empty() || planner == "formula";
     if (known == "true" && !is_formula)
-      refuse("step.known", "step.known=true is step.planner=push_formula now, but step.planner=" +
-                               planner + " is given: take one of them");
+      refuse("step.known",
+             "step.known=true now means step.planner=push_formula, but step.planner=" + planner +
+                 " is given; remove one of them");
     if (is_formula &&
         ((known == "true" && trigger == "icp") || (known == "false" && trigger == "push")))
       refuse("step.known", "step.known=" + known + " contradicts step.trigger=" + trigger +
-                               ": take step.planner=push_formula or step.planner=icp_formula");
+                               "; use step.planner=push_formula or step.planner=icp_formula");
     std::string now = planner;
     if (is_formula) {
       const bool is_told = known.empty() && trigger.empty() ? preset() == "paper"
@@ -129,9 +130,9 @@ class OldStepKeys {
       const bool is_old = a.key == "step.known" || a.key == "step.trigger";
       if (is_old || (a.key == "step.planner" && a.items.front() != now)) {
         warnings.push_back(
-            fmt::format("{}: {}={} is {} now; the old form is refused from 0.4 on", a.location,
-                        a.key, fmt::join(a.items, ","),
-                        now.empty() ? "what step.planner says" : "step.planner=" + now));
+            fmt::format("{}: {}={} is replaced by {}; the old form is rejected from 0.4 on",
+                        a.location, a.key, fmt::join(a.items, ","),
+                        now.empty() ? "the value of step.planner" : "step.planner=" + now));
         planner.location = a.location;
       }
       return is_old || a.key == "step.planner";

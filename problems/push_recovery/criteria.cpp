@@ -40,7 +40,7 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
                     fmt::format("the CoM rose to {:.3f} m", v.com_height_max)});
   causes.push_back(
       {first_time(log, [=](const BipedSample& s) { return s.gamma.tail<3>().norm() > largest; }),
-       fmt::format("the angular momentum passed {:.2g} Nms", largest),
+       fmt::format("the angular momentum exceeded {:.2g} Nms", largest),
        fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max)});
   if (v.body)
     for (int foot = 0; foot < 2; ++foot) {
@@ -59,7 +59,7 @@ std::string unrest(const BipedSample& s, const SupportPolygon& ground, const Vec
   if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
   if ((s.gamma.head<2>() - target).norm() > rest_com_error) return "the CoM missed its target";
   if (s.gamma.tail<3>().norm() > rest_angular_momentum * momentum)
-    return "angular momentum did not die away";
+    return "the angular momentum did not decay";
   return {};
 }
 

@@ -93,7 +93,8 @@ std::unique_ptr<walking::UnmetExplanations> PushRecovery::unmet_explanations(
 }
 
 ProblemEntry entry() {
-  return biped_entry<PushRecovery>("push_recovery", "iCub is pushed and caught by a step");
+  return biped_entry<PushRecovery>("push_recovery",
+                                   "iCub is pushed and recovers, with a step if necessary");
 }
 
 Verb map_verb() {

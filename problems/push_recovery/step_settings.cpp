@@ -64,65 +64,64 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
         step.known = i == 0;
         step.trigger = step.known ? StepTrigger::push : StepTrigger::icp;
       },
-      "one step of the foot in the air by a formula, step.duration after the push begins, which "
-      "the "
-      "formula is told, or after the capture point leaves the sole; any number of steps of either "
-      "foot by a rule, whenever the capture point leaves the ground; or by optimal control. "
-      "Nothing "
-      "else of the push is known to any of them");
-  s.integer("step.most", p.most_steps, "", "steps that are planned ahead at most (ocp)",
+      "push_formula: one step of the foot in the air, step.duration after the start of the push, "
+      "which it knows; icp_formula: the same after the capture point leaves the sole; reactive: "
+      "any number of steps of either foot, whenever the capture point leaves the support polygon; "
+      "ocp: steps by optimal control. No planner knows more of the push");
+  s.integer("step.most", p.most_steps, "", "maximum number of steps planned ahead (ocp)",
             between(0, most_planned_steps));
-  s.number("step.shortest_s", p.shortest, "s", "least time of a swing (reactive, ocp)",
+  s.number("step.shortest_s", p.shortest, "s", "minimum duration of a swing (reactive, ocp)",
            between(0.05, 10.0));
-  s.number("step.usual_s", p.usual, "s", "time of a swing that is not in a hurry (ocp)",
+  s.number("step.usual_s", p.usual, "s", "duration of a swing without urgency (ocp)",
            between(0.05, 10.0));
-  s.number("step.longest_s", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
-  s.number("step.foot_speed", p.foot_speed, "m/s", "largest speed of the swing foot (ocp)",
+  s.number("step.longest_s", p.longest, "s", "maximum duration of a swing (ocp)",
+           between(0.05, 10.0));
+  s.number("step.foot_speed", p.foot_speed, "m/s", "maximum speed of the swing foot (ocp)",
            above(0.0));
-  s.number("step.double_support_s", p.double_support, "s", "least time between two steps (ocp)",
+  s.number("step.double_support_s", p.double_support, "s", "minimum time between two steps (ocp)",
            between(0.01, 10.0));
-  s.number("step.sole_margin", p.sole_margin, "m", "border of the soles that is not used (ocp)",
+  s.number("step.sole_margin", p.sole_margin, "m",
+           "width of the border of the soles that plans do not use (ocp)", at_least(0.0));
+  s.number("step.momentum", p.momentum, "Nms", "maximum angular momentum in plans (ocp)",
            at_least(0.0));
-  s.number("step.momentum", p.momentum, "Nms", "largest angular momentum that is counted on (ocp)",
+  s.number("step.torque", p.torque, "Nm", "maximum rate of the angular momentum in plans (ocp)",
            at_least(0.0));
-  s.number("step.torque", p.torque, "Nm", "largest rate of it (ocp)", at_least(0.0));
-  s.choice<bool>(
-      "step.reach", p.robot_reach, {{"robot", true}, {"settings", false}},
-      "where feet can be put (ocp): by the robot's own kinematics, if there is a URDF, or "
-      "by step.forward_max and the like");
-  s.number("step.lead_s", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
+  s.choice<bool>("step.reach", p.robot_reach, {{"robot", true}, {"settings", false}},
+                 "reachable places of the feet (ocp): from the robot's kinematics, if there is a "
+                 "URDF, or from step.forward_max, step.lateral_min and step.lateral_max");
+  s.number("step.lead_s", p.lead, "s",
+           "time and place of a landing are fixed this long before it (ocp)", at_least(0.0));
+  s.vector("step.weights", p.weights, "",
+           "weights of rest at the border of the soles, of 0.1 s and 0.1 m of deviation from the "
+           "usual time and place, and of one second of pressure at the border of the sole (ocp)",
            at_least(0.0));
-  s.vector(
-      "step.weights", p.weights, "",
-      "on resting at the border of the soles, 0.1 s off the usual time, 0.1 m off the usual place, "
-      "and a second on the border of the sole (ocp)",
-      at_least(0.0));
   s.removed("step.price", "2", "0.4");
   s.removed("step.hysteresis", "0.5", "0.4");
-  s.flag(
-      "step.bring_back", p.bring_back,
-      "a second after the robot has come to rest it brings its feet back to their usual distance "
-      "(ocp)");
+  s.flag("step.bring_back", p.bring_back,
+         "one second after the robot has come to rest, it steps back to the usual distance of its "
+         "feet (ocp)");
   s.rule({"step.bring_back", "step.planner"}, [&p, &step] {
     return p.bring_back && step.planner != StepPlannerChoice::ocp
-               ? "step.bring_back needs step.planner=ocp: the others step only after pushes"
+               ? "step.bring_back needs step.planner=ocp: the other planners step only after pushes"
                : "";
   });
   s.vector("walk.velocity", p.velocity, "m/s",
-           "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
-  s.number("walk.duration", p.walk_duration, "s", "then it stands", between(0.0, 3600.0));
-  s.number("walk.double_support_s", p.usual_support, "s",
-           "usual time on two feet of a robot that walks", between(0.01, 10.0));
+           "velocity of a walking robot: forward, to the left, and turning rate (rad/s, must be 0) "
+           "(ocp)");
+  s.number("walk.duration", p.walk_duration, "s",
+           "duration of the walk; the robot stands afterwards", between(0.0, 3600.0));
+  s.number("walk.double_support_s", p.usual_support, "s", "usual time on both feet while walking",
+           between(0.01, 10.0));
   for (const char* key : {"step.shortest", "step.usual", "step.longest", "step.lead",
                           "step.double_support", "walk.double_support"})
     s.renamed(key, std::string(key) + "_s", "0.4");
   s.rule({"walk.double_support_s", "step.double_support_s"}, [&p] {
-    return p.usual_support >= p.double_support ? ""
-                                               : fmt::format(
-                                                     "walk.double_support_s ({}) is shorter than "
-                                                     "step.double_support_s ({}), the least "
-                                                     "time on two feet: raise it",
-                                                     p.usual_support, p.double_support);
+    return p.usual_support >= p.double_support
+               ? ""
+               : fmt::format(
+                     "walk.double_support_s ({}) is shorter than step.double_support_s ({}), the "
+                     "minimum time on both feet; increase it",
+                     p.usual_support, p.double_support);
   });
   s.rule({"walk.velocity", "step.usual_s", "walk.double_support_s", "step.foot_speed"},
          [&p]() -> std::string {
@@ -131,15 +130,16 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
                                 (p.usual + p.usual_support) / p.usual;
            if (speed <= p.foot_speed) return "";
            return fmt::format(
-               "walk.velocity needs a foot that swings at {:.2f} m/s, and step.foot_speed is {}: "
-               "walk slower, or let the foot move faster",
+               "walk.velocity requires a swing foot at {:.2f} m/s, but step.foot_speed is {}; "
+               "reduce walk.velocity or increase step.foot_speed",
                speed, p.foot_speed);
          });
   s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
     if (p.velocity[2] != 0.0)
-      return "walk.velocity turns by its third entry, which must be 0: feet stay parallel";
+      return "the third entry of walk.velocity, the turning rate, must be 0: the feet stay "
+             "parallel";
     if (p.walks() && step.planner != StepPlannerChoice::ocp)
-      return "walk.velocity needs step.planner=ocp: the formula takes single steps";
+      return "walk.velocity needs step.planner=ocp: the other planners do not walk";
     return "";
   });
   s.rule({"step.planner", "step.shortest_s", "step.usual_s", "step.longest_s"}, [&p, &step] {
@@ -147,16 +147,15 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
                ? ""
                : fmt::format(
                      "step.usual_s ({}) must lie between step.shortest_s ({}) and step.longest_s "
-                     "({}): "
-                     "change one of them",
+                     "({}); change one of them",
                      p.usual, p.shortest, p.longest);
   });
   s.rule({"step.planner", "step.shortest_s", "step.duration"}, [&p, &step] {
     return step.planner != StepPlannerChoice::reactive || p.shortest <= step.duration
                ? ""
                : fmt::format(
-                     "step.shortest_s ({}) exceeds step.duration ({}), the longest time of a swing "
-                     "by the rule: change one of them",
+                     "step.shortest_s ({}) exceeds step.duration ({}), the maximum duration of a "
+                     "swing with step.planner=reactive; change one of them",
                      p.shortest, step.duration);
   });
   s.rule({"step.shortest_s", "step.longest_s"}, [&p] {
@@ -183,10 +182,10 @@ void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
       if (described == robot.joints.end()) continue;  // frozen
       const Bounds limits = described->position.value_or(at.joint.position);
       if (std::isfinite(limits.lower) && std::isfinite(limits.upper)) continue;
-      throw InputError(fmt::format(
-          "{}: joint \"{}\" of a leg has no position limits, by which the reach of the feet is "
-          "found; give it some, or set step.reach=settings",
-          robot.file, at.joint.name));
+      throw InputError(
+          fmt::format("{}: joint \"{}\" of a leg has no position limits, which determine the reach "
+                      "of the feet; add them, or set step.reach=settings",
+                      robot.file, at.joint.name));
     }
 }
 
@@ -199,9 +198,8 @@ void check_reach(const StepModel& model, const Vec<double, 2>& stride,
     const Vec<double, 2> place = stride + pace * Vec<double, 2>(velocity[0], side * velocity[1]);
     if ((model.reach.A * place - model.reach.b).maxCoeff() <= 0.0) continue;
     throw InputError(fmt::format(
-        "walk.velocity needs feet that land {:.2f} m ahead of one another and {:.2f} m beside, "
-        "which is beyond the reach of the legs; walk slower, or make step.usual_s or "
-        "walk.double_support_s shorter",
+        "walk.velocity requires steps of {:.2f} m forward and {:.2f} m sideways, which is beyond "
+        "the reach of the legs; reduce walk.velocity, step.usual_s or walk.double_support_s",
         place[0], place[1]));
   }
 }
@@ -239,10 +237,10 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.lent = std::max(planning.momentum * per_momentum, 1e-6);
   model.lent_rate = std::max(planning.torque * per_momentum, 1e-6);
   if (!robot_reach && (step.forward_max <= 0.0 || step.lateral_min >= step.lateral_max))
-    throw InputError(fmt::format(
-        "step.forward_max ({} m), step.lateral_min ({} m) and step.lateral_max ({} m) leave no "
-        "place for a foot; widen them, or fix the place with step.planner=icp_formula",
-        step.forward_max, step.lateral_min, step.lateral_max));
+    throw InputError(
+        fmt::format("step.forward_max ({} m), step.lateral_min ({} m) and step.lateral_max ({} m) "
+                    "leave no place for a foot; widen them, or use step.planner=icp_formula",
+                    step.forward_max, step.lateral_min, step.lateral_max));
   const survey::FootReach reach = robot_reach ? *robot_reach : reach_of(step);
   model.reach = half_planes(reach.from_foot, apart);
   model.leg = outer(half_planes(reach.from_com, own));

@@ -90,7 +90,7 @@ std::string speed_words(const Shortage& s) {
                                  {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
   const auto& way = ways[std::clamp(s.component, 0, 7)];
   return fmt::format(
-      "the foot cannot swing so fast: {:.1f} mm of its way {} would be left at t = {:.3f} s",
+      "the foot cannot swing fast enough: {:.1f} mm of its path {} would remain at t = {:.3f} s",
       1e3 * s.amount, step_direction(way[0], way[1]), s.time);
 }
 
@@ -99,8 +99,9 @@ std::string change_of_state(const ProblemChange& c) {
   const Quantity& q = quantity(c.component);
   const std::string by = fmt::format("{:.3g} {}", q.factor * std::abs(c.by), q.unit);
   if (c.kind == Kind::start)
-    return fmt::format("had the {} been {} more towards {}", q.name, by, axis(c.component, c.by));
-  return fmt::format("with a limit of the {} {} further towards {}", q.name, by,
+    return fmt::format("if the {} had been {} further towards {}", q.name, by,
+                       axis(c.component, c.by));
+  return fmt::format("with the limit of the {} {} further towards {}", q.name, by,
                      axis(c.component, c.by));
 }
 
@@ -109,16 +110,16 @@ std::string change_of_step(const OptimalControlProblem& problem, const ProblemCh
   const auto way = [&] { return i == 0 ? step_direction(c.by, 0.0) : step_direction(0.0, c.by); };
   const double percent = 100.0 * std::abs(c.by / value_before(problem, c));
   if (c.kind == Kind::start && (c.component == 2 || c.component == 3))
-    return fmt::format("with a push that had left the capture point {:.1f} mm further {}",
+    return fmt::format("with a push that left the capture point {:.1f} mm further {}",
                        1e3 * std::abs(c.by), way());
   if (c.kind == Kind::input && c.component < 2)
-    return fmt::format("with soles that bear {:.3g} % further {}", percent, way());
+    return fmt::format("with soles that extend {:.3g} % further {}", percent, way());
   if (c.kind == Kind::input && c.component < 4)
     return fmt::format("with {:.3g} % more torque about the CoM", percent);
   if (c.kind == Kind::state && (c.component == 4 || c.component == 5))
     return fmt::format("with {:.3g} % more angular momentum", percent);
   if (c.kind == Kind::term && c.name == "captured")
-    return fmt::format("if it were enough to come to rest {:.1f} mm off the soles, {}",
+    return fmt::format("if the capture point could come to rest {:.1f} mm off the soles, {}",
                        1e3 * std::abs(c.by), way());
   return {};
 }
@@ -192,7 +193,7 @@ std::string PushRecoveryExplanations::of(const UnmetDecision& unmet, const Probl
   if (c.kind == Kind::term && c.name == "capture point in hull") {
     const std::optional<Vec<double, 2>> normal = hull_normal(unmet.problem, c.component);
     if (normal)
-      return fmt::format("with a hull of the feet that reached {:.1f} mm further towards {}",
+      return fmt::format("with a hull of the feet that reaches {:.1f} mm further towards {}",
                          1e3 * c.by, world_direction(*normal));
   }
   if (is_of_wrenches(unmet))

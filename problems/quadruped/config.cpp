@@ -9,50 +9,55 @@ namespace saltus::quadruped {
 void declare_settings(Settings& s, Config& c) {
   ControllerSettings& k = c.controller;
   s.choice("gait", c.gait, {"trot", "walk", "pace"},
-           "which legs swing together: diagonal ones, none, those of a side");
+           "legs that swing together: diagonal pairs, none, or the legs of one side");
   s.number("period", k.gait.period, "s",
-           "from lift-off to lift-off of a leg; not less than the plan looks ahead",
+           "gait period, from lift-off to lift-off of a leg; at least the horizon of the plan",
            between(0.45, 1.5));
-  s.flag("blind", k.gait.blind,
-         "the clock alone decides when a foot stands, not when it touches the ground");
-  s.number("speed", k.speed, "m/s", "ahead", between(-1.0, 1.0));
-  s.number("sideways", k.sideways, "m/s", "to the left", between(-0.5, 0.5));
-  s.number("turn", k.turn, "rad/s", "to the left", between(-1.0, 1.0));
-  s.number("duration", c.duration, "s", "of the run", between(0.1, 600.0));
+  s.flag("blind", k.gait.blind, "contacts follow the clock alone, and not the sensed touch-downs");
+  s.number("speed", k.speed, "m/s", "forward velocity", between(-1.0, 1.0));
+  s.number("sideways", k.sideways, "m/s", "velocity to the left", between(-0.5, 0.5));
+  s.number("turn", k.turn, "rad/s", "turning rate to the left", between(-1.0, 1.0));
+  s.number("duration", c.duration, "s", "duration of the run", between(0.1, 600.0));
   s.number("ground.roughness_m", c.roughness, "m",
-           "the ground, which the controller takes for level, is nearly all within so much of it",
+           "height of the uneven ground: nearly all of it lies within this height; the controller "
+           "assumes level ground",
            between(0.0, 0.1));
-  s.number("ground.friction", c.plant.friction, "", "of the ground", between(0.05, 2.0));
-  s.number("push.impulse", c.push.impulse, "N s", "on the body, in push.duration",
+  s.number("ground.friction", c.plant.friction, "", "friction coefficient of the ground",
+           between(0.05, 2.0));
+  s.number("push.impulse", c.push.impulse, "N s", "impulse on the body, spread over push.duration",
            between(0.0, 50.0));
-  s.number("push.towards_deg", c.towards, "deg", "0: ahead, 90: to the left",
-           between(-360.0, 360.0));
-  s.number("push.start", c.push.start, "s", "when it begins", between(0.0, 600.0));
-  s.number("push.duration", c.push.duration, "s", "how long it lasts", between(0.01, 1.0));
-  s.number("noise", c.noise, "", "of the measured body: 1 is 2 mm, 2 cm/s, 0.3 deg, 3 deg/s",
+  s.number("push.towards_deg", c.towards, "deg",
+           "direction of the push; 0: forward, 90: to the left", between(-360.0, 360.0));
+  s.number("push.start", c.push.start, "s", "start of the push", between(0.0, 600.0));
+  s.number("push.duration", c.push.duration, "s", "duration of the push", between(0.01, 1.0));
+  s.number("noise", c.noise, "",
+           "measurement noise of the body; 1 means 2 mm, 2 cm/s, 0.3 deg and 3 deg/s",
            between(0.0, 10.0));
-  s.integer("seed", c.seed, "", "of the ground, of the noise and of a campaign",
+  s.integer("seed", c.seed, "", "seed of the ground, of the noise and of a campaign",
             between(0, 1000000));
   s.integer("campaign.runs", c.runs, "",
-            "so many random grounds and pushes, with open eyes and blind; 0: one run",
+            "number of random grounds and pushes, each run with contact sensing and blind; 0: a "
+            "single run",
             between(0, 10000));
-  s.number("campaign.size", c.scale, "", "of roughness and push, as a multiple of both",
+  s.number("campaign.size", c.scale, "", "factor on roughness and push in a campaign",
            between(0.0, 10.0));
-  s.number("controller.period", k.period, "s", "of a tick", between(0.001, 0.05));
-  s.number("controller.friction", k.model.friction, "", "that the plan counts on",
+  s.number("controller.period", k.period, "s", "control period", between(0.001, 0.05));
+  s.number("controller.friction", k.model.friction, "", "friction coefficient in the plan",
            between(0.05, 2.0));
-  s.number("controller.height", k.height, "m", "of the centre of mass above the feet",
+  s.number("controller.height", k.height, "m", "height of the centre of mass above the feet",
            between(0.2, 0.35));
-  s.number("controller.clearance", k.clearance, "m", "of a swing foot", between(0.01, 0.15));
+  s.number("controller.clearance", k.clearance, "m", "height of a swing foot above the ground",
+           between(0.01, 0.15));
   s.number("controller.landing_speed", k.landing_speed, "m/s",
-           "of a swing foot, downwards; one that is late looks for the ground so fast",
+           "downward speed of a landing foot; a late foot searches for the ground at this speed",
            between(0.1, 1.0));
   s.number("controller.foothold_gain_s", k.foothold_gain, "s",
-           "how far ahead a foot lands for an error of the velocity", between(0.0, 0.5));
+           "displacement of a foothold per error of the velocity", between(0.0, 0.5));
   s.vector("weights.state", k.weights.state, "",
-           "on position (m), velocity (m/s), angles (rad), angular velocity (rad/s)",
+           "weights of position (m), velocity (m/s), angles (rad) and angular velocity (rad/s)",
            at_least(0.0));
-  s.number("weights.force", k.weights.force, "", "on forces of the feet (N)", at_least(0.0));
+  s.number("weights.force", k.weights.force, "", "weight of the forces of the feet (N)",
+           at_least(0.0));
   for (const auto& [old_key, key] : {std::pair{"push.towards", "push.towards_deg"},
                                      {"ground.roughness", "ground.roughness_m"},
                                      {"controller.foothold_gain", "controller.foothold_gain_s"}})

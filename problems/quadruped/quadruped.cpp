@@ -149,8 +149,8 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
                                                       : "recovered";
   fmt::print(
       "{}: {}\n"
-      "went to ({:.2f}, {:.2f}) m in {:.2f} s; turned over by {:.1f} degrees at most\n"
-      "{} landings came early, {} late; the gait waited {:.2f} s in all\n"
+      "reached ({:.2f}, {:.2f}) m in {:.2f} s; largest tilt {:.1f} degrees\n"
+      "{} early landings, {} late ones; the gait waited {:.2f} s in total\n"
       "{} ticks ({}); a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
       "results in {}: trajectory, events, ticks and feet (.csv), summary.json{}\n",
       verdict, result.message(), end[0], end[1], result.log.recording.samples.back().time,
@@ -170,7 +170,7 @@ ExitStatus run_to_the_end_or_interrupt(const Config& config, const RunContext& c
     signal = DeferSignals::received();
   }
   if (signal != 0) {
-    fmt::print("interrupted: these are the results so far\n");
+    fmt::print("interrupted: results so far\n");
     std::fflush(nullptr);
     std::raise(signal);
   }
@@ -181,7 +181,8 @@ ExitStatus run_to_the_end_or_interrupt(const Config& config, const RunContext& c
 
 ProblemEntry entry() {
   return problem_entry<Config>(
-      "quadruped", "a quadruped trots over ground that it takes for level, and is pushed",
+      "quadruped",
+      "a quadruped trots over uneven ground, which it assumes to be level, and is pushed",
       declare_settings, run_to_the_end_or_interrupt);
 }
 

@@ -18,7 +18,8 @@ namespace saltus {
 namespace {
 
 constexpr const char* summary =
-    "derivatives, sparsity, scaling, ranks, bounds, start and grid of a problem, in one page";
+    "checks derivatives, sparsity, scaling, ranks, bounds, start and grid of a problem, on one "
+    "page";
 
 bool is_called(const ReferenceCase& c, const std::string& name) {
   return c.id == name || c.name == name || fmt::format("{}_{}", c.id, c.name) == name;
@@ -47,7 +48,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* page_schema = R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
-  "title": "saltus check --json: of one problem a page, of all of them a list",
+  "title": "saltus check --json: a page for one problem, a list for all",
   "$defs": {
     "page": {
       "type": "object",
@@ -55,7 +56,7 @@ constexpr const char* page_schema = R"({
       "additionalProperties": false,
       "properties": {
         "problem": {"type": "string", "description": "id and name"},
-        "ok": {"type": "boolean", "description": "nothing is doubtful"},
+        "ok": {"type": "boolean", "description": "true if no verdict is doubtful"},
         "lines": {
           "type": "array",
           "items": {
@@ -81,8 +82,8 @@ constexpr const char* page_schema = R"({
       "additionalProperties": false,
       "properties": {
         "problems": {"type": "array", "items": {"$ref": "#/$defs/page"}},
-        "doubtful": {"type": "integer", "description": "how many of them"},
-        "interrupted": {"type": "boolean", "description": "others were not checked"}
+        "doubtful": {"type": "integer", "description": "number of doubtful problems"},
+        "interrupted": {"type": "boolean", "description": "true if the other problems were not checked"}
       }
     }
   ]
@@ -171,35 +172,37 @@ ExitStatus check_all(const CheckRequest& request) {
 }  // namespace
 
 Verb check_verb() {
-  return {"check", summary, [](std::span<const std::string> arguments) {
-            CheckRequest request;
-            std::vector<Assignment> assignments;
-            OptionParser parser("check", summary);
-            parser.word("problem", "its name; without, all of the library", request.problem)
-                .option("--intervals", "N", "per phase; the case's own grid without",
-                        [&](const std::string& text) {
-                          assignments.push_back(flag_assignment("intervals", text));
-                        })
-                .flag("--json", "print every verdict as JSON in place of words", request.json)
-                .flag("--quiet", "print nothing: the status tells", request.quiet)
-                .flag("--print-schema", "print a JSON Schema of --json's output, and check nothing",
-                      request.print_schema);
-            parser.parse(arguments);
-            if (parser.help_wanted()) {
-              fmt::print("{}", parser.help());
-              return ExitStatus::ok;
-            }
-            if (request.print_schema) {
-              fmt::print("{}", page_schema);
-              return ExitStatus::ok;
-            }
-            Settings settings;
-            settings.integer("intervals", request.intervals, "", "per phase", between(0, 2000));
-            settings.apply(assignments);
-            if (!assignments.empty() && request.intervals < 1)
-              throw InputError("check: --intervals must be at least 1");
-            return request.problem.empty() ? check_all(request) : check_one(request);
-          }};
+  return {
+      "check", summary, [](std::span<const std::string> arguments) {
+        CheckRequest request;
+        std::vector<Assignment> assignments;
+        OptionParser parser("check", summary);
+        parser.word("problem", "name of the problem; default: all of the library", request.problem)
+            .option("--intervals", "N", "intervals per phase; default: the case's own grid",
+                    [&](const std::string& text) {
+                      assignments.push_back(flag_assignment("intervals", text));
+                    })
+            .flag("--json", "print every verdict as JSON instead of text", request.json)
+            .flag("--quiet", "print nothing; the exit status is the result", request.quiet)
+            .flag("--print-schema",
+                  "print a JSON Schema of the output of --json, and check nothing",
+                  request.print_schema);
+        parser.parse(arguments);
+        if (parser.help_wanted()) {
+          fmt::print("{}", parser.help());
+          return ExitStatus::ok;
+        }
+        if (request.print_schema) {
+          fmt::print("{}", page_schema);
+          return ExitStatus::ok;
+        }
+        Settings settings;
+        settings.integer("intervals", request.intervals, "", "per phase", between(0, 2000));
+        settings.apply(assignments);
+        if (!assignments.empty() && request.intervals < 1)
+          throw InputError("check: --intervals must be at least 1");
+        return request.problem.empty() ? check_all(request) : check_one(request);
+      }};
 }
 
 }  // namespace saltus

@@ -58,58 +58,65 @@ const char* describe(Horizon horizon) {
 }
 
 void declare_loop(Settings& s, LoopConfig& loop) {
-  s.flag("loop.run", loop.run, "close the loop over a plant, in place of one solve");
+  s.flag("loop.run", loop.run, "simulate a closed loop with a plant instead of one solve");
   s.alias("loop", "loop.run");
-  s.choice<Horizon>("loop.horizon", loop.horizon,
-                    {{"fitting", Horizon::fitting},
-                     {"shrinking", Horizon::shrinking},
-                     {"receding", Horizon::receding},
-                     {"plan", Horizon::plan}},
-                    "to the problem's end, as long as ever, or the first plan run out; fitting: "
-                    "receding for regulators that know no time, else shrinking");
+  s.choice<Horizon>(
+      "loop.horizon", loop.horizon,
+      {{"fitting", Horizon::fitting},
+       {"shrinking", Horizon::shrinking},
+       {"receding", Horizon::receding},
+       {"plan", Horizon::plan}},
+      "shrinking: to the problem's end; receding: of constant length; plan: follow the first plan "
+      "without feedback; fitting: receding for time-invariant regulators, otherwise shrinking");
   s.choice("loop.method", loop.method, tick_methods(),
-           "a tick takes one step of the real-time iteration, or solves to the optimum (Ipopt "
-           "always does)");
-  s.number("loop.period", loop.period, "s", "of the controller; 0: a fiftieth of the plan",
+           "one step of the real-time iteration per tick, or a solve to the optimum (always with "
+           "Ipopt)");
+  s.number("loop.period", loop.period, "s", "control period; 0: 1/50 of the plan's duration",
            at_least(0.0));
-  s.number("loop.duration", loop.duration, "s",
-           "0: to the problem's end; of a receding horizon twice the plan", at_least(0.0));
-  s.number("loop.deadline_s", loop.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number(
+      "loop.duration", loop.duration, "s",
+      "duration of the run; 0: to the problem's end, or twice the plan with a receding horizon",
+      at_least(0.0));
+  s.number("loop.deadline_s", loop.deadline, "s", "time limit per tick (wall clock); 0: none",
+           at_least(0.0));
   s.renamed("loop.deadline", "loop.deadline_s", "0.4");
   s.number("loop.disturbance", loop.disturbance, "",
-           "of the plant's state at every tick: standard deviation as a fraction of what each "
-           "state covers along the plan",
+           "standard deviation of the disturbance of the plant's state at every tick, as a "
+           "fraction of the range of each state along the plan",
            between(0.0, 1.0));
-  s.number("loop.noise", loop.noise, "", "of the measurement, in the same measure",
+  s.number("loop.noise", loop.noise, "",
+           "standard deviation of the measurement noise, as a fraction of the same range",
            between(0.0, 1.0));
-  s.integer("loop.seed", loop.seed, "", "of disturbance and noise", at_least(0.0));
+  s.integer("loop.seed", loop.seed, "", "seed of disturbance and noise", at_least(0.0));
   s.choice("loop.integrator", loop.integrator, schemes(),
-           "what integrates the plant; own: as the controller's model");
+           "integrator of the plant; own: that of the controller's model");
   s.number("loop.integrator_tolerance", loop.integrator_tolerance, "",
-           "of the plant's CVODES or ARKODE", between(1e-14, 1e-2));
-  s.integer("loop.plan_every", loop.plan_every, "", "ticks from one plan that is kept to the next",
-            between(0.0, 1e6));
+           "tolerance of the plant's CVODES or ARKODE", between(1e-14, 1e-2));
+  s.integer("loop.plan_every", loop.plan_every, "",
+            "a plan is stored every this many ticks; 0: none", between(0.0, 1e6));
 }
 
 std::string why_no_loop(const OptimalControlProblem& problem) {
   bool decides = false;
   for (const PhaseDefinition& phase : problem.phases()) {
     if (!phase.switching.empty())
-      return "its phase '" + phase.name + "' has events inside, which no controller here decides";
+      return "its phase '" + phase.name +
+             "' has events inside, whose times these controllers cannot choose";
     for (const ParameterBlock& block : phase.parameters)
-      if (block.unknown) return "it decides parameters, once and for all, before the start";
+      if (block.unknown) return "it has unknown parameters, which are fixed before the start";
     if (!phase.integrals.empty())
       return "it limits the integral '" + phase.integrals.front().name +
-             "', of which a controller does not know what is used";
+             "', whose value so far a controller does not know";
     decides = decides || phase.sizes.nu > 0 || phase.has_free_duration();
   }
-  if (!decides) return "there is no input and no switch to decide, only where to start";
+  if (!decides) return "it has no input and no free duration, only a free start";
   if (!problem.links().empty())
-    return "its link '" + problem.links().front().name + "' joins what is over to what is left";
-  if (problem.start_time_bounds()) return "it decides when to start, which a plant does not ask";
-  if (problem.closing()) return "it is periodic: its end decides where it begins";
+    return "its link '" + problem.links().front().name + "' couples past and future phases";
+  if (problem.start_time_bounds())
+    return "its start time is free, but a plant starts at a given time";
+  if (problem.closing()) return "it is periodic, so its start depends on its end";
   for (const Bounds& b : problem.start_bounds())
-    if (!b.is_equality()) return "it decides where to start, which a plant does not ask";
+    if (!b.is_equality()) return "its start is free, but a plant starts from a given state";
   return {};
 }
 

@@ -29,7 +29,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* scheme_doc =
-    "what integrates: the case's own, Runge-Kutta of order 4 or 8, CVODES, ARKODE, or the exact "
+    "integrator: the case's own, Runge-Kutta of order 4 or 8, CVODES, ARKODE, or the exact "
     "zero-order hold";
 
 void finish(const RunContext& context, Json summary, bool pictures, const std::string& text) {
@@ -75,22 +75,22 @@ struct OptimalControlConfig {
 };
 
 void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
-  s.choice("solver", c.solver, solver_choices(), "what solves the program");
-  s.integer("intervals", c.intervals, "", "per phase; 0: the case's own grid", between(0, 2000));
+  s.choice("solver", c.solver, solver_choices(), "solver of the optimal control problem");
+  s.integer("intervals", c.intervals, "", "intervals per phase; 0: the case's own grid",
+            between(0, 2000));
   s.flag("refine", c.refine,
-         "cut the intervals in which the plan breaks a path constraint between the nodes");
-  s.flag(
-      "explain", c.explain,
-      "look for what is missing and what would help, in any case; without, where the constraints "
-      "cannot be met");
-  s.number("explain_limit_s", c.explain_limit, "s", "for the explanation; 0: none is looked for",
-           between(0.0, 3600.0));
+         "split the intervals in which the plan violates a path constraint between the nodes");
+  s.flag("explain", c.explain,
+         "explain in any case which constraints are violated and what would help; by default only "
+         "if the constraints cannot be met");
+  s.number("explain_limit_s", c.explain_limit, "s",
+           "time limit for the explanation; 0: no explanation", between(0.0, 3600.0));
   s.renamed("explain_limit", "explain_limit_s", "0.4");
   s.flag("monitor", c.monitor, "print every iteration of the solver");
   s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
-  s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
+  s.number("integrator_tolerance", c.integrator_tolerance, "", "tolerance of CVODES and ARKODE",
            between(1e-14, 1e-2));
-  s.integer("samples", c.samples, "", "of each interval, in the table", between(1, 1000));
+  s.integer("samples", c.samples, "", "rows of the table per interval", between(1, 1000));
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
   declare_loop(s, c.loop);
 }
@@ -127,21 +127,21 @@ std::string soft_text(const Solution& solution) {
   for (const SoftViolation& soft : solution.soft_violations)
     if (soft.largest > hardly)
       text += fmt::format(
-          "  the soft '{}' of phase '{}' gives way by {:.4g} at t = {:.4g} s; --explain tells "
-          "why\n",
+          "  the soft term '{}' of phase '{}' is violated by {:.4g} at t = {:.4g} s; --explain "
+          "gives the reason\n",
           soft.term, soft.phase, soft.largest, soft.time);
   return text;
 }
 
 ExitStatus refuse_loop(const std::string& id, const std::string& name, const std::string& why) {
-  fmt::print(stderr, "saltus: no loop can be closed over {} {}: {}\n", id, name, why);
+  fmt::print(stderr, "saltus: {} {} cannot run in closed loop: {}\n", id, name, why);
   return ExitStatus::not_applicable;
 }
 
 ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
                     const OptimalControlConfig& config, const RunContext& context) {
   if (!plan.ok() && plan.status != SolveStatus::coarse_grid) {
-    fmt::print(stderr, "saltus: there is no plan to begin with: {}\n", plan.message);
+    fmt::print(stderr, "saltus: the initial plan failed: {}\n", plan.message);
     return ExitStatus::solver_failed;
   }
   const LibraryLoop loop = close_loop(c, plan, config.solver, config.loop);
@@ -160,7 +160,7 @@ ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
         explain(first.problem, {.shooting = first.shooting, .time_limit = config.explain_limit});
     summary["unmet"] = {{"t_s", first.time},
                         {"explanation", Json::parse(explanation_json(explanation))}};
-    unmet = fmt::format("the first tick that could not be met, at t = {:.4g} s: {}", first.time,
+    unmet = fmt::format("the first infeasible tick, at t = {:.4g} s: {}", first.time,
                         explanation.text());
   }
   summary["solver"] = name_of(config.solver);
@@ -216,13 +216,14 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   summary["interrupted"] = signal != 0;
   if (explanation) summary["explanation"] = Json::parse(explanation_json(*explanation));
   const bool is_broken = outcome.between_nodes && *outcome.between_nodes > c.between_nodes;
-  const char* remedy =
-      config.refine || !is_broken ? "" : "  --refine cuts the intervals in which it is violated\n";
+  const char* remedy = config.refine || !is_broken
+                           ? ""
+                           : "  --refine splits the intervals in which it is violated\n";
   finish(context, summary, config.pictures,
          fmt::format("{} {}: {}{}{}", c.id, c.name, verdict_text(outcome), remedy,
                      explanation ? explanation->text() : soft_text(solution)));
   if (signal != 0) {
-    fmt::print("interrupted: these are the results up to there\n");
+    fmt::print("interrupted: results so far\n");
     std::fflush(nullptr);
     std::raise(signal);
   }
@@ -239,12 +240,12 @@ struct SimulationConfig {
 };
 
 void declare_loop_to_refuse(Settings& s, bool& loop) {
-  s.flag("loop", loop, "not for this one: there is nothing to control");
+  s.flag("loop", loop, "not available: this case has nothing to control");
 }
 
 void declare_simulation(Settings& s, SimulationConfig& c) {
   s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
-  s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
+  s.number("integrator_tolerance", c.integrator_tolerance, "", "tolerance of CVODES and ARKODE",
            between(1e-14, 1e-2));
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
   declare_loop_to_refuse(s, c.loop);
@@ -252,7 +253,7 @@ void declare_simulation(Settings& s, SimulationConfig& c) {
 
 ExitStatus run_simulation(const SimulationCase& c, const SimulationConfig& config,
                           const RunContext& context) {
-  if (config.loop) return refuse_loop(c.id, c.name, "it is a simulation, without inputs");
+  if (config.loop) return refuse_loop(c.id, c.name, "it is a simulation without inputs");
   const std::vector<Motion> motions =
       c.motions(make_scheme(config.integrator, config.integrator_tolerance));
   const CaseOutcome outcome = run_case(c);
@@ -298,14 +299,14 @@ struct QuadraticConfig {
 };
 
 void declare_quadratic(Settings& s, QuadraticConfig& c) {
-  s.choice("solver", c.solver, solver_choices(), "what solves the programs");
+  s.choice("solver", c.solver, solver_choices(), "solver of the quadratic programs");
   declare_loop_to_refuse(s, c.loop);
 }
 
 ExitStatus run_quadratic(const QuadraticConfig& config, const RunContext& context) {
   if (config.loop)
     return refuse_loop(library::mpc_qps_id, library::mpc_qps_name,
-                       "its programs come without the plants that they were made for");
+                       "its quadratic programs have no plants");
   const CaseOutcome outcome = library::run_mpc_qps(config.solver);
   if (outcome.verdict == Verdict::skipped || outcome.verdict == Verdict::not_applicable)
     throw InputError(outcome.status);

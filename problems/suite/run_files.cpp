@@ -195,8 +195,8 @@ std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const Pla
   return fmt::format(
       "{} {} in closed loop, horizon {}: {}\n"
       "  {} ticks ({}), the slowest {:.3g} ms\n"
-      "  cost {:.6g}, of the plan in the same plant {:.6g}; ends missed by {:.2g}, the way by "
-      "{:.2g} at most\n",
+      "  cost {:.6g} (the first plan in the same plant: {:.6g}); terminal violation {:.2g}, path "
+      "violation {:.2g}\n",
       c.id, c.name, describe(loop.horizon), loop.log.message, loop.log.ticks.size(), counts,
       worst == nullptr ? 0.0 : 1e3 * worst->seconds, loop.cost, planned.cost,
       largest(loop.end_misses), largest(loop.path_misses));

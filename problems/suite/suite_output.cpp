@@ -55,9 +55,9 @@ std::string closing_text(const SuiteReport& report) {
   for (const CaseOutcome& o : report.outcomes)
     if (o.is_simulation) ++(o.verdict == Verdict::met ? simulated : missing);
   if (simulated + missing > 0)
-    text += fmt::format(" ({} of {} simulations among them)", simulated, simulated + missing);
+    text += fmt::format(" (including {} of {} simulations)", simulated, simulated + missing);
   if (skipped > 0) text += fmt::format(", {} skipped", skipped);
-  if (idle > 0) text += fmt::format(", {} not for this solver", idle);
+  if (idle > 0) text += fmt::format(", {} not applicable to this solver", idle);
   return text + "\n";
 }
 

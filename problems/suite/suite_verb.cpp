@@ -17,7 +17,7 @@ namespace saltus {
 namespace {
 
 constexpr const char* summary =
-    "every problem of the library against its known answer, in one table";
+    "compares every problem of the library with its known answer, in one table";
 
 ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> arguments) {
   SuiteRequest request = parse_suite_request(arguments);
@@ -43,8 +43,7 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
   if (!request.quiet) fmt::print("{}", closing_text(report));
   if (folder) folder->write(request.json->filename().string(), to_json(report));
   if (signal != 0) {
-    if (!request.quiet)
-      fmt::print("interrupted: these are the results of {} cases\n", report.outcomes.size());
+    if (!request.quiet) fmt::print("interrupted: results of {} cases\n", report.outcomes.size());
     std::fflush(nullptr);
     std::raise(signal);
   }
@@ -57,17 +56,18 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
   SuiteRequest request;
   std::vector<Assignment> assignments;
   OptionParser parser("suite", summary);
-  parser.option("--only", "PATTERN", "part of an id or name, in any case", request.only)
+  parser.option("--only", "PATTERN", "part of an id or name, case-insensitive", request.only)
       .repeated("--set", "KEY=VALUE", "solver=ipopt|riccati|sparse",
                 [&](const std::string& text) { assignments.push_back(parse_set_argument(text)); })
-      .option("--json", "FILE", "everything that was compared, with all digits",
+      .option("--json", "FILE", "all compared values, with all digits",
               [&](const std::string& file) { request.json = file; })
-      .flag("--quiet", "print nothing but errors: FILE and the status tell", request.quiet);
+      .flag("--quiet", "print only errors; FILE and the exit status have the result",
+            request.quiet);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();
   Settings settings;
   settings.choice("solver", request.solver, solver_choices(),
-                  "what solves the optimisation problems");
+                  "solver of the optimisation problems");
   settings.apply(assignments);
   return request;
 }

@@ -132,14 +132,14 @@ class Sway final : public ConfigurableBiped {
 
   void declare(Settings& s) override {
     declare_biped(s, config_);
-    s.number("sway.amplitude", config_.amplitude, "m", "of the CoM, to the side",
+    s.number("sway.amplitude", config_.amplitude, "m", "lateral amplitude of the CoM",
              between(0.0, 0.1));
-    s.number("sway.period", config_.period, "s", "of one cycle", above(0.5));
-    s.integer("sway.cycles", config_.cycles, "", "how many", between(1.0, 100.0));
-    s.vector("weights.state", config_.state_weights, "", "on CoM, its velocity, angular momentum",
-             at_least(0.0));
-    s.vector("weights.wrench", config_.wrench_weights, "", "on force (N) and torque (Nm) of a foot",
-             at_least(0.0));
+    s.number("sway.period", config_.period, "s", "period of one cycle", above(0.5));
+    s.integer("sway.cycles", config_.cycles, "", "number of cycles", between(1.0, 100.0));
+    s.vector("weights.state", config_.state_weights, "",
+             "weights of CoM, CoM velocity and angular momentum", at_least(0.0));
+    s.vector("weights.wrench", config_.wrench_weights, "",
+             "weights of force (N) and torque (Nm) of a foot", at_least(0.0));
     declare_pictures(s, config_);
     s.removed("step.known", "true", "0.4");
     s.removed("step.trigger", "push", "0.4");
@@ -166,7 +166,7 @@ class Sway final : public ConfigurableBiped {
         farthest = std::max(farthest, (s.gamma - wanted).head<3>().norm());
       }
     if (farthest > follows_within)
-      v.fail(fmt::format("the CoM was {:.0f} mm from where it should be", 1e3 * farthest));
+      v.fail(fmt::format("the CoM was {:.0f} mm away from its reference", 1e3 * farthest));
     v.recovered = v.reason.empty();
     return v;
   }

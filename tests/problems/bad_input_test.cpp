@@ -74,8 +74,8 @@ TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
   const std::string knee =
       changed(R"(<joint name="l_knee" type="revolute")", "revolute", "continuous");
   expect_refused({"--urdf", knee, "--step.planner", "ocp"},
-                 "joint \"l_knee\" of a leg has no position limits, by which the reach of the feet "
-                 "is found; give it some, or set step.reach=settings");
+                 "joint \"l_knee\" of a leg has no position limits, which determine the reach of "
+                 "the feet; add them, or set step.reach=settings");
 }
 
 // The loop counts engine steps. A period of zero steps caused a division by zero.

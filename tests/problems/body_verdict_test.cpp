@@ -229,7 +229,7 @@ TEST(BodyVerdict, ReasonIsTheCauseThatCameFirst) {
   log.stopped_early = true;
   log.stop_reason = "fell at 6.00 s";
   EXPECT_EQ(judge(config, log).reason,
-            "fell at 6.00 s; first, at 0.50 s, the angular momentum passed 1 Nms");
+            "fell at 6.00 s; first, at 0.50 s, the angular momentum exceeded 1 Nms");
 }
 
 TEST(BodyVerdict, FallBeforeThePushIsMarked) {

@@ -462,7 +462,7 @@ TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
        "step.shortest_s (0.3) exceeds step.duration"},
       {{"step.planner=ocp", "walk.double_support_s=0.05"},
        "walk.double_support_s (0.05) is shorter"},
-      {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, ": walk slower, or let the foot move"},
+      {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, "; reduce walk.velocity or increase"},
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
       {{"pushes=2.45 3 90"}, "begins before the push at 2.4 s ends"}};

@@ -364,7 +364,7 @@ TEST(MapCommandLine, PushesAtRandomAreRefused) {
     parse({"--set", "push.random.rate_hz=0.1", "--set", "push.random.until_s=60"});
   };
   EXPECT_TRUE(
-      contains(complaint_of(random), "push.random.rate_hz: the map pushes once in every cell"));
+      contains(complaint_of(random), "push.random.rate_hz: a map has one given push per cell"));
 }
 
 TEST(MapCommandLine, SaysWhatIsWrong) {
@@ -375,10 +375,10 @@ TEST(MapCommandLine, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(complaint({"--directions", "0"}), "whole number from 1 to 360"));
   EXPECT_TRUE(contains(complaint({"--directions", "7.5"}), "whole number"));
   EXPECT_TRUE(contains(complaint({"--jobs", "many"}), "--jobs: 'many' is not a number"));
-  EXPECT_TRUE(contains(complaint({"--impulses", "0:1:4"}), "0 is not above 0"));
-  EXPECT_TRUE(contains(complaint({"--impulses", "4:1:2"}), "no range"));
-  EXPECT_TRUE(contains(complaint({"--impulses", "1:0:2"}), "no range"));
-  EXPECT_TRUE(contains(complaint({"--impulses", "1:2"}), "no range; use FIRST:STEP:LAST"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "0:1:4"}), "0 must be above 0"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "4:1:2"}), "is not a range"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "1:0:2"}), "is not a range"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "1:2"}), "is not a range; use FIRST:STEP:LAST"));
   EXPECT_TRUE(contains(complaint({"--impulses", "4,two"}), "'two' is not a number"));
   EXPECT_TRUE(contains(complaint({"--impulses", "2,2"}), "2 is given twice"));
   EXPECT_TRUE(contains(complaint({"--step-times", "0.05"}), "before the push ends"));
@@ -482,7 +482,7 @@ TEST(MapCommandLine, TheOptimumHasNoStepTimes) {
   EXPECT_TRUE(contains(complaint_of([] {
                          parse({"--set", "step.planner=ocp", "--step-times", "0.6"});
                        }),
-                       "--step-times: step.planner=ocp decides about the times itself"));
+                       "--step-times: step.planner=ocp chooses the times itself"));
   const MapPlan plan(request.grid, [](const MapCell&) { return made_up_bound; });
   EXPECT_EQ(plan.cells(), 16 * 16 * 3);
   MapCell cell{MapController::mpc, 0.0, 0.0, 1.0};
@@ -674,7 +674,7 @@ TEST(MapFile, KeepsWhatWasWrittenAndCutsHalfALine) {
     MapFile file(folder.path(), "a: 1\n");
     file.append(row_of({MapController::mpc, 0.6, 0.0, 1.0}, true));
     EXPECT_TRUE(contains(complaint_of([&] { MapFile other(folder.path(), "a: 1\n"); }),
-                         "another process is at work"));
+                         "another process is writing"));
   }
   const std::string whole = file_content(folder / map_csv);
   std::ofstream(folder / map_csv, std::ios::app) << "mpc,0.6,0,2,recov";
@@ -700,7 +700,7 @@ TEST(MapFile, RefusesAnotherMap) {
   EXPECT_TRUE(contains(complaint("plant: dart\nmpc:\n  step: 0.01  # s\n  intervals: 20\n"),
                        "'mpc.intervals: 15' there, 'mpc.intervals: 20' now"));
   EXPECT_TRUE(contains(complaint(settings + "new: 1\n"), "'new: 1' is new"));
-  EXPECT_TRUE(contains(complaint("plant: dart\n"), "is not known now"));
+  EXPECT_TRUE(contains(complaint("plant: dart\n"), "is missing now"));
   std::ofstream(folder / map_csv, std::ios::app) << "mpc,no,row\n";
   EXPECT_TRUE(contains(complaint(settings), "map.csv:3 cannot be read"));
   std::ofstream(folder / map_csv) << std::string(400, 'c') << ",other,columns\n";

@@ -206,7 +206,7 @@ class Pictures(unittest.TestCase):
         self.is_picture("two_steps", "capture_point.png")
         # Capture point and forces settle from the same instant.
         self.assertEqual(summary["icp_settling_from_s"], landings[-1])
-        self.assertIn(f"; from {landings[-1]:.3f} s on settle: capture point", printed["two_steps"])
+        self.assertIn(f"; settling times from {landings[-1]:.3f} s on: capture point", printed["two_steps"])
         self.assertIn("Settling, from the last landing or push on", page_about(path("two_steps")))
         table = read_by_names(os.path.join(path("two_steps"), "trajectory.csv"))
         band = 0.05 * summary["mass_kg"] * 9.81  # N
@@ -289,7 +289,7 @@ class Pictures(unittest.TestCase):
     def test_a_movie_needs_a_replay(self):
         done = subprocess.run([program, "movie", path("baseline")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("replay.html is not there", done.stderr)
+        self.assertIn("/replay.html; a run with", done.stderr)
 
     def test_two_runs_beside_each_other(self):
         other = "body" if os.path.exists(URDF) else "baseline"

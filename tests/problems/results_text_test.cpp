@@ -24,7 +24,7 @@ TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
   EXPECT_FALSE(contains(alone, "forces.png"));
   EXPECT_FALSE(contains(alone, "feet.png"));
   EXPECT_TRUE(contains(alone, "  trajectory.csv, ticks.csv "));
-  EXPECT_TRUE(contains(alone, "all of it on one page"));
+  EXPECT_TRUE(contains(alone, "report on one page"));
   EXPECT_TRUE(contains(alone, "needs no network: xdg-open " + (folder / "report.html").string()));
   EXPECT_FALSE(contains(alone, "replay"));
 

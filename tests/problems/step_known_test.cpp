@@ -187,9 +187,9 @@ TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
 
 TEST(StepKnown, ContradictionsAreOneSentence) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-      {{"step.known=true", "step.planner=ocp"}, "is given: take one of them"},
-      {{"step.known=true", "step.trigger=icp"}, "take step.planner=push_formula or"},
-      {{"step.known=false", "step.trigger=push"}, "take step.planner=push_formula or"}};
+      {{"step.known=true", "step.planner=ocp"}, "is given; remove one of them"},
+      {{"step.known=true", "step.trigger=icp"}, "use step.planner=push_formula or"},
+      {{"step.known=false", "step.trigger=push"}, "use step.planner=push_formula or"}};
   for (const auto& [arguments, part] : cases) try {
       config_of(arguments);
       ADD_FAILURE() << part;
@@ -223,8 +223,8 @@ TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
       run({"--step.planner", "ocp", "--step.reach", "settings", "--push.impulse", "10",
            "--push.direction", "[0,1,0]", "--push.start", "0.1"});
   EXPECT_EQ(hard.status, 0) << hard.complaint;
-  EXPECT_TRUE(contains(hard.printed, "no step and no standing met all limits in "));
-  EXPECT_TRUE(contains(hard.printed, "the least bad was carried out"));
+  EXPECT_TRUE(contains(hard.printed, "no plan met all limits in "));
+  EXPECT_TRUE(contains(hard.printed, "the best of them was used"));
   const auto plans = nlohmann::json::parse(file_content(folder / "out/summary.json"))["step_plans"];
   const double first = plans["first_without_s"].get<double>();
   EXPECT_GE(first, 0.1);
@@ -271,7 +271,7 @@ TEST_F(StepProgramRun, NamesWhatTheCentroidalModelDoesNotHave) {
   EXPECT_EQ(asked.status, 0);
   EXPECT_TRUE(
       contains(asked.complaint,
-               "without effect on the centroidal model: simulator.joint_friction_nms_per_rad, "
+               "have no effect on the centroidal model: simulator.joint_friction_nms_per_rad, "
                "motor.bandwidth_hz (use --plant dart)"))
       << asked.complaint;
 }
@@ -288,7 +288,7 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
       {{"--step.shortest_s", "1"}, "step.shortest_s (1) must be below step.longest_s (0.9)"},
       {{"--step.planner", "ocp", "--step.usual_s", "0.2"}, "must lie between step.shortest_s"},
       {{"--stance", "both", "--step.duration", "0.2"}, "change one of them"},
-      {{"--step.planner", "ocp", "--walk.double_support_s", "0.05"}, "raise it"},
+      {{"--step.planner", "ocp", "--walk.double_support_s", "0.05"}, "increase it"},
       // pushes
       {{"--pushes", "2.45 3 90"}, "move it, or shorten one of them"},
       {{"--pushes", "3 3 90 0.5; 3.2 4 0"}, "move it, or shorten one of them"},
@@ -298,13 +298,13 @@ TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
       {{"--push.random.rate_hz", "0.1", "--push.start", "70"},
        "change push.random.rate_hz, push.random.until_s or push.random.apart_s"},
       // velocities
-      {{"--step.planner", "ocp", "--walk.velocity", "[1,0,0]"}, "walk slower"},
+      {{"--step.planner", "ocp", "--walk.velocity", "[1,0,0]"}, "reduce walk.velocity"},
       {{"--step.planner", "ocp", "--walk.velocity", "[0.7,0,0]", "--step.foot_speed", "9",
         "--step.reach", "settings"},
-       "beyond the reach of the legs; walk slower"},
+       "beyond the reach of the legs; reduce walk.velocity"},
       {{"--walk.velocity", "[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       // known pushes
-      {{"--step.known", "true", "--step.planner", "ocp"}, "is step.planner=push_formula now"}};
+      {{"--step.known", "true", "--step.planner", "ocp"}, "now means step.planner=push_formula"}};
   for (const auto& [words, part] : cases) {
     const ProgramRun refused = run(words);
     EXPECT_EQ(refused.status, 2) << part;

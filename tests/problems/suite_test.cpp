@@ -122,7 +122,7 @@ TEST(Suite, ACaseThatMissesItsToleranceIsReported) {
   EXPECT_EQ(report.exit_status(), ExitStatus::solver_failed);
   const std::string text = closing_text(report);
   EXPECT_TRUE(
-      contains(text, "X02 X02_name MISSED: x(3)[0] is 0.5 in place of 0.25: off by 2.5e-01"))
+      contains(text, "X02 X02_name MISSED: x(3)[0] is 0.5 instead of 0.25: the error is 2.5e-01"))
       << text;
   EXPECT_FALSE(contains(text, "X01")) << text;
   EXPECT_TRUE(contains(text, "1 of 2 within tolerance with solver=ipopt, 1 skipped")) << text;
@@ -134,7 +134,7 @@ TEST(Suite, SeveralMissesAreOneSentence) {
   const SuiteReport report = run_suite(cases, {.only = "", .json = {}});
   EXPECT_EQ(report.outcomes[0].reasons().size(), 3u);
   const std::string text = closing_text(report);
-  EXPECT_TRUE(contains(text, "is allowed; outside too: KKT residual and x(3)[0]\n")) << text;
+  EXPECT_TRUE(contains(text, "is allowed; also outside: KKT residual and x(3)[0]\n")) << text;
 }
 
 TEST(Suite, SkippedCasesAreNotWrong) {

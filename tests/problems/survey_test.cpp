@@ -149,7 +149,7 @@ TEST(Limbs, MissesAreNamedWithTheirRemedy) {
       "<robot name=\"stick\"><link name=\"stick\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
       "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
       "stick.urdf");
-  EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "come in pairs of left and right"));
+  EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "form left and right pairs"));
 }
 
 double distance(const LinkCapsule& limb, const Vec<double, 3>& point) {

@@ -95,8 +95,8 @@ TEST(RobotVerb, WordsThatDoNotFitAreRefused) {
     return text.find(part) != std::string::npos;
   };
   EXPECT_PRED2(says, refused({"mend", "a.urdf"}), "use check or new");
-  EXPECT_PRED2(says, refused({"check"}), "name the robot's URDF");
-  EXPECT_PRED2(says, refused({"new"}), "name the robot's URDF");
+  EXPECT_PRED2(says, refused({"check"}), "needs the URDF of the robot");
+  EXPECT_PRED2(says, refused({"new"}), "needs the URDF of the robot");
   EXPECT_PRED2(says, refused({"check", "a.urdf", "--out", "b"}), "--out belongs to `robot new`");
   EXPECT_PRED2(says, refused({"new", "a.urdf", "--config", "b"}),
                "--config belongs to `robot check`");

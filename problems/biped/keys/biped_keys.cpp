@@ -107,7 +107,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   s.choice<ControllerChoice>(
       "controller", biped.controller,
       {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},
-      "receding horizon, or the capture-point controller without prediction");
+      "receding-horizon control, or the capture-point controller without prediction");
   declare_solver(s, biped.planner);
   declare_stance(s, biped.scene);
   declare_stepping(s, biped.step);
@@ -118,7 +118,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.step);
   declare_settings(s, biped.planner);
   s.number("capture_point.after_landing_s", biped.baseline.after_landing, "s",
-           "the trajectory of the CoM of controller=capture_point ends this long after the landing",
+           "controller=capture_point: end of the CoM trajectory, counted from the landing",
            above(0.0));
   declare_settings(s, biped.contact);
   declare_point_of_push(s, biped.push);
@@ -129,8 +129,8 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.plant);
   declare_settings(s, biped.control);
   s.number("explain_limit_s", biped.explain_limit, "s",
-           "for each explanation of what planners could not keep to, when the run is over; 0: none "
-           "is looked for",
+           "time limit for each explanation of a violated plan, computed after the run; 0: no "
+           "explanations",
            between(0.0, 3600.0));
   declare_renamed(s);
   declare_removed(s);

@@ -10,48 +10,48 @@ void declare_plant(Settings& s, PlantSettings& plant) {
       {{"centroidal", PlantChoice::centroidal},
        {"dart", PlantChoice::dart},
        {"mujoco", PlantChoice::mujoco}},
-      "what is pushed: the centroidal model, or the whole body in DART or MuJoCo");
+      "simulated plant: the centroidal model, or the whole body in DART or MuJoCo");
 }
 
 void declare_step(Settings& s, PlantSettings& plant) {
-  s.number("simulator.step_s", plant.engine.step, "s", "whole body: of the engine",
-           between(1e-5, 0.1));
+  s.number("simulator.step_s", plant.engine.step, "s",
+           "whole body: time step of the physics engine", between(1e-5, 0.1));
 }
 
 void declare_settings(Settings& s, PlantSettings& plant) {
-  s.number("simulator.friction", plant.engine.friction, "", "whole body: of the ground",
-           above(0.0));
+  s.number("simulator.friction", plant.engine.friction, "",
+           "whole body: friction coefficient of the ground", above(0.0));
   s.number("simulator.ground_step_m", plant.engine.ground_step, "m",
-           "whole body: the ground from 0.18 m beside the stance sole on is this much higher, "
-           "unknown to the controllers",
+           "whole body: height of a step in the ground, from 0.18 m beside the stance sole on; the "
+           "controllers do not know it",
            between(-0.1, 0.1));
   s.number("simulator.joint_friction_nms_per_rad", plant.engine.joint_friction, "Nm s/rad",
-           "whole body: viscous", at_least(0.0));
+           "whole body: viscous friction of the joints", at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
-            "whole body: control periods by which torques are late", between(0.0, 100.0));
+            "whole body: delay of the torques, in control periods", between(0.0, 100.0));
   s.number("motor.bandwidth_hz", plant.motors.bandwidth, "Hz",
-           "whole body: of the torques, a first-order lag; 0: none", at_least(0.0));
+           "whole body: bandwidth of the torques (first-order lag); 0: no lag", at_least(0.0));
   s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
-           "whole body: largest rate of the torques; 0: no limit", at_least(0.0));
+           "whole body: maximum rate of the torques; 0: no limit", at_least(0.0));
   s.choice<SensorChoice>(
       "sensors", plant.sensors,
       {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},
-      "whole body: controllers receive the true state, or the estimate from encoders, gyroscope, "
-      "accelerometer and force sensors in the feet, those of iCub");
+      "whole body: controllers receive the true state, or an estimate from iCub's sensors: "
+      "encoders, gyroscope, accelerometer and force sensors in the feet");
   declare_settings(s, plant.sensor, plant.estimation);
   s.choice<DartCollision>("dart.collision", plant.engine.collision,
                           {{"dart", DartCollision::dart},
                            {"fcl", DartCollision::fcl},
                            {"bullet", DartCollision::bullet},
                            {"ode", DartCollision::ode}},
-                          "collision detector");
+                          "collision detector of DART");
   s.choice<DartLcp>("dart.lcp", plant.engine.lcp,
-                    {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}}, "contact solver");
-  s.choice<DartFriction>(
-      "dart.friction", plant.engine.cone,
-      {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
-      "DART's friction cone is square: its sides at simulator.friction, its corners beyond; or "
-      "inside the round cone of that");
+                    {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
+                    "contact solver of DART");
+  s.choice<DartFriction>("dart.friction", plant.engine.cone,
+                         {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
+                         "square friction pyramid of DART: circumscribed about the round cone of "
+                         "simulator.friction (box), or inscribed in it");
 }
 
 }  // namespace saltus::walking

@@ -7,23 +7,23 @@ namespace saltus::walking {
 void declare_stance(Settings& s, SceneSettings& scene) {
   s.choice<Stance>("stance", scene.stance,
                    {{"left", Stance::left}, {"right", Stance::right}, {"both", Stance::both}},
-                   "the foot that it stands on at the start, the other one in the air; or both");
+                   "stance foot at the start, with the other foot in the air; or both feet");
 }
 
 void declare_target(Settings& s, SceneSettings& scene) {
   s.choice<Target>("target", scene.target,
                    {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
-                   "where the CoM shall come to rest after the step");
+                   "place where the CoM comes to rest after the step");
 }
 
 void declare_settings(Settings& s, RobotChoice& robot) {
   s.text("robot.urdf", robot.urdf,
-         "URDF of the robot; empty: the official model if it was fetched, else the "
-         "figures that come with the program");
+         "URDF of the robot; empty: the official model of iCub if it was downloaded, otherwise the "
+         "data that come with the program");
   s.alias("urdf", "robot.urdf");
   s.text("robot.config", robot.file,
-         "file that names soles, base, joints, limits and postures of the robot "
-         "(robots/README.md); empty: iCub's");
+         "file with the soles, base, joints, limits and postures of the robot (robots/README.md); "
+         "empty: iCub's");
 }
 
 void declare_mass_error(Settings& s, RobotChoice& robot) {

@@ -8,41 +8,40 @@
 
 namespace saltus::walking {
 
-void declare_stepping(Settings& s, Step& step) {
-  s.flag("stepping", step.allowed, "may the robot step?");
-}
+void declare_stepping(Settings& s, Step& step) { s.flag("stepping", step.allowed, "allow steps"); }
 
 void declare_settings(Settings& s, Step& step) {
   s.number("step.duration", step.duration, "s",
-           "from the trigger to the landing; with step.planner=reactive the longest time",
+           "time from the trigger to the landing; with step.planner=reactive the maximum",
            between(0.01, 60.0));
   s.choice<StepDecision>(
       "step.decide", step.decide,
       {{"always", StepDecision::always}, {"if_it_helps", StepDecision::if_it_helps}},
-      "a capture point that has left the sole is followed by a step: always, or if that brings the "
-      "ground nearer to it");
-  s.number(
-      "step.decision_lead_s", step.decision_lead, "s",
-      "if given, the place moves with the capture point until this long before the landing; none: "
-      "it is fixed 0.1 s after the trigger",
-      at_least(0.0));
+      "when to step after the capture point has left the sole: always, or only if the step brings "
+      "the support closer to it");
+  s.number("step.decision_lead_s", step.decision_lead, "s",
+           "if given, the landing place follows the capture point until this long before the "
+           "landing; none: it is fixed 0.1 s after the trigger",
+           at_least(0.0));
   s.choice<Placement>("step.placement", step.placement,
                       {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
-                      "at the predicted capture point, or at step.fixed_place");
-  s.vector("step.fixed_place", step.fixed_place, "m",
-           "swing sole relative to the stance sole: forward, and to the side away from it");
+                      "landing place: the predicted capture point, or step.fixed_place");
+  s.vector(
+      "step.fixed_place", step.fixed_place, "m",
+      "position of the swing sole relative to the stance sole: forward, and sideways away from it");
   s.rule({"step.fixed_place"}, [&step] {
-    return step.fixed_place[1] > 0.0
-               ? ""
-               : fmt::format(
-                     "step.fixed_place counts away from the stance sole, on either side: its "
-                     "second entry must be positive, not {}",
-                     step.fixed_place[1]);
+    return step.fixed_place[1] > 0.0 ? ""
+                                     : fmt::format(
+                                           "step.fixed_place points away from the stance sole, on "
+                                           "either side: its second entry must be positive, not {}",
+                                           step.fixed_place[1]);
   });
-  s.number("step.lateral_min", step.lateral_min, "m", "least lateral distance of the soles",
+  s.number("step.lateral_min", step.lateral_min, "m", "minimum lateral distance of the soles",
            above(0.0));
-  s.number("step.lateral_max", step.lateral_max, "m", "largest lateral distance", above(0.0));
-  s.number("step.forward_max", step.forward_max, "m", "reach to the front and back", at_least(0.0));
+  s.number("step.lateral_max", step.lateral_max, "m", "maximum lateral distance of the soles",
+           above(0.0));
+  s.number("step.forward_max", step.forward_max, "m",
+           "maximum length of a step, forward and backward", at_least(0.0));
   s.rule({"step.lateral_min", "step.lateral_max"}, [&step] {
     return step.lateral_min <= step.lateral_max
                ? ""

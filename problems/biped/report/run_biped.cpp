@@ -34,7 +34,8 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
     return t < infinity ? fmt::format("{:.2f} s", t) : std::string("never");
   };
   std::string text = fmt::format(
-      "touch-down at {:.3f} s; from {:.3f} s on settle: capture point {}, planned forces {}",
+      "touch-down at {:.3f} s; settling times from {:.3f} s on: capture point {}, planned forces "
+      "{}",
       log.touchdown, verdict.settled_from, seconds(verdict.icp_settling),
       seconds(forces.planned.maxCoeff()));
   if (!log.body.empty()) text += fmt::format(", measured {}", seconds(forces.measured.maxCoeff()));
@@ -55,8 +56,7 @@ void note_keys_of_the_body(const Json& changed) {
   }
   if (!unused.empty())
     fmt::print(stderr,
-               "of the whole body, and without effect on the centroidal model: {} (use --plant "
-               "dart)\n",
+               "these settings have no effect on the centroidal model: {} (use --plant dart)\n",
                fmt::join(unused, ", "));
 }
 
@@ -73,7 +73,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
     fmt::print("push: {} N s in {} s at {} s\n", push.impulse, push.duration, push.start);
 
   const bool measured = has_body && settings.plant.sensors == SensorChoice::measured;
-  if (measured) fmt::print("senses: measured, seed {}\n", settings.plant.sensor.seed);
+  if (measured) fmt::print("sensors: measured, seed {}\n", settings.plant.sensor.seed);
   const Json changed = changed_settings(context.effective_config, default_config);
   if (!has_body) note_keys_of_the_body(changed);
 
@@ -126,8 +126,8 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
   if (json.contains("step_plans") && json["step_plans"]["ticks_without_feasible_alternative"] > 0)
     fmt::print(
-        "no step and no standing met all limits in {} of {} ticks that planned, first at {:.2f} s: "
-        "the least bad was carried out\n",
+        "no plan met all limits in {} of {} planning ticks, first at {:.2f} s; the best of them "
+        "was used\n",
         json["step_plans"]["ticks_without_feasible_alternative"].get<int>(), log.step_plans.size(),
         json["step_plans"]["first_without_s"].get<double>());
   fmt::print("{}", unmet.text);
@@ -135,16 +135,17 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);
   if (measured && json["body"]["estimate_com_error_m"].is_number())
-    fmt::print("estimate: CoM within {:.1f} mm of the truth, velocity {:.0f} mm/s rms\n",
+    fmt::print("estimate: CoM error up to {:.1f} mm, velocity error {:.0f} mm/s rms\n",
                1e3 * json["body"]["estimate_com_error_m"].get<double>(),
                1e3 * json["body"]["estimate_velocity_error_m_s"].get<double>());
   if (has_body && verdict.body->beyond_friction > 0.0)
-    fmt::print("the ground held the feet by {:.3f} N s more than friction {} allows\n",
-               verdict.body->beyond_friction, settings.plant.engine.friction);
+    fmt::print(
+        "the ground exerted {:.3f} N s of tangential impulse beyond the friction coefficient {}\n",
+        verdict.body->beyond_friction, settings.plant.engine.friction);
   fmt::print("{}", settling_text(log, verdict, settling));
-  fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
-             log.controller, 1e3 * log.statistics.all().median(), json["failures"].get<int>(),
-             json["deadline_misses"].get<int>());
+  fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} stopped by the deadline\n",
+             log.ticks.size(), log.controller, 1e3 * log.statistics.all().median(),
+             json["failures"].get<int>(), json["deadline_misses"].get<int>());
   if (has_body) {
     const double simulated = log.samples.back().time;
     fmt::print(
@@ -156,7 +157,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   }
   fmt::print("{}", results_text(context.output.path(), context.output.begin()));
   if (signal != 0) {
-    fmt::print("interrupted: these are the results up to {:.2f} s\n", log.samples.back().time);
+    fmt::print("interrupted: results up to {:.2f} s\n", log.samples.back().time);
     std::fflush(nullptr);
     std::raise(signal);
   }

@@ -36,24 +36,23 @@ std::string results_text(const std::filesystem::path& results,
   const auto add = [&text](const std::string& names, const char* what) {
     text += fmt::format("  {:<31} {}\n", names, what);
   };
-  add("summary.json, config.yaml", "verdict and figures; all settings in force");
+  add("summary.json, config.yaml", "verdict and figures; all settings");
   add(is_new("body.csv") ? "trajectory, body, ticks (.csv)" : "trajectory.csv, ticks.csv",
-      "the run in tables");
+      "tables of the run");
   if (!pictures.empty()) text += fmt::format("  {}\n", fmt::join(pictures, ", "));
   const bool report = is_new("report.html"), replay = is_new("replay.html");
-  if (report) add("report.html", "all of it on one page");
-  if (replay) add("replay.html", "the robot moves: play, pause, scrub, slow motion");
+  if (report) add("report.html", "report on one page");
+  if (replay) add("replay.html", "animation of the robot: play, pause, scrub, slow motion");
   if (report) {
     const std::string page = fs::absolute(results / "report.html").lexically_normal().string();
-    text += fmt::format(
-        "To look at it, open report.html in a browser, it needs no network{}: xdg-open {}\n",
-        replay ? " and links to the replay" : "", page);
+    text += fmt::format("Open report.html in a browser; it needs no network{}: xdg-open {}\n",
+                        replay ? " and links to the replay" : "", page);
   }
   return text;
 }
 
 Verb movie_verb() {
-  constexpr const char* summary = "a film of a run on the whole body, from its replay";
+  constexpr const char* summary = "makes a video of a whole-body run from its replay";
   return {"movie", summary, [](std::span<const std::string> arguments) {
             std::string folder;
             OptionParser parser("movie", summary);
@@ -64,10 +63,10 @@ Verb movie_verb() {
               return ExitStatus::ok;
             }
             if (folder.empty())
-              throw InputError("movie: name the folder of a run, as in saltus movie results/demo");
+              throw InputError("movie needs the folder of a run, as in saltus movie results/demo");
             if (!std::filesystem::exists(std::filesystem::path(folder) / "replay.html"))
               throw InputError(fmt::format(
-                  "movie: {}/replay.html is not there; a run with --plant dart or mujoco draws it",
+                  "movie: there is no {}/replay.html; a run with --plant dart or mujoco writes it",
                   folder));
             const AddedFiles movie(folder);
             const bool is_drawn = run_python_module("saltus.walking.movie", folder, "movie");

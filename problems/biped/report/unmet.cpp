@@ -17,9 +17,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string head(const UnmetDecision& unmet) {
-  const std::string missed = unmet.missed < infinity
-                                 ? fmt::format("gave way by {:.1f} mm", 1e3 * unmet.missed)
-                                 : std::string("found no plan");
+  const std::string missed =
+      unmet.missed < infinity
+          ? fmt::format("violated its soft limit by {:.1f} mm", 1e3 * unmet.missed)
+          : std::string("found no plan");
   return fmt::format("the program of {} {} at t = {:.4g} s:\n", unmet.decision, missed, unmet.time);
 }
 
@@ -35,7 +36,7 @@ class Teller {
     for (const Shortage& s : explanation_.shortages) text += "  " + of(s, s.text()) + "\n";
     for (const SoftShortage& s : explanation_.gives_way)
       text += fmt::format("  {}\n    {}\n", of(s.missed, s.text()), why(s));
-    if (text.empty()) text = "  the constraints can be met, at least near the guess\n";
+    if (text.empty()) text = "  the constraints can be met near the guess\n";
     const char* lead = "it could be met ";
     for (const Remedy& remedy : explanation_.remedies) {
       text += fmt::format("  {}{}\n", lead, of(remedy));
@@ -61,15 +62,15 @@ class Teller {
   std::string why(const SoftShortage& s) const {
     const std::string limits = words_.limits(unmet_);
     const std::string within = limits.empty() ? "" : " " + limits;
-    if (!s.least) return fmt::format("whether it could be met{} is not known", within);
+    if (!s.least) return fmt::format("it is unknown whether it could be met{}", within);
     if (*s.least > 0.0)
-      return fmt::format("it cannot be met{}: {:.1f} mm are missing at least", within,
+      return fmt::format("it cannot be met{}: at least {:.1f} mm are missing", within,
                          1e3 * *s.least);
     if (!s.cost_if_held) return fmt::format("it could be met{}", within);
     return fmt::format(
-        "it could be met{}, for {:.4g} more of the cost{}", within,
+        "it could be met{}, at an additional cost of {:.4g}{}", within,
         *s.cost_if_held - explanation_.cost,
-        explanation_.gives_way_to.empty() ? "" : ", most of it of " + explanation_.gives_way_to);
+        explanation_.gives_way_to.empty() ? "" : ", mostly of " + explanation_.gives_way_to);
   }
 
   const UnmetExplanations& words_;

@@ -129,7 +129,7 @@ FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group)
   constexpr double least = 0.01;  // m, shortest edge of a foot
   if (r.x.upper - r.x.lower < least || r.y.upper - r.y.lower < least)
     throw InputError(fmt::format(
-        "{}: the foot of \"{}\" touches the ground with {:.1f} mm by {:.1f} mm only; give it a "
+        "{}: the foot of \"{}\" touches the ground on only {:.1f} mm by {:.1f} mm; give it a "
         "<collision> with a flat underside",
         model.source(), survey.link(group).name, 1e3 * (r.x.upper - r.x.lower),
         1e3 * (r.y.upper - r.y.lower)));
@@ -150,10 +150,10 @@ std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
   std::sort(lowest.begin(), lowest.end());
   if (lowest.size() < 2 || lowest[1].first > lowest[0].first + level ||
       (lowest.size() > 2 && lowest[2].first < lowest[1].first + 1e-3))
-    throw InputError(fmt::format(
-        "{}: with all joints at zero no two links are the lowest, as feet are; stand the robot up "
-        "in the URDF, root link z up",
-        model.source()));
+    throw InputError(
+        fmt::format("{}: with all joints at zero, the lowest links are not two feet at the same "
+                    "height; model the robot standing, with the z axis of the root link up",
+                    model.source()));
   return {lowest[0].second, lowest[1].second};
 }
 
@@ -170,7 +170,7 @@ std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) 
     if (!moves(link) || !(link.joint.effort > 0.0))
       throw InputError(
           fmt::format("{}: joint \"{}\" of a leg {}; give it {}", model.source(), link.joint.name,
-                      moves(link) ? "has no motor (its limit of effort is 0)" : "does not turn",
+                      moves(link) ? "has no motor (its effort limit is 0)" : "is not revolute",
                       moves(link) ? "a <limit> with its effort" : "the type revolute"));
     joints.push_back(i);
   }
@@ -213,8 +213,8 @@ Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
   }
   if (most == 0)
     throw InputError(
-        fmt::format("{}: no names of joints come in pairs of left and right, like left_knee and "
-                    "right_knee; rename them",
+        fmt::format("{}: no joint names form left and right pairs, such as left_knee and "
+                    "right_knee; rename the joints",
                     model.source()));
   return best;
 }
@@ -266,9 +266,10 @@ Limbs find_limbs(const UrdfModel& model) {
     if (legs.contains(i)) limbs.legs.push_back(joint.name);
   }
   if (!frozen.empty())
-    limbs.notes.push_back(fmt::format("Frozen at zero, for they carry no limb: {}.", frozen));
+    limbs.notes.push_back(fmt::format("Frozen at zero, because they carry no limb: {}.", frozen));
   if (!idle.empty())
-    limbs.notes.push_back(fmt::format("Frozen at zero, for their limit of effort is 0: {}.", idle));
+    limbs.notes.push_back(
+        fmt::format("Frozen at zero, because their effort limit is 0: {}.", idle));
 
   // A reflection in the plane y = 0 turns the axis a of a joint into -S a, S = diag(1, -1, 1).
   const Vec<double, 3> reflection(1.0, -1.0, 1.0);

@@ -78,10 +78,10 @@ class Check {
     constexpr double spread = 0.6;  // of the robot's height; no link is that large
     for (const FloatingRobot::Body& b : body_.bodies) {
       if (b.mass < trifle * body_.total_mass)
-        masses.note(
-            fmt::format("what moves with \"{}\" weighs {:.2g} kg; freeze its joint or "
-                        "correct its <inertial>",
-                        b.name, b.mass));
+        masses.note(fmt::format(
+            "the links that move with \"{}\" have a mass of {:.2g} kg; freeze its joint or "
+            "correct its <inertial>",
+            b.name, b.mass));
       const double gyration = std::sqrt(b.inertia.trace() / (2.0 * b.mass));
       if (gyration > spread * height())
         masses.note(
@@ -89,7 +89,7 @@ class Check {
                         "this robot can have; correct its <inertia>",
                         b.name, gyration));
     }
-    masses.good(fmt::format("{:.2f} kg in {} bodies, inertias as bodies have them",
+    masses.good(fmt::format("{:.2f} kg in {} bodies, all inertias are physically possible",
                             body_.total_mass, body_.bodies.size()));
     return true;
   }
@@ -104,10 +104,10 @@ class Check {
     }
     if (!unlimited.empty())
       limits.note(
-          fmt::format("the efforts of {} limit nothing, being more than would lift two such "
-                      "robots at arm's length; write the motors' own under joints in {}",
+          fmt::format("the effort limits of {} have no effect, because they could lift two such "
+                      "robots at arm's length; set those of the motors under joints in {}",
                       join_names(unlimited), robot_.file));
-    limits.good(fmt::format("{} joints with motors, all with limits", body_.joints()));
+    limits.good(fmt::format("{} actuated joints, all with limits", body_.joints()));
   }
 
   void meshes() {
@@ -120,11 +120,11 @@ class Check {
           if (!find_mesh(shape.mesh, model_.source())) missing.insert(shape.mesh);
         }
     if (!missing.empty())
-      meshes.note(fmt::format(
-          "{} of {} are not there, the first is {}; put their package beside the URDF or name the "
-          "folder of packages in ROS_PACKAGE_PATH",
-          missing.size(), seen.size(), *missing.begin()));
-    meshes.good(fmt::format("{}, all there", seen.size()));
+      meshes.note(
+          fmt::format("{} of {} are missing, the first is {}; put their package next to the URDF, "
+                      "or add the folder of packages to ROS_PACKAGE_PATH",
+                      missing.size(), seen.size(), *missing.begin()));
+    meshes.good(fmt::format("{}, all found", seen.size()));
   }
 
   void feet() {
@@ -136,7 +136,7 @@ class Check {
         std::abs(image.x.upper - left.x.upper) > same ||
         std::abs(image.y.lower - left.y.lower) > same ||
         std::abs(image.y.upper - left.y.upper) > same)
-      feet.note("left and right are not each other's mirror image; look at their shapes");
+      feet.note("the left and right foot are not mirror images of each other; check their shapes");
     for (const Side side : {Side::left, Side::right}) {
       const std::string& sole = robot_.sole(side);
       const std::optional<double> plane = model_.has_collision_box(sole)
@@ -145,7 +145,8 @@ class Check {
       const double off = plane ? robot_.contact_plane_offset - *plane : 0.0;
       if (std::abs(off) > same)
         feet.wrong(fmt::format(
-            "the {} one stands {:.1f} mm {} its shape: the contact plane is {:.4f} m along z of "
+            "the contact plane of the {} foot is {:.1f} mm {} its shape: the plane is {:.4f} m "
+            "along z of "
             "\"{}\", its lowest points are at {:.4f} m; correct contact_plane_offset in {}",
             name_of(side), millimetres * std::abs(off), off < 0.0 ? "above" : "inside",
             robot_.contact_plane_offset, robot_.sole(side), *plane, robot_.file));
@@ -181,19 +182,19 @@ class Check {
     constexpr double least = 0.005, level = 2e-3;  // m
     if (margin < 0.0)
       subject.wrong(
-          fmt::format("the CoM lies {:.1f} mm outside what stands: the robot falls; "
+          fmt::format("the CoM is {:.1f} mm outside the support polygon, so the robot falls; "
                       "change the joints of the posture in {}",
                       -millimetres * margin, robot_.file));
     else if (margin < least)
-      subject.note(fmt::format("the CoM lies {:.1f} mm inside what stands, which is little",
+      subject.note(fmt::format("the CoM is only {:.1f} mm inside the support polygon",
                                millimetres * margin));
     if (p.stance == Stance::both && std::abs(p.other_foot.z()) > level)
       subject.wrong(fmt::format("the feet differ in height by {:.1f} mm; one of them is in the air",
                                 millimetres * p.other_foot.z()));
     if (p.stance != Stance::both && p.other_foot.z() < -level)
-      subject.wrong(fmt::format("the lifted foot is {:.1f} mm in the ground",
+      subject.wrong(fmt::format("the lifted foot is {:.1f} mm below the ground",
                                 -millimetres * p.other_foot.z()));
-    subject.good(fmt::format("CoM {:.3f} m high, {:.0f} mm inside what stands", p.com.z(),
+    subject.good(fmt::format("CoM {:.3f} m high, {:.0f} mm inside the support polygon", p.com.z(),
                              millimetres * margin));
   }
 
@@ -211,7 +212,7 @@ class Check {
                               "capsules, in {}",
                               limbs.names(nearest), -millimetres * nearest.distance, robot_.file));
     else if (nearest.distance < little)
-      subject.note(fmt::format("{} are {:.1f} mm apart, which is little", limbs.names(nearest),
+      subject.note(fmt::format("{} are only {:.1f} mm apart", limbs.names(nearest),
                                millimetres * nearest.distance));
   }
 
@@ -220,7 +221,7 @@ class Check {
     const auto posture = std::find_if(robot_.postures.begin(), robot_.postures.end(),
                                       [](const auto& p) { return p.stance == Stance::left; });
     if (posture == robot_.postures.end()) {
-      reach.note("not looked at: there is no posture on the left foot");
+      reach.note("not checked: there is no posture on the left foot");
       return;
     }
     const std::vector<Eigen::Isometry3d> poses = model_.link_poses(posture->joints);
@@ -242,7 +243,7 @@ class Check {
       }
     if (!missed.empty())
       reach.note(
-          fmt::format("not with both soles flat to (forward, away) = {} m; narrow "
+          fmt::format("with both soles flat, the feet do not reach (forward, away) = {} m; narrow "
                       "step.forward_max, step.lateral_min and step.lateral_max",
                       missed));
     reach.good(fmt::format("steps of {:.2f} m forward and back, {:.2f} to {:.2f} m apart", forward,

@@ -82,7 +82,7 @@ StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
     throw InputError(fmt::format(
         "{}: no posture on {} was found within the joints' limits: the nearest one misses the "
         "other foot's place by {:.1f} mm and {:.3f} rad and the CoM above the sole by {:.1f} mm; "
-        "describe the robot by hand (robots/README.md)",
+        "write a configuration file for the robot (robots/README.md)",
         model.source(), stance == Stance::both ? "both feet" : "one foot", 1e3 * found.foot_error,
         found.tilt, 1e3 * found.com_error));
   StandingPosture posture;
@@ -112,17 +112,17 @@ SurveyedRobot survey_robot(const UrdfModel& model) {
   const Limbs& limbs = robot.limbs;
   RobotDescription& d = robot.description;
   d.name = model.name();
-  d.source = fmt::format("figures of {}", model.source());
+  d.source = fmt::format("data of {}", model.source());
   d.file = model.source();
   d.left_sole = limbs.left.sole;
   d.right_sole = limbs.right.sole;
   constexpr double same = 1e-4;  // m
   if (std::abs(limbs.left.contact_plane_offset - limbs.right.contact_plane_offset) > same)
-    throw InputError(fmt::format(
-        "{}: the contact plane lies at {:.4f} m of \"{}\" but at {:.4f} m of \"{}\"; make the "
-        "shapes of the feet alike",
-        model.source(), limbs.left.contact_plane_offset, d.left_sole,
-        limbs.right.contact_plane_offset, d.right_sole));
+    throw InputError(
+        fmt::format("{}: the contact plane is at {:.4f} m in \"{}\" but at {:.4f} m in \"{}\"; "
+                    "make the shapes of both feet equal",
+                    model.source(), limbs.left.contact_plane_offset, d.left_sole,
+                    limbs.right.contact_plane_offset, d.right_sole));
   d.contact_plane_offset =
       0.5 * (limbs.left.contact_plane_offset + limbs.right.contact_plane_offset);
   d.left_foot = limbs.left.rectangle;
@@ -142,7 +142,7 @@ SurveyedRobot survey_robot(const UrdfModel& model) {
 std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
   const RobotDescription& d = robot.description;
   std::string text = fmt::format(
-      "# {}, as `saltus robot new` read it from\n# {}\n# Keys: robots/README.md of Saltus.\n",
+      "# {}, written by `saltus robot new` from\n# {}\n# Keys: robots/README.md of Saltus.\n",
       printable(d.name), printable(model.source()));
   for (const std::string& note : robot.notes) text += fmt::format("# {}\n", printable(note));
   text +=

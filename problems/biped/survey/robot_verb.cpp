@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using walking::BipedSettings;
 using walking::ConfigurableBiped;
 
-constexpr const char* summary = "a robot's files: are they whole, or make them from a URDF";
+constexpr const char* summary = "checks the files of a robot, or writes them from a URDF";
 constexpr const char* usage =
     "saltus robot check FILE.urdf [--config ROBOT.yaml]\n"
     "    Looks at masses, limits, meshes, feet, postures and reach, a line each; status 2 if\n"
@@ -46,9 +46,9 @@ Request parse(std::span<const std::string> arguments) {
     words.erase(action);
   }
   OptionParser parser("robot", summary);
-  parser.word("FILE.urdf", "the robot", request.urdf);
+  parser.word("FILE.urdf", "URDF of the robot", request.urdf);
   parser.option("--config", "FILE", "its configuration (robots/README.md)", request.config);
-  parser.option("--out", "DIR", "where the files of `new` go", request.out);
+  parser.option("--out", "DIR", "folder for the files of `new`", request.out);
   parser.parse(words);
   if (parser.help_wanted() || request.action.empty()) {
     request.action = "help";
@@ -58,7 +58,7 @@ Request parse(std::span<const std::string> arguments) {
   if (std::find(known.begin(), known.end(), request.action) == known.end())
     throw InputError(fmt::format("robot: there is no \"{}\"; use check or new", request.action));
   if (request.urdf.empty())
-    throw InputError(fmt::format("robot {}: name the robot's URDF", request.action));
+    throw InputError(fmt::format("robot {} needs the URDF of the robot", request.action));
   if (request.action == "check" && !request.out.empty())
     throw InputError("robot check: --out belongs to `robot new`; check writes nothing");
   if (request.action == "new" && !request.config.empty())
@@ -86,8 +86,9 @@ bool print_check(const UrdfModel& model, const RobotDescription& robot,
     return f.level == Finding::Level::wrong;
   });
   fmt::print("\n{}: {}\n", robot.name,
-             wrong == 0 ? "can be stood, pushed and stepped with"
-                        : fmt::format("{} to be mended before it can be used", wrong));
+             wrong == 0 ? "ready for standing, pushes and steps"
+                        : fmt::format("{} of the findings must be corrected before it can be used",
+                                      wrong));
   return wrong == 0;
 }
 
@@ -115,13 +116,14 @@ ExitStatus make_new(const Request& request, const std::string& name,
   const fs::path urdf = fs::absolute(request.urdf).lexically_normal();
   const UrdfModel model = UrdfModel::read(urdf);
   if (request.out.empty() && !is_folder_name(model.name()))
-    throw InputError(fmt::format(
-        "{}: the name of the robot, '{}', is no name of a folder here; name one with --out DIR",
-        urdf.string(), shortened(model.name())));
+    throw InputError(
+        fmt::format("{}: the name of the robot, '{}', cannot be a folder name here; give a folder "
+                    "with --out DIR",
+                    urdf.string(), shortened(model.name())));
   const fs::path folder = fs::absolute(request.out.empty() ? model.name() : request.out);
   for (const char* file : {"robot.yaml", "run.yaml"})
     if (std::error_code absent; fs::exists(folder / file, absent))
-      throw InputError(fmt::format("{} is there already; remove it or give another --out",
+      throw InputError(fmt::format("{} exists already; remove it or give another --out",
                                    (folder / file).string()));
   const SurveyedRobot robot = survey_robot(model);
   const OutputFolder out(folder);

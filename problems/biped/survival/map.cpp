@@ -91,7 +91,7 @@ class MapRun {
 
   ExitStatus run() {
     fmt::print("robot: {}, {:.2f} kg ({})\n", robot_.name, robot_.mass, robot_.source);
-    fmt::print("{} cells, {} of them known, {} at a time; results in {}\n", plan_.cells(),
+    fmt::print("{} cells, {} of them known, {} in parallel; results in {}\n", plan_.cells(),
                restored_, request_.jobs, request_.out.string());
     std::fflush(stdout);
     keep(plan_.resume());
@@ -110,7 +110,7 @@ class MapRun {
       fmt::print("in {} runs a solve of the controller failed; see failed_solves\n",
                  failed_solves_);
     if (signal != 0) {
-      fmt::print("the same command goes on from here\n");
+      fmt::print("the same command continues from here\n");
       std::fflush(nullptr);
       std::raise(signal);
     }

@@ -28,7 +28,7 @@ std::string content_of(const fs::path& file) {
   std::error_code absent;
   if (!fs::exists(file, absent)) return {};
   if (!fs::is_regular_file(file, absent))
-    throw InputError(fmt::format("'{}' is no file; choose another --out", file.string()));
+    throw InputError(fmt::format("'{}' is not a file; choose another --out", file.string()));
   return file_content(file);
 }
 
@@ -65,7 +65,7 @@ std::string difference(const std::string& there, const std::string& here) {
     return fmt::format("'{}' is new", shortened(line));
   }
   for (const std::string& line : old_lines)
-    if (lacks(new_lines, line)) return fmt::format("'{}' is not known now", shortened(line));
+    if (lacks(new_lines, line)) return fmt::format("'{}' is missing now", shortened(line));
   return "the robot or the comments differ";
 }
 
@@ -102,7 +102,7 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
   }
   if (!is_ours) {
     ::close(file_);
-    throw InputError(fmt::format("another process is at work on '{}'", path_.string()));
+    throw InputError(fmt::format("another process is writing '{}'", path_.string()));
   }
   try {
     output.write(map_settings, std::string_view(settings));

@@ -88,7 +88,7 @@ std::string shares(const std::vector<Column>& columns, const std::vector<double>
                    const std::vector<std::vector<Ray>>& rays) {
   std::vector<std::string> titles{"direction"};
   for (const Column& column : columns) titles.push_back(column.title);
-  std::string text = "\nShare of the bound's area that was reached\n\n" + head(titles);
+  std::string text = "\nFraction of the bound's area that was reached\n\n" + head(titles);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     std::vector<std::string> cells{fmt::format("{} deg", directions[i])};
     for (const Ray& ray : rays[i])
@@ -133,7 +133,8 @@ std::string map_summary(const MapPlan& plan) {
     if (!column.bound_title.empty()) titles.push_back(column.bound_title);
   }
   std::string text =
-      "Largest push (N s) up to which all were recovered; * some beyond it too\n\n" + head(titles);
+      "Largest push (N s) up to which all were recovered; * *: also some larger ones\n\n" +
+      head(titles);
   std::vector<std::vector<Ray>> rays;
   for (const double direction : directions) {
     std::vector<std::string> cells{fmt::format("{} deg", direction)};

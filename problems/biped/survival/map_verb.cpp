@@ -19,7 +19,8 @@ namespace saltus::walking {
 namespace {
 
 constexpr const char* summary =
-    "which pushes are recovered, over size, direction and step time: a table and a polar picture";
+    "computes which pushes are recovered, by impulse, direction and step time: a table and a polar "
+    "plot";
 
 // Time in which the controllers move the CoM from the initial posture to above the sole, s.
 constexpr double map_push_start = 1.0;
@@ -66,19 +67,20 @@ std::vector<double> numbers(const std::string& flag, const std::string& text) {
     const double first = number(flag, range[0]), step = number(flag, range[1]),
                  last = number(flag, range[2]);
     if (!(step > 0.0 && last >= first && (last - first) / step < most))
-      throw InputError(fmt::format(
-          "{}: '{}' is no range; use FIRST:STEP:LAST with at most {} numbers", flag, text, most));
+      throw InputError(
+          fmt::format("{}: '{}' is not a range; use FIRST:STEP:LAST with at most {} numbers", flag,
+                      text, most));
     constexpr double rounding = 1e-9;  // allowance for the last value, as a fraction of the step
     for (int i = 0; first + i * step <= last + rounding * step; ++i)
       values.push_back(first + i * step);
   } else {
     if (range.size() != 1)
-      throw InputError(fmt::format("{}: '{}' is no range; use FIRST:STEP:LAST", flag, text));
+      throw InputError(fmt::format("{}: '{}' is not a range; use FIRST:STEP:LAST", flag, text));
     for (const std::string& part : split(text, ',')) values.push_back(number(flag, part));
   }
   std::sort(values.begin(), values.end());
   if (!(values.front() > 0.0))
-    throw InputError(fmt::format("{}: {} is not above 0", flag, values.front()));
+    throw InputError(fmt::format("{}: {} must be above 0", flag, values.front()));
   if (const auto twice = std::adjacent_find(values.begin(), values.end()); twice != values.end())
     throw InputError(fmt::format("{}: {} is given twice", flag, *twice));
   return values;
@@ -118,7 +120,7 @@ std::string stamp(const ConfigurableBiped& problem) {
   Settings keys;
   stamped->declare(keys);
   return fmt::format(
-      "# Settings of a survival map. It varies {}; here they are at their defaults.\n{}",
+      "# Settings of a survival map. It varies {}; their values here are the defaults.\n{}",
       fmt::join(varied, ", "), keys.to_yaml());
 }
 
@@ -145,30 +147,32 @@ MapRequest parse_map_request(const ConfigurableBiped& defaults,
          [&](const char*, Text value) { assignments.push_back(flag_assignment("plant", value)); });
   parser.repeated("--set", "KEY=VALUE", "a setting of push_recovery",
                   [&](Text text) { assignments.push_back(parse_set_argument(text)); });
-  option("--config", "FILE", "its settings as YAML",
+  option("--config", "FILE", "settings of push_recovery as YAML",
          [&](const char*, Text value) { config_file = value; });
-  option("--directions", "N", "so many, evenly spread", [&](const char* flag, Text value) {
-    request.grid.directions = directions_far_apart(count(flag, value, 360));
-  });
-  option("--impulses", "LIST", "N s: a,b,c or FIRST:STEP:LAST",
+  option("--directions", "N", "number of directions, evenly spread; default 16",
+         [&](const char* flag, Text value) {
+           request.grid.directions = directions_far_apart(count(flag, value, 360));
+         });
+  option("--impulses", "LIST", "impulses in N s: a,b,c or FIRST:STEP:LAST",
          [&](const char* flag, Text value) { request.grid.impulses = numbers(flag, value); });
-  option("--step-times", "LIST", "s: a,b,c or FIRST:STEP:LAST", [&](const char* flag, Text value) {
-    request.grid.step_times = numbers(flag, value);
-    are_times_given = true;
-  });
-  option("--controllers", "LIST", "of mpc, capture_point and none",
+  option("--step-times", "LIST", "step times in s: a,b,c or FIRST:STEP:LAST",
+         [&](const char* flag, Text value) {
+           request.grid.step_times = numbers(flag, value);
+           are_times_given = true;
+         });
+  option("--controllers", "LIST", "list of mpc, capture_point and none",
          [&](const char*, Text value) { request.grid.controllers = controllers(value); });
-  parser.flag("--all", "every cell, also where the outcome is clear", request.grid.all);
-  option("--out", "DIR", "where the results go",
+  parser.flag("--all", "run every cell, even if its outcome is predictable", request.grid.all);
+  option("--out", "DIR", "folder of the results",
          [&](const char*, Text value) { request.out = value; });
-  option("--jobs", "N", "cells at a time",
+  option("--jobs", "N", "number of cells in parallel",
          [&](const char* flag, Text value) { request.jobs = count(flag, value, 1024); });
-  parser.flag("--quiet", "print nothing but errors", request.quiet);
-  parser.flag("--json", "print the cells as JSON in place of words", request.json);
+  parser.flag("--quiet", "print only errors", request.quiet);
+  parser.flag("--json", "print the cells as JSON instead of text", request.json);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();
   if (request.quiet && request.json)
-    throw InputError("--quiet prints nothing, --json prints the cells; give one of them");
+    throw InputError("--quiet and --json exclude each other; give one of them");
   refuse_varied(assignments);
   config.push.start = map_push_start;
   Settings settings;
@@ -178,13 +182,12 @@ MapRequest parse_map_request(const ConfigurableBiped& defaults,
     fmt::print(stderr, "saltus: {}\n", warning);
   if (config.more_pushes.rate > 0.0)
     throw InputError(
-        "push.random.rate_hz: the map pushes once in every cell, at random would be the same in "
-        "all; "
-        "leave it at 0, or use `saltus bench pushes`");
+        "push.random.rate_hz: a map has one given push per cell, so random pushes are not "
+        "available; leave it at 0, or use `saltus bench pushes`");
   if (config.step.planner == StepPlannerChoice::ocp) {
     if (are_times_given)
       throw InputError(
-          "--step-times: step.planner=ocp decides about the times itself; leave them out, or set "
+          "--step-times: step.planner=ocp chooses the times itself; omit the option, or set "
           "step.planner=icp_formula");
     request.grid.step_times = {};
   }

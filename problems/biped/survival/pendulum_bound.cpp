@@ -37,7 +37,7 @@ void PendulumBound::check(double angle) const {
 
 double PendulumBound::largest_impulse_within(const SupportPolygon& set, double angle) const {
   if (!set.contains(start))
-    throw DefinitionError("pendulum bound: the CoM starts beside what the robot stands on");
+    throw DefinitionError("pendulum bound: the CoM starts outside the support polygon");
   const double omega = pendulum_frequency(height);
   const Point2 along(std::cos(angle), std::sin(angle));
   return distance_to_border(set, start, along) * mass * omega / mean_decay(push, omega);
@@ -55,7 +55,7 @@ double PendulumBound::largest_impulse(double angle, std::optional<double> landin
     ground.conservativeResize(8, 2);
     ground.bottomRows(4) = sole.rowwise() + other_foot->transpose();
   } else if (!SupportPolygon::hull(ground).contains(start)) {
-    throw DefinitionError("pendulum bound: the CoM starts beside the stance foot");
+    throw DefinitionError("pendulum bound: the CoM starts outside the stance foot");
   }
   PlanarPoints reachable = ground;
   if (landing && !other_foot) {
@@ -71,13 +71,16 @@ double PendulumBound::largest_impulse(double angle, std::optional<double> landin
 
 double PendulumBound::largest_impulse_in(double angle, int count) const {
   check(angle);
-  if (!steps) throw DefinitionError("pendulum bound: steps need limits of the planner of steps");
+  if (!steps)
+    throw DefinitionError(
+        "pendulum bound: a bound with steps needs the limits of the step planner");
   const bool on_left = stance == Side::left;
   const SteppingLimits limits{on_left ? stance_foot : swing_foot,
                               on_left ? swing_foot : stance_foot, steps->reach, steps->shortest};
   const double omega = pendulum_frequency(height);
   if (!other_foot) return largest_impulse_within(capturable(limits, stance, count, omega), angle);
-  if (!on_left) throw DefinitionError("pendulum bound: of two feet the left one is at the origin");
+  if (!on_left)
+    throw DefinitionError("pendulum bound: on two feet, the left foot must be at the origin");
   double largest = 0.0;
   for (const SupportPolygon& set : capturable_on_two_feet(limits, *other_foot, count, omega))
     largest = std::max(largest, largest_impulse_within(set, angle));
