@@ -183,8 +183,8 @@ fs::path hpipm_library(const std::optional<fs::path>& given) {
     if (fs::exists(file)) return file;
   }
   throw InputError(
-      "there is no HPIPM: name its shared library by --library FILE, or install the package "
-      "comma-deps-acados among the peers");
+      "HPIPM is missing: give its shared library with --library FILE, or install the package "
+      "comma-deps-acados with the other peers");
 }
 
 std::vector<Duel> measure_against_hpipm(const fs::path& library, const Selection& selection,

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What differs between builds of the program, and how much: for other processors, compilers and optimisation.
+"""Compares builds of the program for other processors, compilers and optimisation levels.
 
 Usage: compare_builds.py NAME=PROGRAM NAME=PROGRAM... [--plants centroidal,dart] [--impulses 4,7,8] [--solvers riccati,ipopt]
                          [--only PATTERN] [--keep FOLDER]
 
-Each program makes the same runs of push recovery and solves the library's problems; against the first program, as a
-table: what comes out the same, to the bit or in words, and the largest differences. The first program makes everything
-twice: its second results must be those of the first, to the bit.
+Each program makes the same runs of push recovery and solves the problems of the library. A table compares the results
+with those of the first program: bit-identical results, identical verdicts, and the largest differences. The first program
+makes everything twice, and both results must be identical.
 """
 
 import argparse

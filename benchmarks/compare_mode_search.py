@@ -1,8 +1,8 @@
-"""Our search over sequences of modes beside SCIP, a global solver of mixed-integer programs.
+"""Compares our search over mode sequences with SCIP, a global solver of mixed-integer programs.
 
 Usage: compare_mode_search.py PROGRAM PROBLEM PHASES STARTS [--limit SECONDS] [--from FIRST]
 
-PROGRAM is the built mode_search, PROBLEM walls, thermostats or tanks. The models are written here once more from the
+PROGRAM is the built mode_search. PROBLEM is walls, thermostats or tanks. The models are written here once more from the
 equations in problems/library/s0*.cpp, and the same starts are solved by SCIP: gap 0, feasibility 1e-9. Prints a line per
 start; exits with 1 where an optimum differs by more than 1e-6 of its size or ours lies outside SCIP's bounds. Needs the package
 pyscipopt (PyPI) and numpy; without them it says so and exits with 77, which ctest counts as skipped.
@@ -17,7 +17,7 @@ try:
     import numpy as np
     from pyscipopt import Model, quicksum
 except ImportError as error:
-    print(f"skipped: {error.name} is not installed (pip install pyscipopt numpy), so that there is nothing to compare with")
+    print(f"skipped: {error.name} is not installed (pip install pyscipopt numpy), so there is no reference")
     sys.exit(77)
 
 AGREEMENT = 1e-6  # relative
@@ -179,7 +179,7 @@ def main():
     parser.add_argument("phases", type=int)
     parser.add_argument("starts", type=int)
     parser.add_argument("--limit", type=float, default=3600.0, help="seconds of processor time for SCIP per start")
-    parser.add_argument("--from", type=int, default=0, dest="first", help="leave out the starts before this one")
+    parser.add_argument("--from", type=int, default=0, dest="first", help="first start to compare")
     options = parser.parse_args()
     command = [options.program, options.problem, str(options.phases), str(options.first + options.starts)]
     ours = list(csv.DictReader(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()))

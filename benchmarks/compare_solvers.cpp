@@ -81,7 +81,8 @@ int main(int count, char** arguments) {
   for (int i = 0; i < contradictory; ++i) contradict(first + i, sums);
   for (int k = 0; k < 3; ++k)
     fmt::print(
-        "{:8} solved {} of {} in {:.2f} s, {} iterations; where Ipopt did too: {} the same cost, "
+        "{:8} solved {} of {} in {:.2f} s, {} iterations; of those solved by Ipopt too: {} the "
+        "same cost, "
         "{} "
         "lower, {} higher; {} of {} called infeasible, {} with the term\n",
         name_of(choices[k]), sums.solved[k], feasible, sums.seconds[k], sums.iterations[k],

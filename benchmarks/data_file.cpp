@@ -23,12 +23,12 @@ nlohmann::json read_json(const std::filesystem::path& file) {
 
 VectorXd vector_of(const nlohmann::json& list, int size, const std::filesystem::path& file) {
   if (!list.is_array() || static_cast<int>(list.size()) != size)
-    throw InputError(fmt::format("'{}' must hold a list of {} numbers where it holds {}",
-                                 file.string(), size, list.dump().substr(0, 40)));
+    throw InputError(fmt::format("'{}' must contain a list of {} numbers, not {}", file.string(),
+                                 size, list.dump().substr(0, 40)));
   VectorXd values(size);
   for (int i = 0; i < size; ++i) {
     if (!list[i].is_number())
-      throw InputError(fmt::format("'{}' holds {} where a number must be", file.string(),
+      throw InputError(fmt::format("'{}' contains {} instead of a number", file.string(),
                                    list[i].dump().substr(0, 40)));
     values[i] = list[i].get<double>();
   }

@@ -73,7 +73,7 @@ HpipmLibrary::HpipmLibrary(const std::filesystem::path& file)
   const auto find = [&](auto& function, const std::string& name) {
     void* at = dlsym(handle_, name.c_str());
     if (at == nullptr)
-      throw InputError(fmt::format("'{}' is no HPIPM that can be used: it has no function {}",
+      throw InputError(fmt::format("'{}' is not a usable HPIPM library: it has no function {}",
                                    file.string(), name));
     std::memcpy(&function, &at, sizeof at);
   };

@@ -48,7 +48,7 @@ std::string table_line(const CaseResult& r) {
 
 std::string closing_text(const LatencyReport& report) {
   std::string text = fmt::format(
-      "\nThe calibration kernel took {:.2f} us; medians in units of it, and what else is known:\n",
+      "\nThe calibration kernel took {:.2f} us; medians in units of this time, and other counts:\n",
       report.calibration_us);
   for (const CaseResult& r : report.cases) {
     text += fmt::format("{:<28} {:>10.2f}", r.name, relative(r, report));

@@ -15,7 +15,7 @@ namespace saltus::bench {
 namespace {
 
 constexpr int quick_solves = 100;
-constexpr const char* summary = "times of the structured solver";
+constexpr const char* summary = "measures the solve times of the structured solver";
 constexpr const char* usage =
     "bench latency [--quick] [--json FILE] [--only PATTERN] [--against hpipm]";
 
@@ -29,8 +29,8 @@ ExitStatus run_against_hpipm(const LatencyRequest& request) {
     failed = failed || !duel.ours.failures.empty();
   });
   fmt::print(
-      "\nratio: our time over HPIPM's, median over the instances; each time is the least of five "
-      "solves in turns.\nOurs includes taking the program in, HPIPM's does not.\n");
+      "\nratio: our time divided by HPIPM's, median over the instances; each time is the minimum "
+      "of five alternating solves.\nOur time includes reading the program, HPIPM's does not.\n");
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;
 }
 
@@ -60,23 +60,23 @@ LatencyRequest parse_latency_request(std::span<const std::string> arguments) {
   LatencyRequest request;
   bool quick = false;
   OptionParser parser("bench latency", summary);
-  parser.flag("--quick", "fewer solves: seconds in place of minutes", quick)
-      .option("--json", "FILE", "all figures",
+  parser.flag("--quick", "fewer solves: seconds instead of minutes", quick)
+      .option("--json", "FILE", "file for all figures",
               [&](const std::string& file) { request.json = file; })
       .option("--only", "PATTERN", "part of the name of a case", request.selection.only)
-      .option("--against", "SOLVER", "in turns with another solver: hpipm",
+      .option("--against", "SOLVER", "alternate with another solver: hpipm",
               [&](const std::string& solver) {
                 if (solver != "hpipm")
-                  throw InputError(fmt::format("--against knows hpipm, not '{}'", solver));
+                  throw InputError(fmt::format("--against supports hpipm, not '{}'", solver));
                 request.against_hpipm = true;
               })
-      .option("--library", "FILE", "with --against: its shared library",
+      .option("--library", "FILE", "shared library of the solver of --against",
               [&](const std::string& file) { request.library = file; });
   parser.parse(arguments);
   if (request.library && !request.against_hpipm)
-    throw InputError("--library is for --against hpipm");
+    throw InputError("--library needs --against hpipm");
   if (request.json && request.against_hpipm)
-    throw InputError("--json is not for --against: its table is all there is");
+    throw InputError("--json is not available with --against");
   if (quick) request.selection.solves = quick_solves;
   if (parser.help_wanted()) request.help = parser.help();
   return request;
@@ -84,7 +84,8 @@ LatencyRequest parse_latency_request(std::span<const std::string> arguments) {
 
 Verb verb() {
   return {"bench", usage, [](std::span<const std::string> arguments) {
-            if (arguments.empty()) throw InputError(fmt::format("bench what? usage: {}", usage));
+            if (arguments.empty())
+              throw InputError(fmt::format("bench needs a command; usage: {}", usage));
             if (arguments.front() != "latency")
               throw InputError(
                   fmt::format("unknown benchmark '{}'; usage: {}", arguments.front(), usage));

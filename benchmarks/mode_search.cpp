@@ -135,7 +135,8 @@ void fishing(int phases) {
       search(library::fishing_modes(),
              {.at_most = phases, .intervals_per_phase = 6, .integrator = runge_kutta8()});
   fmt::print(
-      "{:.10g} after {} programs and {:.1f} s; 1.344081198 is the least for any effort\n{}\n",
+      "{:.10g} after {} programs and {:.1f} s; 1.344081198 is the optimum with continuous "
+      "effort\n{}\n",
       found.cost, found.nodes, found.seconds, found.message);
   double t = 0.0;
   for (std::size_t i = 0; i < found.sequence.size(); ++i)

@@ -69,7 +69,7 @@ int run(const std::string& name, int intervals, int threads) {
       "{}: "
       "{:.2f}; {}\n",
       1e3 * fastest_alone, 1e6 * fastest_alone / intervals, 1e3 * fastest_together, threads,
-      fastest_alone / fastest_together, is_same ? "the same bits" : "OTHER BITS");
+      fastest_alone / fastest_together, is_same ? "identical" : "DIFFERENT");
 
   const auto solve_with = [&](MultipleShooting& shooting) {
     const auto solver = make_native_solver({.qp = riccati_qp()});
@@ -79,7 +79,7 @@ int run(const std::string& name, int intervals, int threads) {
   fmt::print(
       "solve: {:.3f} s by 1 thread, {:.3f} s by {}: {:.2f}; {} iterations, cost {:.9g}; {}\n",
       one.seconds, several.seconds, threads, one.seconds / several.seconds, one.iterations,
-      one.objective, one.point.w == several.point.w ? "the same bits" : "OTHER BITS");
+      one.objective, one.point.w == several.point.w ? "identical" : "DIFFERENT");
   return is_same && one.point.w == several.point.w ? 0 : 1;
 }
 

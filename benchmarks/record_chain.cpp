@@ -37,7 +37,7 @@ State at_rest(const Function& dynamics) {
         dynamics.dense_jacobian(z).block(HangingChain::end + 3, 1, unknowns, unknowns);
     z.segment(1, unknowns) -= jacobian.partialPivLu().solve(acceleration);
   }
-  throw std::runtime_error("the chain at rest was not found");
+  throw std::runtime_error("the equilibrium of the chain was not found");
 }
 
 std::string line_of(const State& x) {

@@ -34,7 +34,7 @@ T wanted(const nlohmann::json& request, const char* key) {
   try {
     return at->get<T>();
   } catch (const nlohmann::json::exception&) {
-    throw InputError(fmt::format("'{}' cannot be {}", key, at->dump().substr(0, 40)));
+    throw InputError(fmt::format("'{}' must not be {}", key, at->dump().substr(0, 40)));
   }
 }
 
@@ -160,11 +160,12 @@ struct Answerer::State {
     const auto start = wanted<std::string>(request, "start");
     const auto tolerance = wanted<double>(request, "tolerance");
     if (start != "cold" && start != "warm")
-      throw InputError(fmt::format("a start is cold or warm, not '{}'", start));
+      throw InputError(fmt::format("'start' must be cold or warm, not '{}'", start));
     const bool warm = start == "warm";
     if (warm && !one.warm) throw InputError(fmt::format("'{}' has no warm start", problem.name));
     if (name != "riccati" && name != "sparse")
-      throw InputError(fmt::format("our solvers are riccati and sparse, not '{}'", name));
+      throw InputError(fmt::format(
+          "the solvers of Saltus for quadratic programs are riccati and sparse, not '{}'", name));
     if (name == "riccati" && !one.stages) return {{"not_applicable", "it has no stages"}};
     const Solved s = name == "riccati" ? solve_in_stages(problem, one, warm, tolerance)
                                        : solve_sparse(one, warm, tolerance);
@@ -209,7 +210,8 @@ struct Answerer::State {
     const auto at = std::find_if(choices.begin(), choices.end(),
                                  [&](const auto& choice) { return choice.first == name; });
     if (at == choices.end())
-      throw InputError(fmt::format("our solvers are ipopt, sparse and riccati, not '{}'", name));
+      throw InputError(
+          fmt::format("the solvers of Saltus are ipopt, sparse and riccati, not '{}'", name));
     NonlinearProblem::Solved s;
     try {
       s = problem.solve(at->second, wanted<double>(request, "tolerance"));
@@ -255,7 +257,7 @@ Answerer::Answerer() : state_(std::make_unique<State>()) {}
 Answerer::~Answerer() = default;
 
 Json Answerer::answer(const nlohmann::json& request) try {
-  if (!request.is_object()) throw InputError("a request is one JSON object per line");
+  if (!request.is_object()) throw InputError("a request must be one JSON object per line");
   const auto what = wanted<std::string>(request, "do");
   if (what == "describe") return state_->describe();
   if (what == "export") return state_->write(request);
@@ -263,7 +265,8 @@ Json Answerer::answer(const nlohmann::json& request) try {
   if (what == "solve")
     return is_nonlinear(request.value("problem", "")) ? state_->solve_nonlinear(request)
                                                       : state_->solve(request);
-  throw InputError(fmt::format("a request is describe, export, solve or judge, not '{}'", what));
+  throw InputError(
+      fmt::format("a request must be describe, export, solve or judge, not '{}'", what));
 } catch (const std::exception& error) {
   return {{"error", error.what()}};
 }

@@ -32,19 +32,21 @@ constexpr const char* usage =
     "[--help]";
 
 constexpr const char* help =
-    "solvers compared on the same problems, beside those of others; times; campaigns\n"
+    "compares solvers on the same problems, measures times, runs campaigns\n"
     "Usage: saltus bench VERB ...; each has a --help of its own\n"
     "\n"
-    "  latency    how fast the solver in stages is on this machine, every solve checked\n"
-    "  list       problems and solvers, and what is missing\n"
-    "  run        solves problems by solvers, all judged alike, into FILE.jsonl\n"
-    "  report     FILE.jsonl as a page that opens offline\n"
-    "  compare    what got better or worse between two such files; status 1: something got worse\n"
-    "  merge      shards of one run as one file\n"
-    "  pushes     Monte Carlo of push recovery: pushes, senses, masses and friction drawn\n"
-    "  map        a survival map, every cell, in parts\n"
-    "  reproduce  the tables of the pages again, and what differs\n"
-    "  peers      installs the solvers of others into an environment of their own\n";
+    "  latency    solve times of the structured solver on this machine, every solve checked\n"
+    "  list       lists problems and solvers, and which packages are missing\n"
+    "  run        solves problems with several solvers, checks all answers alike, writes "
+    "FILE.jsonl\n"
+    "  report     writes FILE.jsonl as an HTML page for offline use\n"
+    "  compare    lists improvements and regressions between two such files; status 1 on a "
+    "regression\n"
+    "  merge      merges the shards of a run into one file\n"
+    "  pushes     Monte Carlo of push recovery: random pushes, sensor noise, masses and friction\n"
+    "  map        runs every cell of a survival map, in shards\n"
+    "  reproduce  repeats the tables of the pages and lists the differences\n"
+    "  peers      installs other solvers into a separate Python environment\n";
 
 // `./saltus setup --with-peers` installs beside the program, `saltus bench peers` into the cache.
 std::vector<fs::path> peer_folders() {
@@ -77,14 +79,15 @@ std::vector<fs::path> peer_folders() {
     pointers.push_back(nullptr);
     execvp(python.c_str(), pointers.data());
   }
-  throw InputError("there is no python3 to run the benchmark suite");
+  throw InputError("the benchmark suite needs python3");
 }
 
 }  // namespace
 
 Verb bench_verb() {
   return {"bench", usage, [](std::span<const std::string> arguments) {
-            if (arguments.empty()) throw InputError(fmt::format("bench what? usage: {}", usage));
+            if (arguments.empty())
+              throw InputError(fmt::format("bench needs a command; usage: {}", usage));
             const std::string& what = arguments.front();
             if (what == "--help" || what == "-h") {
               fmt::print("{}", help);

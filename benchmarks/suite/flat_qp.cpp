@@ -74,7 +74,7 @@ SparseQp flatten(const StageQp& qp) {
       row_upper.push_back(-s.b[i]);
     }
     for (const RowGroup& g : s.groups) {
-      if (g.soft) throw DefinitionError("a program with soft rows cannot be written as a flat one");
+      if (g.soft) throw DefinitionError("a program with soft rows has no flat form");
       for (int i = 0; i < g.rows; ++i, ++row) {
         for (std::size_t j = 0; j < g.columns.size(); ++j)
           put(jacobian, row, first + g.columns[j], g.M(i, j));
@@ -154,11 +154,11 @@ void set_dynamics(const SparseQp& flat, const Layout& at, int k, StageQp& qp) {
       } else if (col == s.nx + s.nu + i && flat.rows[e] == -1.0) {
         has_next = true;
       } else {
-        throw DefinitionError("a row of the dynamics touches what is not its own");
+        throw DefinitionError("a row of the dynamics has an entry outside of its stage");
       }
     }
     if (!has_next || flat.row_lower[row] != flat.row_upper[row])
-      throw DefinitionError("a row of the dynamics does not end in the next state");
+      throw DefinitionError("a row of the dynamics is not an equation of the next state");
     s.b[i] = -flat.row_lower[row];
   }
 }
@@ -169,7 +169,7 @@ void set_rows(const SparseQp& flat, const Layout& at, int k, int first, RowGroup
     for (int e = flat.row_pattern.row_begin(row); e < flat.row_pattern.row_end(row); ++e) {
       const int col = flat.row_pattern.col(e) - at.variable[k];
       const auto place = std::find(g.columns.begin(), g.columns.end(), col);
-      if (place == g.columns.end()) throw DefinitionError("a row touches another stage");
+      if (place == g.columns.end()) throw DefinitionError("a row has an entry in another stage");
       g.M(i, place - g.columns.begin()) = flat.rows[e];
     }
     g.lower[i] = flat.row_lower[row];
@@ -182,7 +182,7 @@ void set_rows(const SparseQp& flat, const Layout& at, int k, int first, RowGroup
 StageQp in_stages(const SparseQp& flat, const std::vector<StageSizes>& sizes) {
   const Layout at(sizes);
   if (at.variable.back() != flat.variables() || at.row.back() != flat.row_pattern.rows())
-    throw DefinitionError("the stages have not as many variables and rows as the program");
+    throw DefinitionError("the stages and the program differ in the number of variables or rows");
   const int N = static_cast<int>(sizes.size()) - 1;
   std::vector<StageCapacity> capacity;
   std::vector<std::vector<int>> columns;

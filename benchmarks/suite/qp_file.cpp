@@ -50,7 +50,7 @@ struct Entries {
         col(json.at("col").get<std::vector<int>>()),
         value(json.at("value").get<std::vector<double>>()) {
     if (row.size() != value.size() || col.size() != value.size())
-      throw DefinitionError("row, col and value of a matrix are not equally long");
+      throw DefinitionError("row, col and value of a matrix differ in length");
   }
 
   SparsityPattern pattern(int rows, int cols) const {
@@ -74,7 +74,7 @@ SparseQp program_of(const nlohmann::json& json) {
   const auto count = [&](const char* key) { return static_cast<int>(json.at(key).size()); };
   if (n != count("gradient") || n != count("lower") || n != count("upper") ||
       rows != count("row_lower") || rows != count("row_upper"))
-    throw DefinitionError("a list is not as long as there are variables or rows");
+    throw DefinitionError("a list does not have one entry per variable or row");
   const Entries hessian(json.at("hessian")), jacobian(json.at("jacobian"));
   SparseQp qp(hessian.pattern(n, n), jacobian.pattern(rows, n));
   hessian.put(qp.hessian_pattern, qp.hessian);
@@ -133,9 +133,9 @@ QpInstance read_program(const std::filesystem::path& file) try {
   instance.guess = StagePoint(*instance.stages);
   return instance;
 } catch (const DefinitionError& error) {
-  throw InputError(fmt::format("'{}' is no program: {}", file.string(), error.what()));
+  throw InputError(fmt::format("'{}' is not a valid program: {}", file.string(), error.what()));
 } catch (const nlohmann::json::exception& error) {
-  throw InputError(fmt::format("'{}' is no program: {}", file.string(), error.what()));
+  throw InputError(fmt::format("'{}' is not a valid program: {}", file.string(), error.what()));
 }
 
 }  // namespace saltus::bench

@@ -45,7 +45,7 @@ FormulaSteps cost_steps(const Term& term) {
   FormulaSteps formula = steps_of(term.function);
   if (term.kind != TermKind::least_squares) return formula;
   if (term.reference.varies())
-    throw DefinitionError(fmt::format("term '{}': its reference varies in time", term.name));
+    throw DefinitionError(fmt::format("term '{}': its reference depends on time", term.name));
   FormulaSteps f = with_inputs(formula.inputs);
   Steps r = f.add(formula, range(0, formula.inputs));
   if (!term.reference.is_zero())

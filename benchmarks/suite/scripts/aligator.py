@@ -42,7 +42,7 @@ def library():
                                f"-Wl,-rpath,{lib}", "-laligator", f"-l:{fmt}"], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             error = next((line for line in done.stderr.splitlines() if "error" in line), "no reason is given")
-            raise NotApplicable(f"g++ cannot compile what calls it: {error[:160]}")
+            raise NotApplicable(f"g++ cannot compile its driver: {error[:160]}")
         os.replace(partial, path)
     functions = ctypes.CDLL(path)
     functions.aligator_new.restype = PLACE
@@ -66,8 +66,8 @@ class _Columns:
 
 class AligatorProxddp:
     name, package = "aligator-proxddp", "libaligator"
-    about = ("augmented Lagrangian with a proximal Riccati recursion, all rows as constraints; the package is built for any x86-64; its first "
-             "penalty is ten times the tolerance that it is asked for")
+    about = ("augmented Lagrangian with a proximal Riccati recursion, all rows as constraints; the package is built for "
+             "any x86-64; its initial penalty is ten times the requested tolerance")
     ladder = (1.0, 0.1, 1e-3)
 
     @classmethod
@@ -77,7 +77,7 @@ class AligatorProxddp:
             return not_installed(cls.package)
         for needed, there in (("g++", shutil.which("g++")), (EIGEN, os.path.isdir(EIGEN))):
             if not there:
-                return f"{needed} is needed to compile what calls it"
+                return f"{needed} is needed to compile its driver"
         return ""
 
     def __init__(self, qp, tolerance):
@@ -90,7 +90,7 @@ class AligatorProxddp:
         s, (C, _, low, high) = t.stages[-1], t.rows[-1]
         if self.functions.aligator_finish(self.program, t.nx, len(low), at(s.Q), at(s.q), at(C), at(low), at(high), at(t.start),
                                           tolerance, max(10.0 * tolerance, LEAST_PENALTY), ITERATIONS) != 0:
-            raise NotApplicable("it does not take the program")
+            raise NotApplicable("it rejects the program")
 
     def solve(self, start):
         t = self.trajectory

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The benchmark suite: problems x solvers x settings, one judge. Run by `saltus bench`."""
+"""The benchmark suite: problems, solvers and settings with one common check of all answers. Run by `saltus bench`."""
 
 import argparse
 import math
@@ -97,9 +97,9 @@ def begin_or_resume(path, head):
         done = records.read(path)
         other = records.what_differs(done.head, head, ("saltus", "machine", "packages", "inputs", "matrix", "shard"))
         if other:
-            raise records.RecordsError(f"'{path}' is of another run: its {other}; give --out another name, or remove it")
+            raise records.RecordsError(f"'{path}' belongs to another run: its {other}; remove it or give another --out")
         if done.cut_off:
-            print(f"'{path}' was cut off; its last task is run again", file=sys.stderr)
+            print(f"'{path}' is incomplete; its last task is run again", file=sys.stderr)
     records.write(path, done, list(done.tasks))
     return done
 
@@ -169,8 +169,8 @@ def carry_out(tasks, whole, arguments):
     done = begin_or_resume(arguments.out, whole)
     left = [t for t in tasks if t["id"] not in done.tasks]
     if len(left) < len(tasks):
-        print(f"{len(tasks) - len(left)} of {len(tasks)} tasks were in '{arguments.out}' already"
-              + ("" if left else ": nothing is run"), file=sys.stderr)
+        print(f"{len(tasks) - len(left)} of {len(tasks)} tasks are already in '{arguments.out}'"
+              + ("" if left else ": nothing to run"), file=sys.stderr)
     progress = engine.Progress(len(tasks), len(tasks) - len(left), sys.stderr)
 
     def take(task, lines):
@@ -212,7 +212,7 @@ def compare(arguments):
     both = [records.read(path) for path in (arguments.before, arguments.after)]
     for path, one in zip((arguments.before, arguments.after), both):
         if one.cut_off:
-            print(f"'{path}' is cut off; its complete tasks are compared", file=sys.stderr)
+            print(f"'{path}' is incomplete; only its complete tasks are compared", file=sys.stderr)
     return compare_records(*both, sys.stdout)
 
 
@@ -221,7 +221,7 @@ def report(arguments):
     from report import write_report
     one = records.read_of(arguments.results, None)
     if one.cut_off:
-        print(f"'{arguments.results}' is cut off; its complete tasks are shown", file=sys.stderr)
+        print(f"'{arguments.results}' is incomplete; only its complete tasks are shown", file=sys.stderr)
     target = arguments.out or os.path.splitext(arguments.results)[0] + ".html"
     write_report(one, target)
     print(target)
@@ -261,67 +261,69 @@ def install_peers(arguments):
 
 def add_engine(p, out):
     p.add_argument("--out", metavar="FILE", default=out)
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of Dask: its workers run the tasks")
-    p.add_argument("--shard", metavar="I/N", help="every N-th task, from the I-th on")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="scheduler of Dask, whose workers run the tasks")
+    p.add_argument("--shard", metavar="I/N", help="run every N-th task, starting with the I-th")
 
 
 def add_campaign(p, out):
     add_engine(p, out)
-    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at a time on this machine")
+    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of parallel tasks on this machine")
     p.add_argument("--set", metavar="KEY=VALUE", action="append", help="a setting of push recovery")
-    p.add_argument("--merged", metavar="FILE", help="only tell what is in these results, of `bench merge`")
+    p.add_argument("--merged", metavar="FILE", help="only print these results of `bench merge`")
 
 
 def parser():
     top = argparse.ArgumentParser(prog="saltus bench", description=__doc__)
     verbs = top.add_subparsers(dest="verb", required=True)
-    verbs.add_parser("list", help="problems and solvers").set_defaults(do=list_all)
-    p = verbs.add_parser("run", help="a matrix of problems and solvers; goes on where it was interrupted")
+    verbs.add_parser("list", help="lists problems and solvers").set_defaults(do=list_all)
+    p = verbs.add_parser("run", help="runs a matrix of problems and solvers; resumes an interrupted run")
     p.set_defaults(do=run)
-    p.add_argument("--problems", metavar="NAME,...", help="NAME* stands for all that begin so")
+    p.add_argument("--problems", metavar="NAME,...", help="NAME* selects all names with this prefix")
     p.add_argument("--solvers", metavar="NAME,...")
     p.add_argument("--start", metavar="cold,warm")
-    p.add_argument("--tolerance", type=float, default=1e-8, help="largest KKT residual that the judge accepts")
-    p.add_argument("--instances", type=int, help="of a problem at most; 10 unless said")
-    p.add_argument("--repetitions", type=int, help="3 unless said")
-    p.add_argument("--quick", action="store_true", help="few problems, 3 instances once, unless said otherwise")
+    p.add_argument("--tolerance", type=float, default=1e-8, help="largest accepted KKT residual")
+    p.add_argument("--instances", type=int, help="maximum number per problem; default 10")
+    p.add_argument("--repetitions", type=int, help="default 3")
+    p.add_argument("--quick", action="store_true", help="few problems, by default with 3 instances and one repetition")
     add_engine(p, "bench.jsonl")
-    p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: pushes, sensors, masses and friction drawn")
+    p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: random pushes, sensor noise, masses and friction")
     p.set_defaults(do=pushes)
     p.add_argument("--runs", type=int, default=100)
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--plant", choices=("centroidal", "dart", "mujoco"), default="dart")
-    p.add_argument("--impulse", metavar="LOW:HIGH", default="4:10", help="N s, in any direction")
-    p.add_argument("--mass-error", metavar="LOW:HIGH", default="-0.05:0.05", help="of the controller's model, relative")
-    p.add_argument("--friction", metavar="LOW:HIGH", default="0.4:1.0", help="of the ground, whole body")
+    p.add_argument("--impulse", metavar="LOW:HIGH", default="4:10", help="range of the impulse in N s; the direction is random")
+    p.add_argument("--mass-error", metavar="LOW:HIGH", default="-0.05:0.05",
+                   help="range of the relative error of the masses in the controller's model")
+    p.add_argument("--friction", metavar="LOW:HIGH", default="0.4:1.0",
+                   help="range of the friction coefficient of the ground (whole body)")
     add_campaign(p, "pushes.jsonl")
-    p = verbs.add_parser("map", help="a survival map, every cell, in parts")
+    p = verbs.add_parser("map", help="runs every cell of a survival map, in shards")
     p.set_defaults(do=survival_map)
     p.add_argument("--plant", choices=("centroidal", "dart", "mujoco"), default="centroidal")
     p.add_argument("--directions", type=int, default=16)
-    p.add_argument("--impulses", metavar="A,B,...", default=",".join(map(str, range(1, 17))), help="N s")
-    p.add_argument("--step-times", metavar="A,B,...", default="0.3,0.45,0.6", help="s")
+    p.add_argument("--impulses", metavar="A,B,...", default=",".join(map(str, range(1, 17))), help="impulses in N s")
+    p.add_argument("--step-times", metavar="A,B,...", default="0.3,0.45,0.6", help="step times in s")
     p.add_argument("--controllers", metavar="NAME,...", default="mpc,capture_point,none")
-    p.add_argument("--folder", metavar="DIR", default="map", help="where map.csv goes")
+    p.add_argument("--folder", metavar="DIR", default="map", help="folder of map.csv")
     add_campaign(p, "map.jsonl")
-    p = verbs.add_parser("reproduce", help="the tables of the READMEs made again, from a clone of the sources")
+    p = verbs.add_parser("reproduce", help="repeats the tables of the READMEs, from a clone of the sources")
     p.set_defaults(do=reproduce)
     p.add_argument("names", nargs="*", metavar="NAME")
     add_engine(p, "reproduce.jsonl")
-    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at a time on this machine")
-    p = verbs.add_parser("compare", help="what got better or worse beyond noise; status 1 on a regression")
+    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="number of parallel tasks on this machine")
+    p = verbs.add_parser("compare", help="lists improvements and regressions beyond noise; status 1 on a regression")
     p.set_defaults(do=compare)
     p.add_argument("before")
     p.add_argument("after")
-    p = verbs.add_parser("report", help="a page that opens offline")
+    p = verbs.add_parser("report", help="writes results as an HTML page for offline use")
     p.set_defaults(do=report)
     p.add_argument("results")
     p.add_argument("--out", metavar="FILE")
-    p = verbs.add_parser("merge", help="shards of one run as one file")
+    p = verbs.add_parser("merge", help="merges the shards of a run into one file")
     p.set_defaults(do=merge)
     p.add_argument("shards", nargs="+")
     p.add_argument("--out", metavar="FILE", required=True)
-    p = verbs.add_parser("peers", help="installs the solvers of others into an environment of their own")
+    p = verbs.add_parser("peers", help="installs other solvers into a separate Python environment")
     p.set_defaults(do=install_peers)
     p.add_argument("folder", nargs="?")
     return top
@@ -336,12 +338,12 @@ def main(words):
         for name in ("instances", "repetitions", "runs", "jobs"):
             given = getattr(arguments, name, None)
             if given is not None and given < 1:
-                raise ValueError(f"--{name} is at least 1")
+                raise ValueError(f"--{name} must be at least 1")
         if not 0.0 < getattr(arguments, "tolerance", 1.0) < math.inf:
-            raise ValueError(f"--tolerance is a number above 0, not {arguments.tolerance}")
+            raise ValueError(f"--tolerance must be a number above 0, not {arguments.tolerance}")
         return arguments.do(arguments)
     except KeyboardInterrupt:
-        print(f"saltus bench {arguments.verb}: interrupted; the same command goes on where --out names a file", file=sys.stderr)
+        print(f"saltus bench {arguments.verb}: interrupted; with --out FILE the same command resumes", file=sys.stderr)
         return INTERRUPTED
     except ModuleNotFoundError as error:
         sentence = f"{error.name} is needed: Debian's python3-{error.name}, or {INSTALL_PEERS}"

@@ -33,7 +33,7 @@ def program_saltus():
     """It stands beside saltus-bench."""
     path = os.path.join(os.path.dirname(path_of_program()), "saltus")
     if not os.access(path, os.X_OK):
-        raise ProgramError(f"there is no program saltus beside saltus-bench, at '{path}'")
+        raise ProgramError(f"there is no program saltus next to saltus-bench, at '{path}'")
     return path
 
 
@@ -44,7 +44,7 @@ def reproduce_script():
         root = os.path.dirname(root)
     script = os.path.join(root, "docs/results/reproduce.py")
     if not os.path.exists(script):
-        raise CampaignError("tables of the READMEs are made from a clone of the sources, not from installed scripts")
+        raise CampaignError("the tables of the READMEs need a clone of the sources, not installed scripts")
     return script
 
 
@@ -107,7 +107,7 @@ def interval(text, what):
         if not low <= high:
             raise ValueError
     except ValueError:
-        raise CampaignError(f"{what} is LOW:HIGH, as in 4:10, not '{text}'") from None
+        raise CampaignError(f"{what} must be LOW:HIGH, as in 4:10, not '{text}'") from None
     return low, high
 
 
@@ -193,9 +193,9 @@ def push_table(records):
     """Rows: share of recoveries by size of the push, with bounds at 95 %, and the errors of those that recovered."""
     lines = [line for line in records.lines() if line["verdict"] != "crashed"]
     if not all("push.impulse" in line.get("drawn", {}) for line in lines):
-        raise CampaignError("a run does not say how large its push was")
+        raise CampaignError("a run has no push.impulse")
     if not lines:
-        raise CampaignError("no run is known")
+        raise CampaignError("there are no runs")
     yield ["push, N s", "runs", "recovered", "share", "at 95 %", "CoM error, mm, median", "settling, s, median"]
     groups = {}
     for line in lines:
@@ -224,7 +224,7 @@ def write_map(records, folder):
             rows.append(row)
         settings, columns = line.get("settings", settings), line.get("columns", columns)
     if not rows or columns is None or settings is None:
-        raise CampaignError("no cell of the map is known")
+        raise CampaignError("there are no cells of the map")
     os.makedirs(folder, exist_ok=True)
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
@@ -235,10 +235,10 @@ def write_map(records, folder):
         try:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)  # as a map that is at work does
         except OSError:
-            raise CampaignError(f"another map is being made in '{folder}': name another folder with --folder") from None
+            raise CampaignError(f"another process is writing the map in '{folder}'; give another --folder") from None
         if os.path.exists(kept):
             with open(kept, encoding="utf-8") as file:
                 if file.read() != settings:
-                    raise CampaignError(f"'{folder}' holds a map of other settings: name another folder with --folder")
+                    raise CampaignError(f"'{folder}' contains a map with other settings; give another --folder")
         write_text(kept, settings)
         write_text(table, text.getvalue())

@@ -56,14 +56,15 @@ def in_both(cell, other):
 def refuse_what_cannot_be_compared(before, after, old, new):
     accepted = [records_.head["matrix"].get("tolerance") for records_ in (before, after)]
     if accepted[0] != accepted[1]:
-        raise records.RecordsError(f"the two were judged by other tolerances, {accepted[0]} and {accepted[1]}: "
-                                   "nothing can be compared")
+        raise records.RecordsError(f"the two runs have different tolerances, {accepted[0]} and {accepted[1]}, so they "
+                                   "cannot be compared")
     for key in old:
         drawn = [{json.dumps(line["drawn"]) for line in cells.get(key, []) if "drawn" in line} for cells in (old, new)]
         if all(drawn) and drawn[0] != drawn[1]:
-            raise records.RecordsError(f"'{key[0]}' was drawn otherwise in the two (seed, ranges, plant): nothing can be compared")
+            raise records.RecordsError(f"'{key[0]}' has different random draws in the two runs (seed, ranges, plant), so "
+                                       "they cannot be compared")
     if not any(in_both(old[key], new[key]) for key in old if key in new):
-        raise records.RecordsError("the two have no problem and solver in common: nothing can be compared")
+        raise records.RecordsError("the two runs have no problem and solver in common")
 
 
 def compare(before, after, out):
@@ -72,8 +73,8 @@ def compare(before, after, out):
     good = GOOD.get(before.head["matrix"].get("campaign"), GOOD[None])
     machine = Machine(before, after, old, new)
     if machine.is_known:
-        print(f"solvers of others took {math.exp(machine.all):.2f} times as long at the median, beside which theirs wander by "
-              f"{math.exp(machine.noise):.2f}: so much is the machine's, and ratios are told without it", file=out)
+        print(f"other solvers took {math.exp(machine.all):.2f} times as long in the median, with a spread of a factor of "
+              f"{math.exp(machine.noise):.2f}; the ratios are corrected by this factor of the machine", file=out)
     worse = better = compared = 0
     only = [key for key in (*old, *new) if key not in old or key not in new]
     are_times_told = False
@@ -105,15 +106,14 @@ def compare(before, after, out):
                   f"{what}, noise {noise:.2f}", file=out)
     if only:
         example = min(only)
-        print(f"{len(only)} cells are in one of the two only, {example[0]}, {example[1]} "
-              "for example", file=out)
+        print(f"{len(only)} cells are in only one of the two runs, for example {example[0]}, {example[1]}", file=out)
     print(f"{compared} cells compared: {worse} worse, {better} better", file=out)
     if are_times_told and not machine.is_known:
-        print("without solvers of others in both, what the machine did meanwhile is not told from what the program did: "
-              "on a busy one compare two runs of the same program first", file=out)
+        print("without other solvers in both runs, changes of the machine are not separated from changes of the program: "
+              "on a busy machine, compare two runs of the same program first", file=out)
     other = records.what_differs(before.head, after.head, ("inputs",))
     if other:
-        print(f"their {other}: so may the programs that were solved", file=out)
+        print(f"their {other}, so the solved programs may differ too", file=out)
     if before.head["machine"] != after.head["machine"]:
-        print("the machines differ: times say little", file=out)
+        print("the machines differ, so their times are not comparable", file=out)
     return 1 if worse else 0

@@ -17,7 +17,7 @@ INTERVALS = 20
 
 def described():
     """In the form in which the program describes its own problems."""
-    found = [(PUBLIC + name, "a walking robot's program, from mpc_qpbenchmark")
+    found = [(PUBLIC + name, "a quadratic program of a walking robot, from mpc_qpbenchmark")
              for name in sorted(_public())]
     found += [(OWN + name, "a file of SALTUS_BENCH_PROGRAMS") for name in sorted(_own())]
     boxes = [{"name": f"{BOX}{nx}x{nu}", "about": "random dynamics and boxes; the instance is the seed",

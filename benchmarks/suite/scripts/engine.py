@@ -61,8 +61,8 @@ def sorted_lines(lines, task):
 def end_of(status):
     """(verdict, sentence) of a peer with which the process ended."""
     if status == -signal.SIGPROF:
-        return "too slow", "a solve took more of the processor than it is given"
-    return "crashed", "it took its process with it"
+        return "too slow", "a solve exceeded its limit of processor time"
+    return "crashed", "it ended its process"
 
 
 def settle(task, outcome, again):
@@ -113,8 +113,8 @@ def run_on_cluster(tasks, take, address):
     try:
         client = Client(address, timeout=10, name="saltus bench")
     except (OSError, ValueError, TimeoutError):
-        raise EngineError(f"no Dask scheduler answers at '{address}'; one is started by "
-                          "`dask scheduler`, workers by `dask worker ADDRESS --nthreads 1`") from None
+        raise EngineError(f"no Dask scheduler answers at '{address}'; start one with `dask scheduler`, and workers with "
+                          "`dask worker ADDRESS --nthreads 1`") from None
     program = path_of_program()
     begin, spent, workers = time.monotonic(), 0.0, len(client.scheduler_info()["workers"])
     try:
@@ -122,10 +122,9 @@ def run_on_cluster(tasks, take, address):
         for future in as_completed(futures):
             task = futures[future]
             if future.status != "finished":
-                raise EngineError(f"the task '{task['id']}' was given up: {future.exception()}"
+                raise EngineError(f"the task '{task['id']}' was abandoned: {future.exception()}"
                                   if future.status == "error" else
-                                  f"the scheduler at '{address}' is gone; the same command "
-                                  "goes on where it was")
+                                  f"the connection to the scheduler at '{address}' was lost; the same command resumes")
             outcome = future.result()
             spent += outcome["seconds"]
             take(task, settle(task, outcome, lambda t: client.submit(
@@ -133,8 +132,8 @@ def run_on_cluster(tasks, take, address):
             future.release()
         told(len(tasks), workers, time.monotonic() - begin, spent)
     except (OSError, RuntimeError, TimeoutError) as error:
-        raise EngineError(f"the scheduler at '{address}' is gone ({type(error).__name__}); the "
-                          "same command goes on where it was") from None
+        raise EngineError(f"the connection to the scheduler at '{address}' was lost ({type(error).__name__}); the same "
+                          "command resumes") from None
     finally:
         try:
             client.close(timeout=2)

@@ -104,7 +104,7 @@ class Stages:
             self.sizes[-1][0 if v in closing else 1] += 1  # what nothing leads to counts as input
             stage_of[v] = len(self.sizes) - 1
         if len(self.sizes) < 2:
-            raise NotApplicable("it does not fall into stages")
+            raise NotApplicable("it has no stages")
         gap_rows = {row for rows in gaps for row in rows}
         others = [[] for _ in self.sizes]
         for row in range(file.m):

@@ -12,7 +12,7 @@ from nonlinear_peers import CasadiIpopt
 from nonlinear_program import CasadiProgram, expression
 from peers import Answer, NotApplicable
 
-UNSUITED = "its start is not given, or it has rows besides dynamics, sides of states, or intervals that differ"
+UNSUITED = "its start is not given, or it has rows other than dynamics, bounds of states, or intervals that differ"
 
 
 class Intervals:

@@ -191,7 +191,7 @@ class Stage:
         self.A, self.B = J[dynamics, x].toarray(), J[dynamics, u].toarray()
         self.b = -r.row_lower[dynamics]  # A x + B u - next = -b
         if (J[dynamics, following] + np.eye(following.stop - following.start)).any():
-            raise NotApplicable("its dynamics do not end in the next state")
+            raise NotApplicable("its dynamics are not equations of the next state")
         self.C, self.D = J[rows, x].toarray(), J[rows, u].toarray()
         self.low, self.high = r.row_lower[rows], r.row_upper[rows]
         for name, at in (("x", x), ("u", u)):
@@ -224,8 +224,8 @@ def stages_of(qp, reduced=None):
 
 class AcadosHpipm(_Hpipm):
     name, package = "acados-hpipm", "comma-deps-acados"
-    about = ("HPIPM of the package comma-deps-acados, mode SPEED: an older version, for Haswell, about 1.45 times slower than one "
-             "built for the processor. Not to be called HPIPM without that")
+    about = ("HPIPM of the package comma-deps-acados, mode SPEED: an older version, for Haswell, about 1.45 times slower "
+             "than a build for this processor. Results must not be quoted as HPIPM without this note")
 
     @classmethod
     def file(cls):
@@ -254,7 +254,7 @@ class OwnHpipm(_Hpipm):
     def missing(cls):
         named = os.environ.get(OWN_LIBRARY, "")
         if not named:
-            return f"{OWN_LIBRARY} names no library; built for the processor it is faster than what packages have"
+            return f"{OWN_LIBRARY} names no library; a build for this processor is faster than the packages"
         return "" if os.path.exists(named) else f"there is no library '{named}', which {OWN_LIBRARY} names"
 
 

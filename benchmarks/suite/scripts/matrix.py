@@ -79,5 +79,5 @@ def shard(tasks, text):
         if not 1 <= part <= count:
             raise ValueError
     except ValueError:
-        raise MatrixError(f"a shard is I/N with 1 <= I <= N, as in 2/5, not '{text}'") from None
+        raise MatrixError(f"a shard must be I/N with 1 <= I <= N, as in 2/5, not '{text}'") from None
     return tasks[part - 1::count]

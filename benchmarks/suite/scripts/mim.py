@@ -23,7 +23,7 @@ class _Crocoddyl:
         t = self.trajectory = Trajectory(qp)
         self.tolerance = tolerance
         if self.constrains_inputs_only and any(len(low) > len(s.bounded_u) for s, (_, _, low, _) in zip(t.stages, t.rows)):
-            raise NotApplicable("it has constraints besides sides of inputs")
+            raise NotApplicable("it has constraints other than bounds of inputs")
         models = [self._model(crocoddyl, s, *rows) for s, rows in zip(t.stages, t.rows)]
         self.problem = crocoddyl.ShootingProblem(t.start, models[:-1], models[-1])
         self.problem.nthreads = 1  # it would take more, which wait for each other by spinning
@@ -75,7 +75,8 @@ class MimCsqp(_Crocoddyl):
 
 class CrocoddylBoxFddp(_Crocoddyl):
     name, package = "crocoddyl-boxfddp", "crocoddyl"
-    about = ("BoxFDDP; sides of inputs are all that it constrains; it gives no multipliers: they are made from its point, in its favour; "
+    about = ("BoxFDDP; it supports only bounds of inputs and returns no multipliers, so they are computed from its "
+             "point, in its favour; "
              "warm from states and inputs")
     ladder = (1.0, 1e-4, 1e-8)
     constrains_inputs_only = True

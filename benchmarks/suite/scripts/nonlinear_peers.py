@@ -26,7 +26,7 @@ FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
 def compiled(program, names, functions=None):
     """The path of the shared library of a CasadiProgram's functions, or of others in their place."""
     if shutil.which("gcc") is None:
-        raise NotApplicable("no gcc is there to compile CasADi's functions")
+        raise NotApplicable("gcc is needed to compile CasADi's functions")
     with tempfile.TemporaryDirectory(prefix="saltus-casadi-") as folder:
         source = program.write_source(folder, names, functions)
         flags = ["-O1" if os.path.getsize(source) > LARGE_SOURCE else "-O3", "-march=native"]
@@ -73,7 +73,7 @@ class CasadiNlp:
                 file.casadi = CasadiProgram(file, is_safe=True)
                 difference, what = file.casadi.disagreement()
             if not difference <= 1e-9:  # rounding, relative to the largest entry
-                raise NotApplicable(f"its {what} differs from ours by {difference:.1e}: it would be another problem")
+                raise NotApplicable(f"its {what} differs from ours by {difference:.1e}, so it would be another problem")
         functions = file.casadi.functions
         options = {"print_time": False, "error_on_fail": False, "record_time": True, "no_nlp_grad": True,
                    **self.options(tolerance)}
@@ -111,7 +111,7 @@ class CasadiIpopt(CasadiNlp):
 
 class CasadiIpoptCompiled(CasadiIpopt):
     name, is_compiled = "casadi-ipopt-compiled", True
-    about = "Ipopt with MUMPS of casadi's package, functions as C compiled by gcc for the processor; the compiler's time is not counted"
+    about = "Ipopt with MUMPS of casadi's package, functions as C compiled by gcc for the processor; compile time is not counted"
 
 
 class CasadiSqpmethod(CasadiNlp):
@@ -128,7 +128,8 @@ class CasadiSqpmethod(CasadiNlp):
 
 class CasadiBlocksqp(CasadiNlp):
     name, plugin = "casadi-blocksqp", "blocksqp"
-    about = ("blockSQP of casadi's package with dense programs for qpOASES (its sparse ones need MA27, which is not there), functions in "
+    about = ("blockSQP of casadi's package with dense programs for qpOASES (its sparse ones need MA27, which is "
+             "missing), functions in "
              "CasADi's virtual machine")
     largest = 200
 

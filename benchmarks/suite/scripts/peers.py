@@ -67,7 +67,7 @@ class _Split:
 
 class Piqp:
     name, package = "piqp", "piqp"
-    about = "sparse LDL', interior point with proximal terms; no warm start: cold in both columns"
+    about = "sparse LDL', interior point with proximal terms; no warm start, so cold in both columns"
     ladder = (1.0, 0.1, 0.01, 1e-3)
     backend = "sparse_ldlt"
 
@@ -99,12 +99,12 @@ class Piqp:
 
 class PiqpMultistage(Piqp):
     name, backend = "piqp-multistage", "sparse_multistage"
-    about = "piqp with its factorisation by stages; no warm start: cold in both columns"
+    about = "piqp with its factorisation by stages; no warm start, so cold in both columns"
 
 
 class Clarabel:
     name, package = "clarabel", "clarabel"
-    about = "interior point on the homogeneous embedding; no warm start: cold in both columns"
+    about = "interior point on the homogeneous embedding; no warm start, so cold in both columns"
     ladder = (1.0, 0.1, 0.01, 1e-3)
 
     def __init__(self, qp, tolerance):
@@ -199,7 +199,7 @@ class Osqp:
 
 class Qpalm:
     name, package = "qpalm", "qpalm"
-    about = "proximal augmented Lagrangian with a semismooth Newton method; it works in a thread of its own"
+    about = "proximal augmented Lagrangian with a semismooth Newton method; it runs in a separate thread"
     has_threads = True
     ladder = (1.0, 0.1, 0.01)
 
@@ -277,7 +277,7 @@ class Proxqp:
 
 class Daqp:
     name, package = "daqp", "daqp"
-    about = "dual active set, dense; set-up, with its factorisation, and solve are one call, and both count"
+    about = "dual active set, dense; set-up (with its factorisation) and solve are one call, and both are counted"
     ladder = (1.0, 0.1, 0.01, 1e-3)
     largest = 1000
 
@@ -356,8 +356,8 @@ class _Casadi:
 
 class CasadiHpipm(_Casadi):
     name, plugin = "casadi-hpipm", "hpipm"
-    about = ("HPIPM of casadi's package, whose BLASFEO is generic: about 2.6 times slower than one built for the "
-             "processor. Not to be called HPIPM without that")
+    about = ("HPIPM of casadi's package, whose BLASFEO is generic: about 2.6 times slower than a build for this "
+             "processor. Results must not be quoted as HPIPM without this note")
     ladder = (1.0, 0.1, 0.01)
 
     def options(self, qp, tolerance):

@@ -13,7 +13,7 @@ def path_of_program():
     """Set by `saltus bench`, which runs these scripts."""
     program = os.environ.get("SALTUS_PROGRAM", "")
     if not os.access(program, os.X_OK):
-        raise ProgramError("these scripts are run by `saltus bench`, which says where the program is")
+        raise ProgramError("these scripts must be run by `saltus bench`, which gives them the path of the program")
     return program
 
 

@@ -71,7 +71,7 @@ def read_program(path):
         except json.JSONDecodeError as error:
             raise ValueError(f"'{path}' is not JSON: {error}") from None
     if data.get("format") != FORMAT:
-        raise ValueError(f"'{path}' is of the format {data.get('format')}, not '{FORMAT}'")
+        raise ValueError(f"'{path}' has the format {data.get('format')}, not '{FORMAT}'")
     return QuadraticProgram(data)
 
 

@@ -49,18 +49,18 @@ def read(path):
     except OSError as error:
         raise RecordsError(f"'{path}' cannot be read: {error.strerror}") from None
     if len(raw) > LONGEST:
-        raise RecordsError(f"'{path}' has more than {LONGEST >> 20} MB, which no results of ours have")
+        raise RecordsError(f"'{path}' has more than {LONGEST >> 20} MB, too many for results of `saltus bench`")
     lines = raw.splitlines()
     try:
         head = json.loads(lines[0])
         kind = head.get("format")
     except (IndexError, AttributeError, RecursionError, json.JSONDecodeError):
-        raise RecordsError(f"'{path}' holds no results of `saltus bench run`") from None
+        raise RecordsError(f"'{path}' contains no results of `saltus bench run`") from None
     if kind != FORMAT:
-        raise RecordsError(f"'{path}' is of the format '{kind}' where this version reads "
-                           f"'{FORMAT}': run it again, or read it with the version that wrote it")
+        raise RecordsError(f"'{path}' has the format '{kind}' but this version reads "
+                           f"'{FORMAT}': run it again, or use the version that wrote it")
     if not _is_head(head):
-        raise RecordsError(f"'{path}' does not say what was run: its first line lacks machine, matrix or packages")
+        raise RecordsError(f"'{path}' is incomplete: its first line lacks machine, matrix or packages")
     tasks, open_lines = {}, []
     for number, text in enumerate(lines[1:], 2):
         try:
@@ -68,7 +68,7 @@ def read(path):
         except (RecursionError, json.JSONDecodeError):
             break  # written in the middle of the end
         if not _is_line(line):
-            raise RecordsError(f"'{path}': line {number} is no result of `saltus bench run`")
+            raise RecordsError(f"'{path}': line {number} is not a result of `saltus bench run`")
         if "done" in line:
             tasks[line["done"]] = open_lines
             open_lines = []
@@ -88,7 +88,7 @@ def read_of(path, campaign):
         raise RecordsError(f"'{path}' holds results of {MADE_BY.get(kind, 'something else')}, not of {MADE_BY[campaign]}")
     if campaign is None and not (isinstance(matrix.get("tolerance"), (int, float)) and isinstance(matrix.get("horizons"), dict)
                                  and {"instances", "repetitions"} <= set(matrix)):
-        raise RecordsError(f"'{path}' does not say what was run: its matrix lacks instances, repetitions, horizons or tolerance")
+        raise RecordsError(f"'{path}' is incomplete: its matrix lacks instances, repetitions, horizons or tolerance")
     return found
 
 
@@ -157,14 +157,15 @@ def merge(paths):
     for path, head in zip(paths, heads):
         other = what_differs(*map(without_program, (heads[0], head)), ("matrix", "saltus", "packages", "inputs"))
         if other:
-            raise RecordsError(f"'{path}' is not of the same run as '{paths[0]}': its {other}")
+            raise RecordsError(f"'{path}' does not belong to the same run as '{paths[0]}': its {other}")
     machine, saltus = (all_of([head[key] for head in heads]) for key in ("machine", "saltus"))
     merged, notes = Records({**heads[0], "machine": machine, "saltus": saltus, "shard": None}), []
     for records in all_records:
         merged.tasks.update(records.tasks)
     if machine != heads[0]["machine"]:
-        notes.append(f"the parts are of several machines ({machine.get('processor')}): times of one say little of "
-                     "those of another")
+        notes.append(f"the shards come from different machines ({machine.get('processor')}), so their times are not "
+                     "comparable")
     if saltus != heads[0]["saltus"]:
-        notes.append(f"the parts are of several builds of the commit {saltus.get('commit')}: their program files differ")
+        notes.append(f"the shards come from different builds of the commit {saltus.get('commit')}: their program files "
+                     "differ")
     return merged, notes

@@ -261,7 +261,7 @@ def not_first(records, cells):
             mine = min(ours, key=ours.get) if ours else None
             yield (f"{task}: {best} takes {medians[best]:.0f} us"
                    + (f", {mine} {ours[mine]:.0f} us." if mine
-                      else ", and none of ours solved all."))
+                      else ", and none of our solvers solved all."))
 
 
 def notes(names, packages):
@@ -288,11 +288,12 @@ def write_report(records, path):
 <h1>Solvers on optimal control problems</h1>
 <p>Saltus {saltus['version']} ({saltus['commit']}), {saltus['compiler']}, {saltus['type']}, -march={saltus['march']};
 {machine['processor']}, {machine['system']}.
-At most {counted(matrix['instances'], 'instance')} of a problem, {counted(matrix['repetitions'], 'repetition')} in turns.
-An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}, whatever
-its solver says. Times are of the thread's processor or by the solver's own timer, whichever is less; set-up is apart.</p>""",
+At most {counted(matrix['instances'], 'instance')} per problem, {counted(matrix['repetitions'], 'repetition')}, alternating.
+An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}. The status
+of its solver does not count. Times are processor times of the thread or the solver's own timer, whichever is smaller;
+set-up is listed separately.</p>""",
              "<h2>Times</h2>", *(html_table(table.rows(records, tasks), mark_first) for tasks in table.groups(records)),
-             '<p class="note">Microseconds per solve; bold: the fastest of those that missed nothing.</p>']
+             '<p class="note">Microseconds per solve; bold: the fastest solver that solved everything.</p>']
     behind = list(not_first(records, cells))
     parts.append("<h2>Where Saltus is not first</h2>" + (
         "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in behind) + "</ul>"
@@ -300,7 +301,7 @@ its solver says. Times are of the thread's processor or by the solver's own time
     parts.append("<h2>Performance profiles</h2>")
     for (profile, count), tasks in profiles:
         what = "nonlinear problems" if table.is_nonlinear(tasks[0]) else "quadratic programs"
-        parts.append(f"<p>{what.capitalize()}: {counted(count, 'instance')} that somebody solved.</p>{profile}")
+        parts.append(f"<p>{what.capitalize()}: {counted(count, 'instance')} solved by at least one solver.</p>{profile}")
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
@@ -315,7 +316,8 @@ its solver says. Times are of the thread's processor or by the solver's own time
     parts.append("<h2>Set-up</h2>" + "".join(
         html_table(setup_rows(cells, present, tasks)) for tasks in table.groups(records)))
     parts.append("<h2>Failures by cause</h2>" + html_table(failure_rows(cells, present))
-                 + '<p class="note">wrong: it says solved, the judge does not; gave up: it says so itself.</p>')
+                 + '<p class="note">wrong: reported as solved, but rejected by the check; gave up: reported as failed by '
+                   'the solver itself.</p>')
     parts.append("<h2>Solvers</h2><ul>" + "".join(
         f"<li>{note}</li>" for note in notes(present, head["packages"])) + "</ul>")
     missing = sorted({(line["solver"], line["claimed"]) for line in records.lines()

@@ -16,10 +16,10 @@ class Trajectory:
         self.qp, self.stages = qp, hpipm.stages_of(qp, Whole(qp))
         self.nx = int(self.stages[0].nx)
         if any(s.nx != self.nx for s in self.stages) or self.stages[-1].nu:
-            raise NotApplicable("its states differ in number from stage to stage, or it has inputs at its end")
+            raise NotApplicable("the number of its states varies between stages, or it has inputs at its end")
         self.start = qp.lower[:self.nx]
         if (self.start != qp.upper[:self.nx]).any():
-            raise NotApplicable("its start is not given")
+            raise NotApplicable("its start is not fixed")
         self.rows = [self._rows(k) for k in range(len(self.stages))]
 
     def _rows(self, k):
