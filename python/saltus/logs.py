@@ -1,4 +1,4 @@
-"""Converts runs to other formats: MAT v7.3 in robometry's layout, MCAP with JSON messages.
+"""Converts runs to MAT v7.3 (in robometry's layout) and MCAP (with JSON messages).
 
 Usage: python3 -m saltus.logs FOLDER mat|mcap|FILE.mat|FILE.mcap...
 
@@ -16,7 +16,7 @@ from .on_folder import NOT_WRITTEN, SAID
 try:
     import numpy as np
 except ModuleNotFoundError:
-    print("no logs: this python3 has no numpy; install python3-numpy, or name another python3 by SALTUS_PYTHON", file=sys.stderr)
+    print("no logs: this python3 has no numpy; install python3-numpy, or set SALTUS_PYTHON to another python3", file=sys.stderr)
     sys.exit(SAID)
 
 from .results import load  # noqa: E402
@@ -164,7 +164,7 @@ def main(folder, names):
     files = [os.path.join(folder, f"run.{name}") if f".{name}" in WRITERS else name for name in names]
     for file in files:
         if os.path.splitext(file)[1] not in WRITERS:
-            print(f"{file}: a name that ends with .mat or .mcap is needed", file=sys.stderr)
+            print(f"{file}: the name must end with .mat or .mcap", file=sys.stderr)
             return SAID
     try:
         status, run = 0, load(folder)

@@ -1,4 +1,4 @@
-"""Draws all pictures of a folder from its tables: of any run, of a legged robot with report and replay, of runs and
+"""Draws all pictures of a results folder from its tables: of any run, of legged robots (with report and replay), of runs and
 campaigns of the quadruped, and of a survival map.
 
 Usage: python3 -m saltus.plot FOLDER
@@ -37,7 +37,7 @@ def _drawers(folder):
     if any(name.startswith("trajectory") and name.endswith(".csv") for name in names):
         from . import plot_trajectory
         return [plot_trajectory.main]
-    raise FileNotFoundError(f"{folder}: there is nothing to draw: neither trajectory.csv of a run nor map.csv")
+    raise FileNotFoundError(f"{folder}: there is nothing to draw, neither trajectory.csv nor map.csv")
 
 
 def redraw(folder):
@@ -57,12 +57,12 @@ def main(folder):
         print(f"{error.filename}: there is no such file" if error.filename else error, file=sys.stderr)
         return SAID
     except KeyError as error:
-        print(f"{folder}: its tables have no column {error}; the version of saltus that made them draws them",
+        print(f"{folder}: its tables have no column {error}; use the version of saltus that wrote them",
               file=sys.stderr)
         return SAID
     except (ValueError, TypeError, IndexError, AttributeError) as error:
         reason = str(error).strip().splitlines() or [type(error).__name__]
-        print(f"{folder}: its tables are damaged, and cannot be drawn: {reason[0][:200]}", file=sys.stderr)
+        print(f"{folder}: its tables are damaged and cannot be drawn: {reason[0][:200]}", file=sys.stderr)
         return SAID
     except OSError as error:
         print(f"{error.filename or folder}: {error.strerror}", file=sys.stderr)

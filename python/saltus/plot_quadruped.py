@@ -34,7 +34,7 @@ def spans(times, flags):
 def draw_way(axes, body, feet):
     way = [z - h for z, h in zip(body["z [m]"], body["height [m]"])]
     axes.fill_between(body["x [m]"], [min(way) - 0.05] * len(way), way, color="0.9", linewidth=0,
-                      label="ground below the body")
+                      label="height of the ground below the body")
     for leg, color in LEGS.items():
         axes.plot(feet[f"{leg} x [m]"], feet[f"{leg} z [m]"], color=color, linewidth=0.6, label=leg)
     axes.plot(body["x [m]"], body["z [m]"], color="black", linewidth=1.2, label="centre of mass")
@@ -56,7 +56,7 @@ def draw_gait(axes, feet, push):
     axes.set_xlim(begin, begin + WINDOW)
     axes.axvline(push, color="black", linestyle=":")
     axes.set_xlabel("t [s]")
-    axes.set_title("on the ground: truly (above, dark), by the schedule (below, light)", fontsize="small")
+    axes.set_title("ground contact: actual (top, dark), scheduled (bottom, light)", fontsize="small")
 
 
 def draw_body(axes, body, push):
@@ -107,7 +107,7 @@ def draw_campaign(folder, summary):
                   label=f"{who}: {len(order) - sum(falls)} of {len(order)} recovered")
         axes.plot([i for i, fell in enumerate(falls) if fell],
                   [tilts[i] for i, fell in enumerate(falls) if fell], "x", color="black", markersize=8)
-    axes.set_xlabel("runs, in the order in which the blind one falls (x)")
+    axes.set_xlabel("runs, ordered by the time at which the blind run falls (x)")
     axes.set_ylabel("largest tilt [degrees]")
     axes.set_title(f"ground within {100 * summary['roughness_m']:.0f} cm, "
                    f"push of {summary['impulse_N_s']:.0f} N s", fontsize="medium")
@@ -124,4 +124,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS must be the --out folder of a run")

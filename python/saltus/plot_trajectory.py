@@ -2,8 +2,8 @@
 """Draws a run of any problem: states and inputs over time, modes shaded, events marked.
 
 Usage: python3 -m saltus.plot_trajectory RESULTS, a folder with trajectory.csv ("t [s]", optionally "mode", states,
-inputs) and optionally events.csv and summary.json; writes trajectory.png into it. For a case with several motions
-every trajectory_NAME.csv has its picture. For a closed loop, ticks.csv adds the provenance of the inputs and the
+inputs) and optionally events.csv and summary.json; writes trajectory.png into it. For a case with several motions,
+each trajectory_NAME.csv gives a picture. For a closed loop, ticks.csv adds the provenance of the inputs and the
 computing times, and plans.csv adds the plans as thin lines.
 """
 
@@ -206,4 +206,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS must be the --out folder of a run")

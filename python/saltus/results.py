@@ -70,7 +70,7 @@ class Run:
         self.folder = os.path.abspath(folder)
         files = sorted(glob.glob(os.path.join(glob.escape(self.folder), "*.csv")))
         if not files:
-            raise FileNotFoundError(f"{folder}: there is no folder of a run with tables (.csv) in it")
+            raise FileNotFoundError(f"{folder}: this is not the folder of a run with tables (.csv)")
         self.summary = {}
         summary = os.path.join(self.folder, "summary.json")
         if os.path.exists(summary):
@@ -119,7 +119,7 @@ def load(folder):
 def _program():
     named = os.environ.get("SALTUS_PROGRAM") or shutil.which("saltus")
     if not named:
-        raise FileNotFoundError("there is no program saltus on the PATH; SALTUS_PROGRAM names one")
+        raise FileNotFoundError("saltus is not on the PATH; set SALTUS_PROGRAM to the program")
     return named
 
 

@@ -17,14 +17,14 @@ def without_unit(column):
 def read_table(path):
     """Columns by name, in order; numeric if all entries are (empty ones are NaN)."""
     if os.path.exists(path) and not os.path.isfile(path):
-        raise ValueError(f"{path} is no file")  # a device has no end of file
+        raise ValueError(f"{path} is not a file")  # a device has no end of file
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     if not rows:
         raise ValueError(f"{path} is empty")
     for number, row in enumerate(rows, 1):
         if len(row) != len(rows[0]):
-            raise ValueError(f"{path}:{number} has {len(row)} entries where there are {len(rows[0])} columns")
+            raise ValueError(f"{path}:{number} has {len(row)} entries for {len(rows[0])} columns")
     table = {}
     for i, name in enumerate(rows[0]):
         entries = [row[i] for row in rows[1:]]

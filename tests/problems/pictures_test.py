@@ -185,7 +185,7 @@ class Pictures(unittest.TestCase):
         with open(path("planned", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 5)
-        self.assertIn("places considered and chosen", page)
+        self.assertIn("considered and chosen places", page)
 
     def test_of_two_steps_every_ground_is_told(self):
         simulate("two_steps", "--step.planner", "ocp", "--step.most", "3", "--push.impulse", "18", "--push.direction", "[-1, 0, 0]")
@@ -207,7 +207,7 @@ class Pictures(unittest.TestCase):
         # Capture point and forces settle from the same instant.
         self.assertEqual(summary["icp_settling_from_s"], landings[-1])
         self.assertIn(f"; settling times from {landings[-1]:.3f} s on: capture point", printed["two_steps"])
-        self.assertIn("Settling, from the last landing or push on", page_about(path("two_steps")))
+        self.assertIn("Settling times, from the last landing or push on", page_about(path("two_steps")))
         table = read_by_names(os.path.join(path("two_steps"), "trajectory.csv"))
         band = 0.05 * summary["mass_kg"] * 9.81  # N
         for foot in ("left", "right"):
@@ -257,8 +257,8 @@ class Pictures(unittest.TestCase):
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 9)
-        for text in ("Estimate against the truth", "Measured vertical force", "Slip of the left sole", "Largest tilt",
-                     "Least distance of a joint from its limit", "Simulator"):
+        for text in ("Estimation errors", "Measured vertical force", "Largest slip of the left sole", "Largest tilt",
+                     "Smallest distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)
         self.is_replay()
 

@@ -56,7 +56,7 @@ class Results(unittest.TestCase):
         self.assertEqual(self.loaded.summary["cost"], 2.0)
         with self.assertRaises(KeyError):
             table["depth"]
-        with self.assertRaisesRegex(FileNotFoundError, "no folder of a run"):
+        with self.assertRaisesRegex(FileNotFoundError, "not the folder of a run"):
             saltus.load(self.path("nothing"))
 
     def test_columns_that_differ_by_their_unit_alone(self):

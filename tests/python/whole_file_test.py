@@ -62,7 +62,7 @@ class WholeFile(unittest.TestCase):
         self.assertEqual(self.content(), "first, and longer")
 
     def test_a_device_is_no_table(self):
-        with self.assertRaisesRegex(ValueError, "is no file"):
+        with self.assertRaisesRegex(ValueError, "is not a file"):
             read_table("/dev/zero")
 
     def test_no_name_ends_or_hides_a_script(self):

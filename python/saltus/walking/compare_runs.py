@@ -146,4 +146,4 @@ if __name__ == "__main__":
     try:
         main(sys.argv[1:3], sys.argv[3] if len(sys.argv) == 4 else beside)
     except FileNotFoundError as error:
-        sys.exit(f"{error.filename}: there is no such file; A and B are --out folders of runs")
+        sys.exit(f"{error.filename}: there is no such file; A and B must be --out folders of runs")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes a film of a run on the whole body from its replay.
+"""Makes a video of a whole-body run from its replay.
 
 Usage: python3 -m saltus.walking.movie RESULTS, a folder with replay.html; writes movie.mp4 into it, or movie.gif
 without ffmpeg. Needs Chromium, which draws the replay without a window.
@@ -52,7 +52,7 @@ def pictures_of(page, begin, end, rate=RATE):
             sys.exit(f"no movie: Chromium did not draw the replay within {patience:.0f} s")
     found = re.search(r'<pre id="film">([^<]*)</pre>', dump)
     if found is None or not found.group(1).strip():
-        sys.exit("no movie: Chromium drew nothing of the replay (it needs WebGL)")
+        sys.exit("no movie: Chromium did not draw the replay (it needs WebGL)")
     return [base64.b64decode(line) for line in found.group(1).split()]
 
 
@@ -62,7 +62,7 @@ def write_mp4(pictures, path):
                "-pix_fmt", "yuv420p", "-f", "mp4", path]
     done = subprocess.run(command, input=b"".join(pictures), stderr=subprocess.PIPE, check=False)
     if done.returncode != 0:
-        sys.exit("no movie: ffmpeg says " + done.stderr.decode(errors="replace").strip())
+        sys.exit("no movie: ffmpeg failed: " + done.stderr.decode(errors="replace").strip())
 
 
 def write_gif(pictures, path):
@@ -81,7 +81,7 @@ def main(folder):
     if not os.path.exists(page):
         raise FileNotFoundError(2, "no such file", page)
     begin, end = span(folder)
-    print(f"Drawing {round((end - begin) * RATE)} pictures, each in up to a second ...", flush=True)
+    print(f"Drawing {round((end - begin) * RATE)} frames, up to one second each ...", flush=True)
     pictures = pictures_of(page, begin, end)
     has_ffmpeg = shutil.which("ffmpeg") is not None
     name = "movie.mp4" if has_ffmpeg else "movie.gif"
@@ -91,4 +91,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "a replay is drawn by a run with --plant dart or mujoco")
+    on_folder(main, __doc__, "a run with --plant dart or mujoco writes a replay")

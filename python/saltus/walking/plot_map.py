@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws a survival map as a polar picture.
+"""Draws a survival map as a polar plot.
 
 Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png into it. There is one panel
 per step
@@ -118,7 +118,7 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
 
 
 def free_title(rays, width, largest):
-    title = "steps when and where the planner wants"
+    title = "time and place of the steps chosen by the planner"
     share = share_of_bound(rays, width)
     if share is None:
         return title
@@ -133,7 +133,7 @@ def main(folder):
     step_times = step_times or [0.0]
     rays = [pushes for by_angle in cells.values() for pushes in by_angle.values()]
     if not rays:
-        sys.exit("map.csv holds no cell yet")
+        sys.exit("map.csv has no cells yet")
     impulses = sorted({impulse for pushes in rays for impulse in pushes})
     edges = [max(0.0, 2.0 * impulses[0] - impulses[1]) if len(impulses) > 1 else 0.0] + impulses
     angles = sorted({angle for by_angle in cells.values() for angle in by_angle})
@@ -148,14 +148,14 @@ def main(folder):
         draw_panel(axes, cells, step_time, width, edges, 1.08 * outermost)
         axes.set_title(free_title(cells.get(("mpc", 0.0), {}), width, impulses[-1]) if is_free
                        else f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16)
-        axes.set_xlabel("impulse towards the direction [N s]", labelpad=10)
+        axes.set_xlabel("impulse by direction [N s]", labelpad=10)
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",
                   frameon=False)
-    figure.suptitle("Pushes that were recovered", y=0.99)
+    figure.suptitle("Recovered pushes", y=0.99)
     figure.tight_layout(rect=(0.0, 0.07, 1.0, 0.97))
     save_picture(figure, os.path.join(folder, "map.png"))
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "give the --out folder of a map")
+    on_folder(main, __doc__, "RESULTS must be the --out folder of a map")

@@ -102,7 +102,7 @@ def draw_torques(body, robot, summary, folder, begin, end, what):
 
 
 def draw_estimate(table, body, summary, folder, begin, end, what):
-    figure, axes = new_axes(f"Error of the estimated CoM, {what}", "from the stance sole [mm]")
+    figure, axes = new_axes(f"Error of the estimated CoM, {what}", "relative to the stance sole [mm]")
     is_left = body["estimate_stance_is_left"]
     shown = [i for i, t in enumerate(body["t"]) if begin <= t <= end]
     for axis in "xyz":
@@ -220,7 +220,7 @@ def draw_step_plans(plans, summary, folder, begin, end, what):
     considered = step_alternatives(plans)
     figure, (above, cost, landing) = plt.subplots(3, 1, figsize=(6.4, 9.0), constrained_layout=True,
                                                   height_ratios=(2, 1, 1))
-    above.set_title(f"Plans of steps, {what}")
+    above.set_title(f"Step plans, {what}")
     above.set_xlabel("y [m]")
     above.set_ylabel("x, forward [m]")
     for foot, color in FEET:
@@ -251,11 +251,11 @@ def draw_step_plans(plans, summary, folder, begin, end, what):
         foot = "right" if is_right else "left"
         label = "stand" if steps == 0 else f"{steps:.0f} step{'s' if steps > 1 else ''}, {foot} first"
         cost.plot([p[0] for p in points], [p[1] for p in points], ".", markersize=4, label=label)
-    cost.set_ylabel("cost of a choice")
+    cost.set_ylabel("cost of an alternative")
     cost.set_yscale("symlog", linthresh=1.0)
     none = [plans["t"][i] for i in shown if plans.get("feasible", [1.0] * len(plans["t"]))[i] == 0.0]
     if none:
-        cost.plot(none, [0.0] * len(none), "x", color="tab:red", label="no choice meets all limits")
+        cost.plot(none, [0.0] * len(none), "x", color="tab:red", label="no feasible alternative")
     landing.set_ylabel("time to the landing [s]")
     landing.set_xlabel("t [s]")
     for axes in (above, cost, landing):
@@ -311,4 +311,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS must be the --out folder of a run")

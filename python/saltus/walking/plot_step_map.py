@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the pushes that a pendulum survives over their direction, depending on the freedom of its planner.
+"""Draws the pushes that a pendulum survives by direction, for different freedoms of its planner.
 
 Usage: python3 -m saltus.walking.plot_step_map MAP.CSV PICTURE.PNG, with the output of the program step_map of
 benchmarks/.
@@ -27,7 +27,7 @@ def main(source, target):
         rows = list(csv.DictReader(file))
     area = next((row for row in rows if row["direction"] == "area"), None)
     if area is None:
-        raise SystemExit(f"{source} has no line with the areas: is it the whole output of step_map?")
+        raise SystemExit(f"{source} has no line with the areas, so it is not the complete output of step_map")
     rows.remove(area)
     rows.append(rows[0])
     angles = [math.radians(float(row["direction"])) for row in rows]
@@ -40,7 +40,7 @@ def main(source, target):
         axes.plot(angles, [float(row[key]) for row in rows], color=colour, linewidth=2.0,
                   label=f"{label} ({float(area[key]):.0f} (N s)²)")
     axes.set_theta_zero_location("N")  # forward is up, the side of the left foot is left
-    axes.set_title("largest impulse survived, N s; forward is up")
+    axes.set_title("largest survived impulse, N s; forward is up")
     axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.08, 1.0))
     save_picture(figure, target)
 

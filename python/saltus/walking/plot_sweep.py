@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws cost and first input over the time of the impact: a node at the event against rounding to the grid.
+"""Draws cost and first input over the time of the impact, for a node at the event and for an event rounded to the grid.
 
 Usage: python3 -m saltus.walking.plot_sweep SWEEP.CSV PICTURE.PNG, with the file that the program impact_sweep of
 benchmarks/ writes.
@@ -24,7 +24,7 @@ def select(rows, grid, impact):
               "impact": impact}
     found = [row for row in rows if all(row[key] == value for key, value in wanted.items())]
     if not found:
-        raise SystemExit(f"the file holds no sweep with {wanted}")
+        raise SystemExit(f"the file contains no sweep with {wanted}")
     return found
 
 

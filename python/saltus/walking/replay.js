@@ -30,7 +30,7 @@ let renderer;
 try {
   renderer = new THREE.WebGLRenderer({ antialias: true });
 } catch (error) {
-  view.textContent = "This browser offers no WebGL, which the replay needs.";
+  view.textContent = "The replay needs WebGL, which this browser does not support.";
   throw error;
 }
 view.appendChild(renderer.domElement);
@@ -359,7 +359,7 @@ function show_plan(time) {
     if (mark.visible) mark.position.set(places[i][0], places[i][1], 0.007);
   });
   chosen_mark.visible = chosen !== null;
-  if (chosen === null) return places.length > 0 ? "\nno step is taken" : "";
+  if (chosen === null) return places.length > 0 ? "\nno step" : "";
   chosen_mark.position.set(chosen[1], chosen[2], 0.008);
   const left = Math.max(0, chosen[3] - time);
   return `\n${chosen[0] > 0.5 ? "right" : "left"} foot lands in ${left.toFixed(2)} s`;
@@ -415,7 +415,7 @@ function show(position) {
     `left foot  ${newtons(forces[0])}, planned ${planned("left")}\n` +
     `right foot ${newtons(forces[1])}, planned ${planned("right")}\n` +
     (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
-     left && right ? "both feet stand" : `${left ? "left" : "right"} foot stands`) +
+     left && right ? "both feet in contact" : `${left ? "left" : "right"} foot in contact`) +
     show_plan(time_of(position));
   show_unmet(time_of(position));
 }

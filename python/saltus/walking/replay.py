@@ -131,7 +131,7 @@ def page(folder, summary):
     trajectory = read_rows(os.path.join(folder, "trajectory.csv"))
     times = [row[0] for row in body[1]]
     if times != [row[0] for row in trajectory[1]]:
-        sys.exit(f"body.csv and trajectory.csv in {folder} are not of one run")
+        sys.exit(f"body.csv and trajectory.csv in {folder} do not belong to the same run")
     indices = frame_indices(times)
     table, data = pack(channels_of(robot, body, trajectory), indices)
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]

@@ -14,7 +14,7 @@ MOST_TRIANGLES = 120000  # total of all meshes: at most 1.5 MB in the page
 MOST_CORNERS = 65535  # per mesh: indices have 16 bits
 LEVELS = 65535
 LONGEST = 1 << 26  # bytes per mesh, as in robots/saltus/robots/model/mesh.cpp
-REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
+REMEDY = "add the folder that contains it to ROS_PACKAGE_PATH"
 
 
 class MeshError(Exception):
@@ -106,9 +106,9 @@ def read_stl(path):
         try:
             corners = numpy.array(words, dtype=float).reshape(-1, 3, 3)
         except ValueError:
-            raise MeshError("has corners that are no triangles; export it again") from None
+            raise MeshError("has corners that do not form triangles; export it again") from None
     else:
-        raise MeshError("is not a whole STL file; convert it to STL")
+        raise MeshError("is not a complete STL file; export it again as STL")
     if len(corners) == 0 or not numpy.isfinite(corners).all():
         raise MeshError("has no triangles or corners that are not finite; export it again")
     return corners

@@ -18,13 +18,13 @@ from ..whole_file import write_text
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
     ("from_above.png", "Feet, hull, centre of mass and capture point, from above"),
-    ("step_plans.png", "Plans of steps: places considered and chosen, costs, time to the landing"),
+    ("step_plans.png", "Step plans: considered and chosen places, costs, time to landing"),
     ("com.png", "Centre of mass"),
-    ("forces.png", "Vertical forces, as commanded"),
+    ("forces.png", "Commanded vertical forces"),
 ]
 BODY_PICTURES = [
     ("measured_forces.png", "Vertical forces, planned and measured"),
-    ("feet.png", "Soles: place, height and slip"),
+    ("feet.png", "Soles: position, height and slip"),
     ("torques.png", "Joint torques as a fraction of their limits"),
 ]
 ESTIMATE_PICTURES = [("estimate.png", "Error of the estimate")]
@@ -32,19 +32,19 @@ ESTIMATE_PICTURES = [("estimate.png", "Error of the estimate")]
 # Title, then key of summary.json ("body." of its section), text, unit, factor, decimals.
 FIGURES = [
     ("The run", [
-        ("stood_on", "Stands on at the start", "", 1, 0),
+        ("stood_on", "Stance at the start", "", 1, 0),
         ("touchdown_s", "Touch-down", "s", 1, 3),
         ("end_s", "Length of the run", "s", 1, 2),
         ("com_height_min_m", "Lowest CoM", "m", 1, 3),
         ("com_height_max_m", "Highest CoM", "m", 1, 3),
         ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
         ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
-        ("body.standing", "Caught without a step, and hardly leaning", "", 1, 0),
-        ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
+        ("body.standing", "Recovered without a step, almost without tilt", "", 1, 0),
+        ("body.base_tilt_max_rad", "Largest tilt of the base relative to the start", "rad", 1, 3),
         ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
     ]),
-    ("Settling, from the last landing or push on", [
-        ("icp_settling_from_s", "that is, from the time", "s", 1, 3),
+    ("Settling times, from the last landing or push on", [
+        ("icp_settling_from_s", "start of this interval", "s", 1, 3),
         ("icp_settling_s", "Capture point within 1 cm of its final place", "s", 1, 2),
         ("force_settling.planned_left_s", "Planned vertical force, left foot", "s", 1, 2),
         ("force_settling.planned_right_s", "Planned vertical force, right foot", "s", 1, 2),
@@ -54,54 +54,54 @@ FIGURES = [
     ("Feet", [
         ("body.left_force_peak_n", "Peak force of the left foot (mean over 20 ms)", "N", 1, 0),
         ("body.right_force_peak_n", "Peak force of the right foot (mean over 20 ms)", "N", 1, 0),
-        ("body.friction_max", "Tangential over vertical force of a foot, at most", "", 1, 2),
-        ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
-        ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
+        ("body.friction_max", "Largest ratio of tangential to vertical force of a foot", "", 1, 2),
+        ("body.left_slip_max_m", "Largest slip of the left sole", "mm", 1e3, 2),
+        ("body.right_slip_max_m", "Largest slip of the right sole", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
     ]),
-    ("Planner of steps", [
-        ("step_plans.ticks", "Ticks that planned", "", 1, 0),
-        ("step_plans.ticks_with_three_alternatives", "of these with three choices or more", "", 1, 0),
-        ("step_plans.ticks_without_feasible_alternative", "of these with none that met all limits",
+    ("Step planner", [
+        ("step_plans.ticks", "Planning ticks", "", 1, 0),
+        ("step_plans.ticks_with_three_alternatives", "of these with three or more alternatives", "", 1, 0),
+        ("step_plans.ticks_without_feasible_alternative", "of these without a feasible alternative",
          "", 1, 0),
         ("step_plans.first_without_s", "first at the time", "s", 1, 2),
         ("step_plans.processor_us.median", "Median processor time of a tick", "ms", 1e-3, 2),
-        ("step_plans.processor_us.p99", "99 % of the ticks within", "ms", 1e-3, 2),
+        ("step_plans.processor_us.p99", "99th percentile of the processor time of a tick", "ms", 1e-3, 2),
     ]),
-    ("Estimate against the truth, from 0.25 s on", [
-        ("body.estimate_com_error_m", "Largest error of the CoM from the stance sole", "mm", 1e3, 1),
-        ("body.estimate_velocity_error_m_s", "Error of its velocity, rms", "mm/s", 1e3, 0),
+    ("Estimation errors, from 0.25 s on", [
+        ("body.estimate_com_error_m", "Largest error of the CoM relative to the stance sole", "mm", 1e3, 1),
+        ("body.estimate_velocity_error_m_s", "RMS error of the CoM velocity", "mm/s", 1e3, 0),
     ]),
     ("Joints", [
         ("body.torque_share_max", "Largest torque, fraction of its limit", "%", 100, 0),
         ("body.torque_share_joint", "at the joint", "", 1, 0),
         ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
-        ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "mrad", 1e3, 1),
+        ("body.joint_limit_margin_rad", "Smallest distance of a joint from its limit", "mrad", 1e3, 1),
         ("body.joint_limit_joint", "at the joint", "", 1, 0),
         ("body.joint_limit_time_s", "at the time", "s", 1, 2),
         ("body.joint_speed_ratio_max", "Largest speed, fraction of its limit", "%", 100, 0),
         ("body.joint_speed_joint", "at the joint", "", 1, 0),
         ("body.joint_speed_time_s", "at the time", "s", 1, 2),
-        ("body.joint_speed_over_s", "Longest time above a limit", "ms", 1e3, 0),
+        ("body.joint_speed_over_s", "Longest time above a speed limit", "ms", 1e3, 0),
     ]),
     ("Limbs", [
-        ("body.clearance_min_m", "Least distance (negative: one in the other)", "mm", 1e3, 1),
-        ("body.clearance_pair", "of the links", "", 1, 0),
+        ("body.clearance_min_m", "Smallest distance (negative: overlap)", "mm", 1e3, 1),
+        ("body.clearance_pair", "between the links", "", 1, 0),
         ("body.clearance_time_s", "at the time", "s", 1, 2),
     ]),
     ("Controllers", [
         ("solves", "Solves of the planner", "", 1, 0),
-        ("failures", "Solves that failed", "", 1, 0),
-        ("deadline_misses", "Solves cut off by the deadline", "", 1, 0),
-        ("icp_slack_max_m", "Hull given up by the plans, at most", "mm", 1e3, 2),
+        ("failures", "Failed solves", "", 1, 0),
+        ("deadline_misses", "Solves stopped by the deadline", "", 1, 0),
+        ("icp_slack_max_m", "Largest violation of the hull in the plans", "mm", 1e3, 2),
         ("kkt_max", "Largest KKT residual", "", 1, None),
         ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
-        ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
+        ("solve_us.p99", "99th percentile of the time of a solve", "ms", 1e-3, 3),
         ("body.control_steps", "Whole-body control steps", "", 1, 0),
-        ("body.control_failures", "of these not solved", "", 1, 0),
-        ("body.control_cuts", "of these with torques cut to their limits", "", 1, 0),
-        ("body.whole_body_solve_us.median", "Median time of its program's solve", "ms", 1e-3, 3),
-        ("body.whole_body_solve_us.p99", "99 % of these within", "ms", 1e-3, 3),
+        ("body.control_failures", "of these without a solution", "", 1, 0),
+        ("body.control_cuts", "of these with torques clipped to their limits", "", 1, 0),
+        ("body.whole_body_solve_us.median", "Median time of its quadratic program", "ms", 1e-3, 3),
+        ("body.whole_body_solve_us.p99", "99th percentile of the time of its quadratic program", "ms", 1e-3, 3),
     ]),
     ("Time on one core, per simulated second", [
         ("body.planner_s_per_s", "Planner", "s", 1, 3),
@@ -184,7 +184,7 @@ def unmet(summary):
     if not told:
         return ""
     rows = "".join(f"<pre>{html.escape(text)}</pre>\n" for text in told)
-    return f"<h2>What planners could not keep to</h2>\n{rows}"
+    return f"<h2>Limits that plans violated</h2>\n{rows}"
 
 
 def picture(folder, name, caption):
@@ -216,7 +216,7 @@ def provenance(summary):
     if not made:
         return ""
     seed = f", seed {summary['seed']}" if "seed" in summary else ""
-    return f"Saltus {made['version']}, commit {made['commit']}{seed}; config.yaml makes it again."
+    return f"Saltus {made['version']}, commit {made['commit']}{seed}; config.yaml repeats it."
 
 
 def report(folder, summary, with_replay):
@@ -244,7 +244,7 @@ def report(folder, summary, with_replay):
 {unmet(summary)}<h2>Settings that differ from their defaults</h2>
 {settings_table(summary)}
 <h2>Pictures</h2>
-{pictures or '<p>None were drawn.</p>'}
+{pictures or '<p>No pictures were drawn.</p>'}
 <p>{html.escape(provenance(summary))}</p>
 </body></html>
 """
@@ -266,4 +266,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS must be the --out folder of a run")
