@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Does every symbol that the glossary names exist in the sources?
+"""Checks that every symbol in the glossary exists in the sources.
 
 Usage: check_glossary.py docs/glossary.md SOURCE_FOLDER...
 
-A symbol stands in backticks in the last column of a table: `Name` must be declared somewhere, as a
+A symbol is in backticks in the last column of a table: `Name` must be declared somewhere, as a
 type, an alias, a function, a value or a member; of `Owner::member`, the owner must be declared in a
 header that has the member.
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Is the program that the README prints the one that the tests compile and run?
+"""Checks that the README shows the program that the tests compile and run.
 
 Usage: check_readme.py README.md first_problem.cpp
 """
@@ -13,7 +13,7 @@ def main(readme, source):
     with open(source, encoding="utf-8") as file:
         program = file.read()
     if f"```cpp\n{program}```" not in text:
-        sys.exit(f"{readme} does not contain {source} as it is")
+        sys.exit(f"{readme} does not contain {source} literally")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the problems of the library into the gallery, from the first comment of their source files.
+"""Writes the list of library problems in the gallery, from the first comments of their source files.
 
 Usage: gallery.py GALLERY.md [--write]
 

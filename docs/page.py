@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A page as its programs are: their lines, what they print, their pictures.
+"""Checks or updates what a page shows of its programs: their lines, output and pictures.
 
 Usage: page.py PAGE PROGRAMS [--write]
 
@@ -72,11 +72,11 @@ def main(page, programs, write):
         with open(page, "w", encoding="utf-8") as file:
             file.write(made)
     elif made != shown:
-        remedy = f"page.py {page} PROGRAMS --write puts it right"
+        remedy = f"page.py {page} PROGRAMS --write updates it"
         for is_, was in zip(made.splitlines(), shown.splitlines()):
             if is_ != was:
                 sys.exit(f"{page} shows\n  {was}\nbut it is\n  {is_}\n{remedy}")
-        sys.exit(f"{page} is not as its programs are; {remedy}")
+        sys.exit(f"{page} differs from its programs; {remedy}")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts the code and its public face, and draws which folder includes which.
+"""Counts lines of code and public types, and draws the includes between folders.
 
 Usage: structure.py [--draw FILE.svg]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The drawings of docs/concepts.md, as SVG that is the same each time.
+"""Draws the figures of docs/concepts.md as SVG files, which are the same each time.
 
 Usage: draw.py FOLDER
 """

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The documentation as pages to be read in a browser, without a network: guides, concepts, reference.
+"""Makes the documentation as pages for a browser, without a network: guides, concepts, reference.
 
 Usage: make.py OUT
 
-OUT/html/index.html is the first page. Made by Doxygen from the public headers and the pages (.md) of the
+OUT/html/index.html is the first page. Doxygen makes it from the public headers and the pages (.md) of the
 project; the exit status is 1 on any warning, a public name without a comment among them, and on a link
 that leads nowhere. Needs Debian's packages doxygen and doxygen-awesome-css.
 """
@@ -300,7 +300,7 @@ def clear(out):
     os.makedirs(out, exist_ok=True)
     mark = os.path.join(out, MARK)
     if os.listdir(out) and not os.path.exists(mark):
-        sys.exit(f"documentation: something else is in '{out}'; name a folder that is new, or that docs made")
+        sys.exit(f"documentation: there are other files in '{out}'; give a new folder, or one that `./saltus docs` made")
     for name in os.listdir(out):
         path = os.path.join(out, name)
         if name == MARK:
@@ -310,7 +310,7 @@ def clear(out):
         else:
             os.remove(path)
     with open(mark, "w", encoding="utf-8") as file:
-        file.write("`./saltus docs` made what is here, and clears it when it is called again.\n")
+        file.write("`./saltus docs` made this folder, and clears it before it writes it again.\n")
 
 
 def main(out):

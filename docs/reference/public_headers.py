@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The public headers as Doxygen is to read them, in the folder OUT: OUT/saltus/core/types.hpp and so on.
+"""Writes the public headers in a form for Doxygen to the folder OUT: OUT/saltus/core/types.hpp and so on.
 
 Usage: public_headers.py OUT
 
@@ -105,7 +105,7 @@ def rewritten(name, lines):
         line = re.sub(r"^concept (\w+) =", r"inline constexpr bool \1 =", line)
         at = begins_at(out)
         if is_concept and at < len(out) and not out[at - 1].startswith("///"):
-            out[at] = "/** What a template asks of its arguments. */ " + out[at]
+            out[at] = "/** Requirements of a template on its arguments. */ " + out[at]
         copies = COPIES.match(line) or MOVES.match(line)
         function = FUNCTION.match(line)
         shared = (above if is_said else shared) if function else ""
@@ -113,17 +113,17 @@ def rewritten(name, lines):
             begin = f"/** \\file {name} */ " if i == 0 else ""
             out.append(f"{begin}///{line[2:]}")
         elif as_made and not is_said:
-            words = "As the compiler makes it." if as_made[3] == "default" else "There is none."
+            words = "Defaulted." if as_made[3] == "default" else "Deleted."
             out.append(f"{as_made[1]}/** {words} */ {as_made[2]}")
         elif copies and not is_said:
             out.append(f"{copies[1]}/** \\cond */ {line.strip()} /** \\endcond */")
         elif name in AUTODIFF and ARITHMETIC.match(line) and not is_said and "///" not in line:
             at = begins_at(out)
             if at < len(out):
-                out[at] = "/** As for numbers, derivatives or dependence included. */ " + out[at].strip()
+                out[at] = "/** As for numbers, including derivatives or dependence. */ " + out[at].strip()
                 out.append(line)
             else:
-                out.append("/** As for numbers, derivatives or dependence included. */ " + line.strip())
+                out.append("/** As for numbers, including derivatives or dependence. */ " + line.strip())
         elif function and shared and not is_said:
             out.append(f"{function[1]}/** {shared} */ {function[2]}")
         elif one_line := ON_ONE_LINE.match(line):

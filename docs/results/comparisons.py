@@ -45,7 +45,7 @@ def recovered_with(condition):
 
 
 DECISIONS = Table(
-    "When to step, in DART, push at 1 s; largest |H| in Nms where it is recovered",
+    "Time of the step, in DART, push at 1 s; largest |H| in Nms of recovered runs",
     [decided("towards the stance side: 45 degrees 8 N s; 60: 6.5 and 7; 90: 6; 120: 7; 135: 8",
              (45, 8), (60, 6.5), (60, 7), (90, 6), (120, 7), (135, 8)),
      decided("right, 10 N s in 0.4 s", (270, 10), duration=0.4), decided("right, 12 N s in 0.5 s", (270, 12), duration=0.5),
@@ -66,9 +66,9 @@ def with_short_steps(degrees):
 
 
 SHORT_STEPS = Table(
-    "What measured sensors lose against ideal ones, preset robot, step of 0.3 s; largest |H| in Nms",
+    "Measured and ideal sensors, preset robot, step of 0.3 s; largest |H| in Nms",
     [with_short_steps(degrees) for degrees in (225, 270)],
-    [("towards", name),
+    [("direction", name),
      *((f"{size} N s, {sensors} sensors", momentum_or_reason(run))
        for run, (size, sensors) in enumerate((size, sensors) for size in (8, 10) for sensors in ("ideal", "measured")))],
     quick=False)
@@ -88,9 +88,9 @@ def planned_forces(row, summaries):
 
 
 BASELINE = Table(
-    "When the baseline's trajectory ends, in DART, step of 0.6 s, push at 0.5 s",
+    "End of the baseline's trajectory, in DART, step of 0.6 s, push at 0.5 s",
     [baseline(time) for time in (0.5, 0.6, 0.8)],
-    [("ends after the landing", name), ("6 N s: capture point, s", figure("icp_settling_s", "{:.2f}")),
+    [("end after the landing", name), ("6 N s: capture point, s", figure("icp_settling_s", "{:.2f}")),
      ("planned forces, s", planned_forces), ("8 N s: H, Nms", momentum_or_reason(1))],
     quick=False)
 
@@ -144,7 +144,7 @@ def pushed_early(size):
 
 
 MOMENTUM = Table(
-    "Momentum control of the literature and inverse dynamics, in DART, step of 0.6 s, push at 0.3 s",
+    "Momentum control from the literature and inverse dynamics, in DART, step of 0.6 s, push at 0.3 s",
     [pushed_early(size) for size in sorted({*STANDING, *STEPPING})],
     [("push", name), *((f"{word}, {step}", of_controller(controller, stepping))
                        for step, stepping in (("standing", "false"), ("with a step", "true"))

@@ -14,7 +14,7 @@ from tables import README, ROBOT, TABLES, as_it_is, in_dart, look_up, markdown, 
 
 @dataclasses.dataclass
 class Figure:
-    """One row. A field for words such as {} is empty while the claim holds, and says NOT SO otherwise."""
+    """One row. A field for words such as {} is empty while the claim holds, and says VIOLATED otherwise."""
     name: str
     value: str  # with {} for the numbers
     runs: List[Dict[str, object]]  # settings of push_recovery
@@ -52,7 +52,7 @@ def momentum(summary):
 
 def all_recovered(summaries):
     """Empty if all recovered; otherwise the runs that did not, which differs from what is printed."""
-    return "".join(f" NOT SO: {s['push_impulse_ns']:g} N s: {s['reason']}" for s in summaries if not s["recovered"])
+    return "".join(f" VIOLATED: {s['push_impulse_ns']:g} N s: {s['reason']}" for s in summaries if not s["recovered"])
 
 
 def furthest(summary):
@@ -70,7 +70,7 @@ def early(size, **settings):
 
 def unless(claim):
     """Empty if the claim holds."""
-    return "" if claim else " NOT SO"
+    return "" if claim else " VIOLATED"
 
 
 def most(summaries, key):
@@ -202,9 +202,9 @@ QUICK = [
     Figure("centroidal model, 7 N s, weights of the authors", "not recovered{}; H {:.2f} Nms; height {:.2f} to {:.2f} m",
            [push(7, **THEIRS)], lambda s: [unless(not s[0]["recovered"]), momentum(s[0]), s[0]["com_height_min_m"],
                                            s[0]["com_height_max_m"]]),
-    Figure("DART, 6 N s: capture point settles, with a weight of 1e4 on it; by default", "{:.2f} s; {:.2f} s",
+    Figure("DART, 6 N s: settling time of the capture point, with a weight of 1e4 on it; by default", "{:.2f} s; {:.2f} s",
            [in_dart(6, **SOFT_POINT), in_dart(6)], lambda s: [x["icp_settling_s"] for x in s]),
-    Figure("DART, 6 N s: planned forces settle with a weight of 1e4 on the capture point", "{:.2f} s",
+    Figure("DART, 6 N s: settling time of planned forces, with a weight of 1e4 on the capture point", "{:.2f} s",
            [in_dart(6, **SOFT_POINT)], lambda s: [planned(s[0])]),
     Figure("7 N s: largest planned force of the landing foot, centroidal model; DART", "{:.0f} N; {:.0f} N",
            [push(7), in_dart(7)], lambda s: [max(column(x, "right_fz")) for x in s]),
@@ -236,19 +236,19 @@ QUICK = [
            lambda s: [left_the_sole(s[0]), s[0]["icp_settling_s"], unless(s[0]["icp_slack_max_m"] < 1e-6)]),
     Figure("DART, 7 N s: capture point moves in x by", "{:.0f} mm", [in_dart(7)],
            lambda s: [1e3 * excursion(column(s[0], "icp_x"))]),
-    Figure("DART, 7 N s: the ground carries 20 N at", "{:.2f} s", [in_dart(7)], lambda s: [s[0]["touchdown_s"]]),
+    Figure("DART, 7 N s: the ground force reaches 20 N at", "{:.2f} s", [in_dart(7)], lambda s: [s[0]["touchdown_s"]]),
     Figure("DART, 5 to 7 N s: settling time of planned forces, baseline over MPC", "{:.1f} to {:.1f}", SETTLING,
            lambda s: [min(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2])),
                       max(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2]))]),
     Figure("DART, 7 N s: largest single sample of a force at landing", "{:.0f} N", [in_dart(7)],
            lambda s: [max(column(s[0], "right_measured_fz", "body.csv"))]),
-    Figure("DART, 6 N s, box of friction: tangential over normal force with coefficient 0.4; 0.2", "{:.2f}; {:.2f}",
+    Figure("DART, 6 N s, friction box: ratio of tangential to normal force with coefficient 0.4; 0.2", "{:.2f}; {:.2f}",
            [in_dart(6, simulator__friction=0.4), in_dart(6, simulator__friction=0.2)],
            lambda s: [x["body"]["friction_max"] for x in s]),
 ]
 
 SLOW = [
-    Figure("map of the centroidal model: cells that were run; spared", "{:d} of {:d}; {:d} of {:d}", [], of_the_map),
+    Figure("map of the centroidal model: cells that were run; skipped", "{:d} of {:d}; {:d} of {:d}", [], of_the_map),
     Figure("map in DART: slip of a corner forward at 15 N s; back right at 7 N s; at 9 N s",
            "{:.0f} mm; {:.0f} mm; {:.0f} mm", [], slips_of_the_map),
     Figure("rounded events: largest step in cost on a grid of 10 ms; of 50 ms", "{:.2f}; {:.2f}", [], stairs),
@@ -264,14 +264,14 @@ SLOW = [
            "{:.1f} mm; {:.0f} ms", [push(size, plant=plant) for size in (4, 5, 6, 7) for plant in ("dart", "mujoco")],
            lambda s: [1e3 * max(abs(furthest(a) - furthest(b)) for a, b in zip(s[::2], s[1::2])),
                       1e3 * max(abs(a["touchdown_s"] - b["touchdown_s"]) for a, b in zip(s[2::2], s[3::2]))]),
-    Figure("preset robot, 6 N s, motors of 20 Hz: a joint above its speed limit by; for", "{:.0f} %; {:.0f} ms",
+    Figure("preset robot, 6 N s, motors of 20 Hz: largest excess over a joint speed limit; its duration", "{:.0f} %; {:.0f} ms",
            [{**as_it_is(6, 0.6, 1), **SLOW_MOTORS}],
            lambda s: [100 * (s[0]["body"]["joint_speed_ratio_max"] - 1), 1e3 * s[0]["body"]["joint_speed_over_s"]]),
     Figure("preset robot, 6 N s, coefficient of 0.4: impulse beyond Coulomb's law and slip, inscribed; box",
            "{:.3f} N s and {:.1f} mm; {:.3f} N s and {:.1f} mm",
            [{**as_it_is(6, 0.6, 1), **FRICTION}, {**as_it_is(6, 0.6, 1), **FRICTION, "dart.friction": "box"}],
            lambda s: [v for x in s for v in (x["body"]["friction_beyond_ns"], 1e3 * x["body"]["slip_max_m"])]),
-    Figure("MuJoCo, 6 N s: tangential over normal force with coefficient 0.4", "{:.3f}",
+    Figure("MuJoCo, 6 N s: ratio of tangential to normal force with coefficient 0.4", "{:.3f}",
            [push(6, plant="mujoco", simulator__friction=0.4)], lambda s: [s[0]["body"]["friction_max"]]),
     Figure("all rows of the table of disturbances: nearest joint limit", "{:.0f} mrad", DISTURBED,
            lambda s: [1e3 * least(s, "body.joint_limit_margin_rad")]),
@@ -295,7 +295,7 @@ SLOW = [
            lambda s: [unless(not any(x["steps"] for k, x in enumerate(s) if k not in (0, 4))),
                       most([x for k, x in enumerate(s) if k not in (0, 4)], "angular_momentum_max"), swing(s[4]),
                       unless(s[0]["steps"] and not s[0]["fell"]), momentum(s[0])]),
-    Figure("7 N s to the right, which lands after; then 6 N s in 8 directions 0.1, 0.3 and 0.5 s after the landing",
+    Figure("7 N s to the right: time of the landing; then 6 N s in 8 directions, 0.1, 0.3 and 0.5 s after it",
            "{:.2f} s; {:d} of 24 recovered",
            [after_a_landing(45 * k, later) for k in range(8) for later in (0.1, 0.3, 0.5)],
            lambda s: [s[0]["steps"][0]["touchdown_s"] - 1, recovered(s)]),

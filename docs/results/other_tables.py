@@ -53,9 +53,9 @@ class Solvers:
     readme: str = "README.md"
     quick: bool = False
     timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ("cases that it can take", "within tolerance")
+    exact: Tuple[str, ...] = ("applicable cases", "within tolerance")
     names = ("ipopt", "sparse", "riccati")
-    titles = ("solver", "cases that it can take", "within tolerance")
+    titles = ("solver", "applicable cases", "within tolerance")
 
     def runs(self):
         return len(self.names)
@@ -142,7 +142,7 @@ class Map:
         return columns
 
     def shape(self):
-        return ["towards", *(title for title, *_ in self._columns())], self.directions
+        return ["direction", *(title for title, *_ in self._columns())], self.directions
 
     @property
     def exact(self):
@@ -179,7 +179,7 @@ class Lost:
 
     def shape(self):
         tried = " / ".join(f"{size:g}" for size in self.sizes)
-        return ["towards", "preset paper, MPC",
+        return ["direction", "preset paper, MPC",
                 *(f"preset robot, {sensors} sensors, of {tried}" for sensors in self.sensors)], len(COMPASS)
 
     @property
@@ -222,7 +222,7 @@ class StepMap:
         return 1
 
     def shape(self):
-        return ["free to choose", *(title for title, *_ in self.columns), "area on two feet"], len(self.variants)
+        return ["free variables", *(title for title, *_ in self.columns), "area on two feet"], len(self.variants)
 
     def make(self, programs):
         table, picture = programs.drawn("step_map", "plot_step_map")
@@ -282,13 +282,13 @@ class Freedoms:
     most = {"push_formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
     told = {"step.planner": "push_formula", "step.duration": 0.6}
     in_place = {"step.reach": "settings", "step.forward_max": 0.001, "step.lateral_min": 0.139, "step.lateral_max": 0.141}
-    variants = {"time and place fixed, told of the push (the paper)": {**told, "step.placement": "fixed"},
-                "place free, told of the push": told,
-                "time free, told nothing": {"step.planner": "ocp", "step.most": 1, **in_place},
+    variants = {"time and place fixed, push known (the paper)": {**told, "step.placement": "fixed"},
+                "place free, push known": told,
+                "time free, push unknown": {"step.planner": "ocp", "step.most": 1, **in_place},
                 "both free": {"step.planner": "ocp", "step.most": 1},
                 "up to two steps": {"step.planner": "ocp"}}
     bounds = {"bound: no step": "none", "two steps": "mpc"}
-    columns = ("area of the map, (N s)^2", "of the bound's", "forward, N s", "to the right", "back", "to the left")
+    columns = ("area of the map, (N s)^2", "share of the bound", "forward, N s", "to the right", "back", "to the left")
     shown = (0, 270, 180, 90)
 
     def runs(self):
@@ -296,7 +296,7 @@ class Freedoms:
                    for settings in self.variants.values()) + 1
 
     def shape(self):
-        return ["free to choose", *self.columns], len(self.variants) + len(self.bounds)
+        return ["free variables", *self.columns], len(self.variants) + len(self.bounds)
 
     def angles(self):
         return [360.0 * i / self.directions for i in range(self.directions)]
@@ -352,7 +352,7 @@ class Agreement:
         return 2 * len(self.border) * len(self.engines)
 
     def shape(self):
-        return ["towards, degrees", "N s", *self.engines.values(), "agree"], len(self.border) + 1
+        return ["direction, degrees", "N s", *self.engines.values(), "agree"], len(self.border) + 1
 
     @staticmethod
     def word(found):
@@ -393,8 +393,8 @@ class RandomPushes:
     seeds = range(1, 21)
     starts = {"left": "the left foot", "both": "two feet"}
     conditions = {"ideal sensors": {"sensors": "ideal"},
-                  "measured sensors, torques a tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
-    titles = ("start on", "with", "stand at the end", "recovered", "some foot stepped", "largest H, Nms")
+                  "measured sensors, torques one tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
+    titles = ("start", "with", "standing at the end", "recovered", "with a step", "largest H, Nms")
 
     def runs(self):
         return len(self.starts) * len(self.conditions) * len(self.seeds)
@@ -423,21 +423,21 @@ class RandomPushes:
 
 
 OTHER_TABLES = {
-    "suite": Suite("Problems of the library against their known answers, solved by Ipopt",
+    "suite": Suite("Problems of the library compared with their known answers, solved by Ipopt",
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
-    "solvers": Solvers("Cases of the library that each solver meets"),
+    "solvers": Solvers("Cases of the library that each solver solves"),
     "library": Library("Computing times of the problems of the library, each as one cold solve"),
-    "map_centroidal": Map("What is survived on the centroidal model", ("--set", "step.planner=push_formula"), (0.6, 0.45, 0.3), 16,
+    "map_centroidal": Map("Survival on the centroidal model", ("--set", "step.planner=push_formula"), (0.6, 0.45, 0.3), 16,
                           "problems/push_recovery/map_centroidal.png"),
-    "map_dart": Map("What the whole body survives in DART, preset paper",
+    "map_dart": Map("Survival of the whole body in DART, preset paper",
                     ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=push_formula", "--directions", "8",
                      "--step-times", "0.6"),
                     (0.6,), 8, "problems/push_recovery/map_dart.png"),
-    "lost": Lost("What is lost against the ideal robot: the largest push, N s, up to which all are recovered"),
-    "step_map": StepMap("What each freedom of the planner of steps wins on the pendulum",
+    "lost": Lost("Loss against the ideal robot: largest push, N s, up to which all pushes are recovered"),
+    "step_map": StepMap("Gain from each freedom of the step planner on the pendulum",
                         "problems/push_recovery/step_map.png"),
-    "freedoms": Freedoms("What each freedom of the step wins in DART: the largest push recovered, preset robot, the left foot"),
-    "borders": Agreement("Pushes at the border of what is recovered, in DART and in MuJoCo"),
-    "random_minutes": RandomPushes("A minute with ten random pushes of 3 to 8 N s, in DART"),
-    "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
+    "freedoms": Freedoms("Gain from each freedom of the step in DART: largest recovered push, preset robot, left foot"),
+    "borders": Agreement("Pushes at the limit of recovery, in DART and in MuJoCo"),
+    "random_minutes": RandomPushes("One minute with ten random pushes of 3 to 8 N s, in DART"),
+    "humanoids": Humanoids("Humanoids described by `saltus robot new` alone, preset robot"),
 }

@@ -65,7 +65,7 @@ def of_an_example(name, table, *arguments):
         built = os.environ.get("SALTUS_EXAMPLES", os.path.join(ROOT, "examples/build"))
         program = os.path.join(built, f"example_{name}")
         if not os.path.exists(program):
-            raise NotHere(f"{program} is not built (examples/README.md says how; SALTUS_EXAMPLES names another folder)")
+            raise NotHere(f"{program} is not built (see examples/README.md; SALTUS_EXAMPLES may name another folder)")
         out = os.path.join(programs.folder, "examples")
         os.makedirs(out, exist_ok=True)
         call([program], good=(0,), folder=out)

@@ -35,7 +35,7 @@ def draw(module, *arguments):
          environment={**os.environ, "PYTHONPATH": PACKAGE, "PYTHONSAFEPATH": "1"})
 
 
-UNKNOWN = "kept, of a version that is not known"
+UNKNOWN = "kept, of an unknown version"
 
 
 def read_bytes(path):
@@ -144,7 +144,7 @@ class Programs:
         table = os.path.join(self.folder, "_".join([name, *arguments]) + ".csv")
         if not os.path.exists(table):
             if not os.path.exists(program):
-                raise NotHere(f"the program {name} is not built (a target of the build)")
+                raise NotHere(f"the program {name} is not built; it is a target of the build")
             write_text(table, call([program, *arguments], good=(0,)).stdout)
             self._note(table + ".made_by", {self.version()})
         self.versions |= self._noted(table + ".made_by")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes tables and pictures of the READMEs again from runs, and says what differs from what is printed.
+"""Repeats tables and pictures of the READMEs from runs, and prints the differences.
 
 Usage: reproduce.py PROGRAM [NAME...] [--quick] [--write] [--jobs N] [--keep FOLDER] [--list]
 
@@ -92,7 +92,7 @@ def agree(there, here, timed, exact=False):
 def differences(name, table, made):
     there = printed(name, table)
     if there is None:
-        return [f"{table.readme} has no table {name}; run with --write after adding its marks"]
+        return [f"{table.readme} has no table {name}; add its marks and run with --write"]
     old, new = cells(there), cells(made)
     if [len(row) for row in old] != [len(row) for row in new]:
         return [f"{table.readme}, {name}: {len(old)} rows are printed, {len(new)} were made"]
@@ -185,7 +185,7 @@ def compare_pictures(made, is_written):
         there = os.path.join(ROOT, path)
         share = share_of_points(there, picture) if os.path.exists(there) else 1.0
         if share > most:
-            found.append(f"{path}: {100.0 * share:.1f} % of its points differ")
+            found.append(f"{path}: {100.0 * share:.1f} % of the pixels differ")
         if is_written:
             with whole_file(there) as partial:
                 shutil.copyfile(picture, partial)
@@ -258,8 +258,8 @@ def main():
                 found += new
     except KeyboardInterrupt:
         tell(found)
-        keeps = f"; the runs so far are in {arguments.keep}" if arguments.keep else ""
-        print(f"interrupted: {done} of {len(names)} were looked at{keeps}", flush=True)
+        keeps = f"; the completed runs are in {arguments.keep}" if arguments.keep else ""
+        print(f"interrupted: {done} of {len(names)} were checked{keeps}", flush=True)
         raise
     tell(found)
     return 0 if not found or arguments.write else DIFFERENT

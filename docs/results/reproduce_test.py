@@ -149,7 +149,7 @@ class OneFigure(unittest.TestCase):
             def run(self, settings):
                 return {}
         figure = Figure("settles", "in {:.2f} s{}", [{}], lambda s: [0.123, unless(False)])
-        self.assertEqual(figure.make(Made()), "in 0.12 s NOT SO")
+        self.assertEqual(figure.make(Made()), "in 0.12 s VIOLATED")
         self.assertFalse(reproduce.agree("in 0.12 s", figure.make(Made()), False))
 
 

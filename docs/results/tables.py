@@ -162,7 +162,7 @@ def with_and_without_a_step(sensors, sizes):
                 words.append("steps" if may["touchdown_s"] is not None else "stands")
             else:
                 words.append(("falls" if may["fell"] else "slips")
-                             + (", STANDING DOES NOT" if may_not["recovered"] else ""))
+                             + (", BUT STANDING RECOVERS" if may_not["recovered"] else ""))
         return " / ".join(words)
     return cell
 
@@ -216,62 +216,62 @@ TABLES = {
          ("its capture point", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
          ("its largest H", too_much(1)), ("its peak", peak_of(1))]),
     "robot": Table(
-        "The robot as it is: measured sensors, self-collision, joint speeds, eight seeds each",
+        "Realistic robot: measured sensors, self-collision, joint speed limits, eight seeds each",
         [Row(text, [as_it_is(size, duration, seed, plant) for seed in range(1, 9)])
          for text, size, duration, plant in (
              ("4 N s, step of 0.6 s", 4, 0.6, "dart"), ("5 N s, step of 0.6 s", 5, 0.6, "dart"),
              ("6 N s, step of 0.6 s", 6, 0.6, "dart"), ("7 N s", 7, None, "dart"),
              ("8 N s", 8, None, "dart"), ("8 N s, step of 0.3 s", 8, 0.3, "dart"),
              ("10 N s, step of 0.3 s", 10, 0.3, "dart"),
-             ("in MuJoCo 6 N s, step of 0.6 s", 6, 0.6, "mujoco"), ("in MuJoCo 7 N s", 7, None, "mujoco"))],
+             ("6 N s, step of 0.6 s, in MuJoCo", 6, 0.6, "mujoco"), ("7 N s, in MuJoCo", 7, None, "mujoco"))],
         [("push", name), ("recovered", seeds_recovered),
          ("largest H, Nms", worst("angular_momentum_max", "{:.2f}")),
          ("least clearance", worst("body.clearance_min_m", "{:.1f} mm", 1e3, least=True)),
-         ("longest above a speed", worst("body.joint_speed_over_s", "{:.0f} ms", 1e3)),
-         ("joint speed, of its limit", worst("body.joint_speed_ratio_max", "{:.0f} %", 1e2)),
+         ("longest time above a speed limit", worst("body.joint_speed_over_s", "{:.0f} ms", 1e3)),
+         ("largest joint speed / limit", worst("body.joint_speed_ratio_max", "{:.0f} %", 1e2)),
          ("nearest joint limit", worst("body.joint_limit_margin_rad", "{:.0f} mrad", 1e3, least=True)),
          ("slip of a corner", worst("body.slip_max_m", "{:.1f} mm", 1e3)),
          ("error of the CoM", worst("body.estimate_com_error_m", "{:.1f} mm", 1e3)),
-         ("of its velocity, RMS", worst("body.estimate_velocity_error_m_s", "{:.3f} m/s"))],
+         ("error of its velocity, RMS", worst("body.estimate_velocity_error_m_s", "{:.3f} m/s"))],
         quick=False),
     "stepping": Table(
-        "Stepping where it helps, against standing",
+        "Stepping compared with standing, by direction",
         [Row({0: "0 (forward)", 90: "90 (stance side)", 180: "180 (back)", 270: "270 (swing side)"}.get(
              degrees, f"{degrees:g}"),
              [toward(degrees, size, sensors, **settings) for sensors in ("ideal", "measured")
               for size in (6, 7, 8) for settings in ({}, {"stepping": "false"})])
          for degrees in (22.5 * k for k in range(16))],
-        [("towards, degrees", name),
+        [("direction, degrees", name),
          ("ideal sensors, 6 / 7 / 8 N s", with_and_without_a_step("ideal", (6, 7, 8))),
          ("measured sensors, 6 / 7 / 8 N s", with_and_without_a_step("measured", (6, 7, 8)))],
         quick=False),
     "late": Table(
-        "How late sensors and torques may be, preset robot in DART, step of 0.6 s",
+        "Delays of sensors and torques, preset robot in DART, step of 0.6 s",
         [Row(text, [{**as_it_is(size, 0.6, 1), **settings} for size in (4, 6)]) for text, settings in (
-            ("as it is: 1 ms late, velocities filtered with 1.5 ms", {}),
-            ("velocities filtered with 3 ms", {"sensor.velocity_lag_s": 0.003}),
-            ("with 5 ms", {"sensor.velocity_lag_s": 0.005}), ("with 9 ms", {"sensor.velocity_lag_s": 0.009}),
-            ("with 19 ms", {"sensor.velocity_lag_s": 0.019}), ("with 49 ms", {"sensor.velocity_lag_s": 0.049}),
-            ("with 89 ms", {"sensor.velocity_lag_s": 0.089}),
-            *((f"all sensors {1000 * delay:g} ms late", {f"sensor.{device}.delay": delay for device in (
+            ("default: 1 ms of delay, velocity filter of 1.5 ms", {}),
+            ("velocity filter of 3 ms", {"sensor.velocity_lag_s": 0.003}),
+            ("velocity filter of 5 ms", {"sensor.velocity_lag_s": 0.005}), ("velocity filter of 9 ms", {"sensor.velocity_lag_s": 0.009}),
+            ("velocity filter of 19 ms", {"sensor.velocity_lag_s": 0.019}), ("velocity filter of 49 ms", {"sensor.velocity_lag_s": 0.049}),
+            ("velocity filter of 89 ms", {"sensor.velocity_lag_s": 0.089}),
+            *((f"all sensors delayed by {1000 * delay:g} ms", {f"sensor.{device}.delay": delay for device in (
                 "encoder", "gyroscope", "accelerometer", "force_torque")}) for delay in (0.004, 0.006, 0.010)),
             ("motors of 50 Hz", {"motor.bandwidth_hz": 50}), ("motors of 20 Hz", {"motor.bandwidth_hz": 20}))],
         [("sensors", name), ("4 N s", outcome(0)),
-         ("its H, Nms", figure("angular_momentum_max", "{:.2f}")), ("6 N s", outcome(1)),
-         ("its H, Nms, too", figure("angular_momentum_max", "{:.2f}", run=1))],
+         ("H of 4 N s, Nms", figure("angular_momentum_max", "{:.2f}")), ("6 N s", outcome(1)),
+         ("H of 6 N s, Nms", figure("angular_momentum_max", "{:.2f}", run=1))],
         quick=False),
     "disturbances": Table(
-        "6 N s in DART, and a disturbance",
-        [Row("nothing else", [in_dart(6)]),
+        "6 N s in DART with a disturbance",
+        [Row("none", [in_dart(6)]),
          Row("120 N for 0.05 s", [in_dart(6, push__duration=0.05)]),
          Row("30 N for 0.2 s", [in_dart(6, push__duration=0.2)]),
-         Row("half a sine in 0.1 s", [in_dart(6, push__shape="half_sine")]),
+         Row("half-sine force for 0.1 s", [in_dart(6, push__shape="half_sine")]),
          Row("friction 0.4", [in_dart(6, simulator__friction=0.4)]),
          Row("nominal model with 5 % more mass", [in_dart(6, model__mass_error=0.05)]),
-         Row("in 5 % less", [in_dart(6, model__mass_error=-0.05)]),
+         Row("nominal model with 5 % less mass", [in_dart(6, model__mass_error=-0.05)]),
          Row("ground 1 cm higher", [in_dart(6, simulator__ground_step_m=0.01)]),
          Row("ground 1 cm lower", [in_dart(6, simulator__ground_step_m=-0.01)])],
-        [("6 N s, and", name), ("recovered", outcome()), ("landing after", landing),
+        [("disturbance", name), ("recovered", outcome()), ("landing after", landing),
          ("capture point settles in", figure("icp_settling_s", "{:.2f} s")),
          ("slip of a corner", figure("body.slip_max_m", "{:.1f} mm", 1e3)),
          ("largest tilt", figure("body.base_tilt_max_rad", "{:.2f} rad"))],

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The script ./saltus refuses a wrong command line with one sentence and status 2 before it sets anything up, and its help
-# lists every verb of the program. Usage: script_test.sh SCRIPT PROGRAM
+# Checks that ./saltus rejects a wrong command line with one sentence and status 2 before it sets anything up, and that its
+# help lists every verb of the program. Usage: script_test.sh SCRIPT PROGRAM
 script=$1 program=$2
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -10,7 +10,7 @@ complain() {
   failed=1
 }
 
-# refused EXPECTED WORD...: what is said has EXPECTED in it.
+# refused EXPECTED WORD...: the message contains EXPECTED.
 refused() {
   expected=$1
   shift
@@ -35,7 +35,7 @@ refused "--packages or --with-peers" setup --frob
 refused "there is no table nothing" reproduce nothing
 refused "fuzz has no option '--frob'" fuzz --frob
 refused "coverage takes names of test programs" coverage qp
-refused "docs takes no arguments but --out" docs --frob
+refused "docs takes only --out" docs --frob
 
 help=$("$script" help)
 verbs=$("$program" help | sed -n '/^Subcommands:/,$s/^  \([a-z]*\) .*/\1/p')
