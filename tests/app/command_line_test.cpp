@@ -15,7 +15,7 @@ namespace saltus {
 namespace {
 
 // Control characters in arguments, such as colours or a cleared screen, do not reach the terminal.
-TEST(Text, control_characters_are_shown_and_not_sent) {
+TEST(Text, EscapesControlCharacters) {
   EXPECT_EQ(printable("a\tb\nc \x1b[2J\x7f"), "a\\tb\\nc \\x1b[2J\\x7f");
   EXPECT_EQ(printable("Grad \xc2\xb0"), "Grad \xc2\xb0");
 }
@@ -31,7 +31,7 @@ std::string complaint_about(const Words& words) {
   return "no complaint";
 }
 
-TEST(RunRequest, all_forms_of_flags) {
+TEST(RunRequest, AcceptsAllFormsOfFlags) {
   const RunRequest request =
       parse_run_request(Words{"--plant", "dart", "push_recovery", "--config=a.yaml", "--set",
                               "push.impulse=-8", "--set=stepping=false", "--push.start=-1",
@@ -52,7 +52,7 @@ TEST(RunRequest, all_forms_of_flags) {
   EXPECT_EQ(request.assignments[5].form, Assignment::Form::none);
 }
 
-TEST(RunRequest, what_belongs_together_stays_together) {
+TEST(RunRequest, KeepsFlagsWithTheirValues) {
   // The word after an unknown flag is its value. A flag after an unknown flag is not.
   const RunRequest request =
       parse_run_request(Words{"--brisk", "--out", "dir", "hopper", "--height=-0.5", "--list",
@@ -65,14 +65,14 @@ TEST(RunRequest, what_belongs_together_stays_together) {
   EXPECT_EQ(request.assignments[3].items, Words{"b=c"});
 }
 
-TEST(RunRequest, defaults) {
+TEST(RunRequest, HasDefaults) {
   const RunRequest request = parse_run_request(Words{"hopper"});
   EXPECT_EQ(request.out, "results/hopper");
   EXPECT_FALSE(request.config_file);
   EXPECT_TRUE(parse_run_request(Words{"--help"}).help);
 }
 
-TEST(RunRequest, mistakes) {
+TEST(RunRequest, RejectsMistakes) {
   EXPECT_TRUE(contains(complaint_about({}), "needs the name of a problem"));
   EXPECT_TRUE(contains(complaint_about({"a", "b"}), "one problem at a time: 'a' or 'b'?"));
   EXPECT_TRUE(contains(complaint_about({"a", "--out"}), "--out needs a value"));
@@ -84,7 +84,7 @@ TEST(RunRequest, mistakes) {
   EXPECT_TRUE(contains(complaint_about({"a", "-x"}), "unknown flag '-x'"));
 }
 
-TEST(OptionParser, help_names_every_option) {
+TEST(OptionParser, HelpNamesEveryOption) {
   std::string file;
   bool all = false;
   OptionParser parser("sort", "sorts things");
@@ -97,7 +97,7 @@ TEST(OptionParser, help_names_every_option) {
   EXPECT_FALSE(parser.help_wanted());
 }
 
-TEST(OptionParser, mistakes) {
+TEST(OptionParser, RejectsMistakes) {
   const auto complaint = [](const Words& words) {
     return complaint_of([&] {
       std::string file;
@@ -161,7 +161,7 @@ struct ProgramTest : testing::Test {
   std::string complaint;
 };
 
-TEST_F(ProgramTest, list_and_help) {
+TEST_F(ProgramTest, ListAndHelp) {
   EXPECT_EQ(run({"list"}), 0);
   EXPECT_EQ(printed, "  hopper  a hopping mass\n  crash   throws\n  huge    needs memory\n");
   EXPECT_EQ(run({"help"}), 0);
@@ -172,7 +172,7 @@ TEST_F(ProgramTest, list_and_help) {
   EXPECT_EQ(printed, "2");
 }
 
-TEST_F(ProgramTest, runs_and_writes) {
+TEST_F(ProgramTest, RunsAndWrites) {
   const std::string out = folder / "deep/out";
   EXPECT_EQ(run({"run", "hopper", "--height", "0.5", "--out", out.c_str()}), 0) << complaint;
   EXPECT_EQ(file_content(folder / "deep/out/config.yaml"),
@@ -181,7 +181,7 @@ TEST_F(ProgramTest, runs_and_writes) {
   EXPECT_EQ(complaint, "");
 }
 
-TEST_F(ProgramTest, mistakes_are_one_sentence_and_status_two) {
+TEST_F(ProgramTest, MistakesAreOneSentenceAndStatusTwo) {
   const std::string out = folder / "out";
   const auto expect_refused = [&](std::vector<const char*> words, const std::string& sentence) {
     EXPECT_EQ(run(words), 2);

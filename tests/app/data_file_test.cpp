@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(DataFile, IsTheOneOfTheNamedFolder) {
+TEST(DataFile, IsTakenFromTheNamedFolder) {
   const fs::path folder = fs::path(testing::TempDir()) / "saltus_data_file";
   fs::create_directories(folder / "some/scripts");
   std::ofstream(folder / "some/scripts/draw.py") << "\n";
@@ -30,7 +30,7 @@ TEST(DataFile, IsTheOneOfTheNamedFolder) {
   }
 }
 
-TEST(DataFile, IsFoundBesideTheProgramOfABuild) {
+TEST(DataFile, IsFoundNextToABuiltProgram) {
   const Variable unnamed("SALTUS_DATA_DIR", nullptr);
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   const fs::path folder = program / "share/saltus/tests_of_data_file";

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(NewProject, is_complete_and_has_no_marks) {
+TEST(NewProject, IsCompleteWithoutPlaceholders) {
   const TemporaryFolder folder;
   for (const ProjectKind& kind : project_kinds()) {
     const fs::path project = folder / kind.name;
@@ -31,7 +31,7 @@ TEST(NewProject, is_complete_and_has_no_marks) {
   EXPECT_EQ(entries, project_kinds().size());
 }
 
-TEST(NewProject, refuses_names_and_what_exists) {
+TEST(NewProject, RejectsInvalidNamesAndExistingFolders) {
   const TemporaryFolder folder;
   const ProjectKind& kind = project_kinds().front();
   const auto complaint = [&](const std::string& name) {
@@ -51,7 +51,7 @@ TEST(NewProject, refuses_names_and_what_exists) {
   EXPECT_EQ(file_content(folder / "taken"), "mine");
 }
 
-TEST(NewProject, a_kind_that_does_not_exist_is_answered_with_those_that_do) {
+TEST(NewProject, UnknownKindListsTheKinds) {
   const TemporaryFolder folder;
   const std::vector<std::string> words{(folder / "cart").string(), "--kind", "switchd"};
   const std::string complaint = complaint_of([&] { (void)new_verb().run(words); });

@@ -31,7 +31,7 @@ std::string complaint_about(const fs::path& path) {
   return "no complaint";
 }
 
-TEST(OutputFolder, comes_into_being_with_the_first_file) {
+TEST(OutputFolder, IsCreatedWithTheFirstFile) {
   const TemporaryFolder folder;
   const OutputFolder output(folder / "a/b/");
   EXPECT_TRUE(fs::is_empty(folder.path()));
@@ -45,7 +45,7 @@ TEST(OutputFolder, comes_into_being_with_the_first_file) {
 }
 
 // A temporary file has an unpredictable name, is accessible to this user only, and follows no link.
-TEST(OutputFolder, begun_files_are_private) {
+TEST(OutputFolder, IncompleteFilesArePrivate) {
   const TemporaryFolder folder;
   const fs::path file = folder / "x.txt", one = temporary_path(file), two = temporary_path(file);
   EXPECT_NE(one, two);
@@ -69,7 +69,7 @@ TEST(OutputFolder, begun_files_are_private) {
 }
 
 // On a shared disk, the owner can be a process on another machine, with no process number here.
-TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_machine) {
+TEST(OutputFolder, RemovesIncompleteFilesOfEndedProcesses) {
   const TemporaryFolder folder;
   const pid_t child = ::fork();
   if (child == 0) ::_exit(0);
@@ -90,14 +90,14 @@ TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_
   EXPECT_TRUE(fs::exists(folder / (".x.txt.01234567." + over)));
 }
 
-TEST(OutputFolder, long_names_can_be_written) {
+TEST(OutputFolder, WritesLongNames) {
   const TemporaryFolder folder;
   std::error_code error;
   write_atomically(folder / std::string(255, 'x'), "all", error);
   EXPECT_FALSE(error) << error.message();
 }
 
-TEST(OutputFolder, unusable_folders_are_refused) {
+TEST(OutputFolder, RejectsUnusableFolders) {
   const TemporaryFolder folder;
   const fs::path file = folder.file("file", "content");
   EXPECT_TRUE(contains(complaint_about(file), "is not a folder"));
@@ -116,7 +116,7 @@ TEST(OutputFolder, unusable_folders_are_refused) {
   }
 }
 
-TEST(OutputFolder, a_file_that_cannot_be_replaced_is_named_and_kept) {
+TEST(OutputFolder, NamesAndKeepsAFileThatCannotBeReplaced) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "taken/by_a_folder");
   const OutputFolder output(folder.path());
@@ -131,7 +131,7 @@ TEST(OutputFolder, a_file_that_cannot_be_replaced_is_named_and_kept) {
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);
 }
 
-TEST(OutputFolder, json_has_no_word_for_infinity) {
+TEST(OutputFolder, JsonWritesInfinityAsNull) {
   const TemporaryFolder folder;
   const OutputFolder output(folder.path());
   nlohmann::ordered_json summary;
@@ -148,7 +148,7 @@ TEST(OutputFolder, json_has_no_word_for_infinity) {
   EXPECT_EQ(read.begin().key(), "recovered") << "the order of the keys is kept";
 }
 
-TEST(CsvTable, numbers_read_back_exactly) {
+TEST(CsvTable, NumbersReadBackExactly) {
   CsvTable table({"t", "x"});
   const std::array<double, 4> numbers{0.1, 1.0 / 3.0, 5e-324, std::numeric_limits<double>::max()};
   for (const double number : numbers) table.add_row(std::array{1.0, number});
@@ -167,7 +167,7 @@ TEST(CsvTable, numbers_read_back_exactly) {
   }
 }
 
-TEST(CsvTable, wrong_definitions) {
+TEST(CsvTable, RejectsInvalidDefinitions) {
   EXPECT_THROW(CsvTable({}), DefinitionError);
   EXPECT_THROW(CsvTable({"a", ""}), DefinitionError);
   EXPECT_EQ(CsvTable({"a,b"}).text(), "\"a,b\"\n");

@@ -51,7 +51,7 @@ End end_of(const std::function<void()>& work) {
   return end;
 }
 
-TEST(DeferSignals, the_second_signal_of_either_kind_ends_the_process) {
+TEST(DeferSignals, TheSecondSignalOfEitherKindEndsTheProcess) {
   for (const int first : {SIGINT, SIGTERM}) {
     for (const int second : {SIGINT, SIGTERM}) {
       const End end = end_of([&] {
@@ -66,7 +66,7 @@ TEST(DeferSignals, the_second_signal_of_either_kind_ends_the_process) {
   }
 }
 
-TEST(DeferSignals, two_signals_that_arrive_at_once_end_the_process) {
+TEST(DeferSignals, TwoSignalsThatArriveAtOnceEndTheProcess) {
   const End end = end_of([] {
     const DeferSignals note;
     sigset_t both;
@@ -81,7 +81,7 @@ TEST(DeferSignals, two_signals_that_arrive_at_once_end_the_process) {
   EXPECT_TRUE(WIFSIGNALED(end.status)) << end.status;
 }
 
-TEST(ProcessLimits, interrupts_end_a_program_whose_caller_left_them_ignored_or_blocked) {
+TEST(ProcessLimits, InterruptsWorkIfTheCallerIgnoredOrBlockedThem) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const End end = end_of([&] {
       std::signal(signal, SIG_IGN);
@@ -96,7 +96,7 @@ TEST(ProcessLimits, interrupts_end_a_program_whose_caller_left_them_ignored_or_b
   }
 }
 
-TEST(ProcessLimits, a_file_that_may_not_grow_is_an_error_of_the_write) {
+TEST(ProcessLimits, FileSizeLimitIsAWriteError) {
   const End end = end_of([] {
     std::signal(SIGXFSZ, SIG_DFL);
     prepare_process();
@@ -111,7 +111,7 @@ TEST(ProcessLimits, a_file_that_may_not_grow_is_an_error_of_the_write) {
   EXPECT_EQ(WEXITSTATUS(end.status), 3);
 }
 
-TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
+TEST(ProcessLimits, OutOfMemoryInAThreadGivesASentence) {
   const End end = end_of([] {
     prepare_process();
     std::jthread([] { throw std::bad_alloc(); }).join();
@@ -121,7 +121,7 @@ TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
   EXPECT_EQ(end.error, "saltus: not enough memory; a smaller problem needs less\n");
 }
 
-TEST(ProcessLimits, too_little_for_python_is_a_sentence) {
+TEST(ProcessLimits, TooLittleForPythonGivesASentence) {
   EXPECT_EQ(python_limit_error(), "");
   const End end = end_of([] {
     const rlimit files{8, 8};
@@ -137,7 +137,7 @@ TEST(ProcessLimits, too_little_for_python_is_a_sentence) {
 }
 
 // Without memory for the stack of another thread, as under a limit on the number of threads.
-TEST(ThreadPool, threads_that_cannot_be_started_are_an_exception) {
+TEST(ThreadPool, ThrowsIfThreadsCannotStart) {
   const End end = end_of([] {
     const rlimit addresses{std::size_t{1} << 29U, std::size_t{1} << 29U};
     ::setrlimit(RLIMIT_AS, &addresses);

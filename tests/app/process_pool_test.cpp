@@ -33,7 +33,7 @@ WorkResult result_of(const std::function<std::string()>& work, double time_limit
   return finish_all(pool).at(7);
 }
 
-TEST(ProcessPool, TextsComeBackWhole) {
+TEST(ProcessPool, ReturnsCompleteTexts) {
   const std::string large(1'000'000, 'x');  // exceeds the capacity of a pipe
   ProcessPool pool(3, ample);
   pool.start(1, [] { return std::string("one, with a\nline"); });
@@ -49,7 +49,7 @@ TEST(ProcessPool, TextsComeBackWhole) {
   EXPECT_EQ(all.at(3).text, "");
 }
 
-TEST(ProcessPool, WhatIsPrintedIsNotTheResult) {
+TEST(ProcessPool, PrintedTextIsNotTheResult) {
   const WorkResult work = result_of([] {
     std::printf("a library warns\n");
     std::fprintf(stderr, "and warns again\n");
@@ -59,7 +59,7 @@ TEST(ProcessPool, WhatIsPrintedIsNotTheResult) {
   EXPECT_EQ(work.text, "result");
 }
 
-TEST(ProcessPool, ExceptionsKeepTheirSentence) {
+TEST(ProcessPool, ExceptionsKeepTheirMessage) {
   const WorkResult refused = result_of([]() -> std::string { throw InputError("no such link"); });
   EXPECT_EQ(refused.end, End::refused);
   EXPECT_EQ(refused.text, "no such link");
@@ -69,7 +69,7 @@ TEST(ProcessPool, ExceptionsKeepTheirSentence) {
   EXPECT_EQ(threw.text, "it threw: out of luck");
 }
 
-TEST(ProcessPool, ACrashIsOneResult) {
+TEST(ProcessPool, CrashGivesOneResult) {
   ProcessPool pool(2, ample);
   pool.start(1, []() -> std::string {
     std::fprintf(stderr, "assertion 'x > 0' failed\n");
@@ -86,7 +86,7 @@ TEST(ProcessPool, ACrashIsOneResult) {
   EXPECT_EQ(left.text, "it exited with 4");
 }
 
-TEST(ProcessPool, WorkThatNeverEndsIsEnded) {
+TEST(ProcessPool, EndlessWorkIsStopped) {
   const WorkResult work = result_of(
       []() -> std::string {
         for (;;) ::pause();
@@ -96,7 +96,7 @@ TEST(ProcessPool, WorkThatNeverEndsIsEnded) {
   EXPECT_EQ(work.text, "it took longer than 0.05 s");
 }
 
-TEST(ProcessPool, StopLeavesNothingBehind) {
+TEST(ProcessPool, StopEndsAllProcesses) {
   ProcessPool pool(2, ample);
   for (const long id : {1, 2})
     pool.start(id, []() -> std::string {
@@ -107,7 +107,7 @@ TEST(ProcessPool, StopLeavesNothingBehind) {
   EXPECT_TRUE(pool.wait(0.0).empty());
 }
 
-TEST(ProcessPool, RefusesWhatIsNoPool) {
+TEST(ProcessPool, RejectsInvalidOptions) {
   EXPECT_THROW(ProcessPool(0, 1.0), DefinitionError);
   EXPECT_THROW(ProcessPool(1, 0.0), DefinitionError);
 }

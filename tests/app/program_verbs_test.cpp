@@ -61,7 +61,7 @@ struct VerbsTest : testing::Test {
   std::string printed, complaint;
 };
 
-TEST_F(VerbsTest, printed_settings_are_given_back) {
+TEST_F(VerbsTest, PrintedSettingsRoundTrip) {
   ASSERT_EQ(run({"run", "drop", "--drop.height=2", "--print-config"}), 0);
   EXPECT_EQ(
       printed,
@@ -87,7 +87,7 @@ TEST_F(VerbsTest, printed_settings_are_given_back) {
   EXPECT_FALSE(fs::exists("results/drop"));
 }
 
-TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
+TEST_F(VerbsTest, RerunReportsEquality) {
   const std::string out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--drop.height", "0.1", "--out", out}), 0);
   EXPECT_EQ(run({"rerun", out}), 0) << complaint;
@@ -106,7 +106,7 @@ TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
 }
 
 // Results of the previous run are neither drawn nor compared. Other files stay.
-TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
+TEST_F(VerbsTest, RunReplacesThePreviousRun) {
   const fs::path out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--ground", "soft", "--out", out}), 0);
   EXPECT_TRUE(fs::exists(out / "marks.csv"));
@@ -130,7 +130,7 @@ TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
 }
 
 // Pictures, other formats and a movie of the previous run must not remain next to the new tables.
-TEST_F(VerbsTest, what_verbs_add_goes_with_the_run) {
+TEST_F(VerbsTest, FilesAddedByVerbsBelongToTheRun) {
   const fs::path out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
   folder.file("first/mine.png", "mine");
@@ -157,7 +157,7 @@ TEST_F(VerbsTest, what_verbs_add_goes_with_the_run) {
 }
 
 // Without run.json, or with one of an older version, the owner of each file is unknown.
-TEST_F(VerbsTest, what_is_added_to_no_run_is_of_none) {
+TEST_F(VerbsTest, FilesAddedWithoutARunAreIgnored) {
   const auto add = [&](const char* name) {
     const AddedFiles added(folder.path());
     folder.file(name, "written");
@@ -175,7 +175,7 @@ TEST_F(VerbsTest, what_is_added_to_no_run_is_of_none) {
             nlohmann::json::parse(R"({"problem": "drop", "files": ["run.json", "three.png"]})"));
 }
 
-TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
+TEST_F(VerbsTest, RerunComparesEveryCellAndEveryEntry) {
   const auto is_same = [&](const char* file, const std::string& one, const std::string& other) {
     for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
     folder.file(std::string("one/") + file, one);
@@ -199,7 +199,7 @@ TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
   EXPECT_FALSE(is_same("robot.json", R"({"mass_kg": 33})", R"({"mass_kg": 34})"));
 }
 
-TEST_F(VerbsTest, rerun_names_the_entry_that_differs) {
+TEST_F(VerbsTest, RerunNamesTheEntryThatDiffers) {
   const auto difference = [&](const std::string& one, const std::string& other) {
     for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
     folder.file("one/summary.json", one);
@@ -212,13 +212,13 @@ TEST_F(VerbsTest, rerun_names_the_entry_that_differs) {
 }
 
 // A whole-body run that another version made without the whole body.
-TEST_F(VerbsTest, a_robot_is_compared_where_both_have_it) {
+TEST_F(VerbsTest, ComparesRobotsIfBothRunsHaveOne) {
   for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
   folder.file("one/robot.json", "{}");
   EXPECT_TRUE(compare_runs(folder / "one", folder / "other").empty());
 }
 
-TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
+TEST_F(VerbsTest, RerunRejectsOtherFolders) {
   EXPECT_EQ(run({"rerun"}), 2);
   EXPECT_EQ(run({"rerun", folder / "nothing"}), 2);
   EXPECT_TRUE(contains(complaint, "there is no folder"));
@@ -233,7 +233,7 @@ TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
   EXPECT_TRUE(contains(complaint, "this program has no problem 'fly'"));
 }
 
-TEST_F(VerbsTest, logs_refuse_what_has_no_tables) {
+TEST_F(VerbsTest, LogsRejectsFoldersWithoutTables) {
   const auto complaint_about = [](const Words& words) {
     return complaint_of([&] { (void)logs_verb().run(words); });
   };
@@ -245,7 +245,7 @@ TEST_F(VerbsTest, logs_refuse_what_has_no_tables) {
                        "logs: --formats: must name csv, mat or mcap, separated by commas"));
 }
 
-TEST_F(VerbsTest, words_are_completed_from_the_settings) {
+TEST_F(VerbsTest, CompletesWordsFromSettings) {
   const Words verbs{"list", "run", "rerun"};
   const auto of = [&](const Words& words) { return completions(words, verbs, problems); };
   EXPECT_EQ(of({"r"}), (Words{"run", "rerun"}));

@@ -81,7 +81,7 @@ struct SettingsTest : testing::Test {
   Settings settings;
 };
 
-TEST_F(SettingsTest, reads_every_kind_from_set_arguments) {
+TEST_F(SettingsTest, ReadsEveryKindFromSetArguments) {
   set({"push.impulse=8.5", "push.direction=[0, 1e0, -2]", "step.trigger=0.6", "stepping=false",
        "horizon.intervals=30", "solver=riccati", "plant=dart", "robot.urdf=a=b.urdf"});
   EXPECT_EQ(config.impulse, 8.5);
@@ -98,7 +98,7 @@ TEST_F(SettingsTest, reads_every_kind_from_set_arguments) {
   EXPECT_EQ(config.impulse, 1.0);
 }
 
-TEST_F(SettingsTest, file_with_sections_or_dotted_keys_and_the_command_line_wins) {
+TEST_F(SettingsTest, CommandLineOverridesTheFile) {
   const auto file = folder.file("push.yaml",
                                 "# a comment\n"
                                 "push: {impulse: 6, direction: [1, 0, 0]}\n"
@@ -114,7 +114,7 @@ TEST_F(SettingsTest, file_with_sections_or_dotted_keys_and_the_command_line_wins
   EXPECT_EQ(config.urdf, "dir with space/robot: 1.urdf");
 }
 
-TEST_F(SettingsTest, flags_are_short_for_keys) {
+TEST_F(SettingsTest, FlagsAbbreviateKeys) {
   settings.apply({flag_assignment("urdf", "r.urdf"), flag_assignment("push.impulse", "-0")});
   EXPECT_EQ(config.urdf, "r.urdf");
   config.stepping = false;
@@ -124,7 +124,7 @@ TEST_F(SettingsTest, flags_are_short_for_keys) {
             "--push.impulse: 'push.impulse' must be a number (N s), but has no value");
 }
 
-TEST_F(SettingsTest, unknown_names_suggest_the_nearest) {
+TEST_F(SettingsTest, UnknownNamesSuggestTheNearest) {
   EXPECT_EQ(complaint_about_file("push:\n  impluse: 3\n"),
             (folder / "push.yaml").string() +
                 ":2: unknown key 'push.impluse'; did you mean 'push.impulse'?");
@@ -146,7 +146,7 @@ TEST_F(SettingsTest, unknown_names_suggest_the_nearest) {
   EXPECT_TRUE(contains(complaint_about({"urdf=x"}), "did you mean 'robot.urdf'?"));
 }
 
-TEST_F(SettingsTest, wrong_types) {
+TEST_F(SettingsTest, RejectsWrongTypes) {
   EXPECT_EQ(
       complaint_about_file("push:\n  impulse: strong\n"),
       (folder / "push.yaml").string() + ":2: 'push.impulse' must be a number (N s), not 'strong'");
@@ -172,7 +172,7 @@ TEST_F(SettingsTest, wrong_types) {
   EXPECT_TRUE(contains(complaint_about({"plant=3"}), "must be centroidal or dart, not '3'"));
 }
 
-TEST_F(SettingsTest, of_a_long_text_the_beginning_is_shown) {
+TEST_F(SettingsTest, ShortensLongTexts) {
   const std::string digits(1 << 20, '7'), number = "push.impulse=" + digits + "x",
                                           key = digits + "=1";
   EXPECT_TRUE(contains(complaint_about({number.c_str()}), "777... (1048577 bytes)"));
@@ -181,7 +181,7 @@ TEST_F(SettingsTest, of_a_long_text_the_beginning_is_shown) {
   EXPECT_LT(complaint_about_file("push.impulse: " + digits + "x\n").size(), 500u);
 }
 
-TEST_F(SettingsTest, numbers_must_be_finite_and_in_range) {
+TEST_F(SettingsTest, NumbersMustBeFiniteAndInRange) {
   for (const char* text : {"nan", "NaN", "-nan", ".nan", "inf", "-inf", ".inf", "1e999"}) {
     EXPECT_TRUE(contains(complaint_about({("push.impulse=" + std::string(text)).c_str()}),
                          "must be a finite number"))
@@ -197,7 +197,7 @@ TEST_F(SettingsTest, numbers_must_be_finite_and_in_range) {
   EXPECT_EQ(config.impulse, 0.0);
 }
 
-TEST_F(SettingsTest, ranges_in_words) {
+TEST_F(SettingsTest, DescribesRanges) {
   EXPECT_EQ(Range(between(0.0, 1.0)).text("m"), "at least 0 and at most 1 m");
   EXPECT_EQ(strictly_between(0.0, 0.5).text(), "above 0 and below 0.5");
   EXPECT_EQ(below(2.0).text(), "below 2");
@@ -206,7 +206,7 @@ TEST_F(SettingsTest, ranges_in_words) {
   EXPECT_FALSE(below(2.0).contains(2.0));
 }
 
-TEST_F(SettingsTest, duplicates) {
+TEST_F(SettingsTest, RejectsDuplicates) {
   EXPECT_EQ(complaint_about_file("stepping: true\npush:\n  impulse: 3\npush.impulse: 4\n"),
             (folder / "push.yaml").string() + ":4: key 'push.impulse' was already given at " +
                 (folder / "push.yaml").string() + ":3");
@@ -221,7 +221,7 @@ TEST_F(SettingsTest, duplicates) {
                "already given by --urdf"));
 }
 
-TEST_F(SettingsTest, one_mistake_and_nothing_is_assigned) {
+TEST_F(SettingsTest, AssignsNothingAfterAMistake) {
   // complaint() checks that the configuration is unchanged.
   EXPECT_TRUE(
       contains(complaint_about({"push.impulse=1", "stepping=false", "push.direction=1,x,3"}),
@@ -232,14 +232,14 @@ TEST_F(SettingsTest, one_mistake_and_nothing_is_assigned) {
                        "plant"));
 }
 
-TEST_F(SettingsTest, rules_between_settings_roll_back) {
+TEST_F(SettingsTest, RulesBetweenSettingsRollBack) {
   EXPECT_EQ(complaint_about({"push.impulse=1", "contact.fz_min=600", "solver=sparse"}),
             "--set contact.fz_min=600: contact.fz_min exceeds contact.fz_max");
   set({"contact.fz_min=600", "contact.fz_max=700"});  // both together are valid
   EXPECT_EQ(config.fz_max, 700.0);
 }
 
-TEST_F(SettingsTest, unusable_files) {
+TEST_F(SettingsTest, RejectsUnusableFiles) {
   EXPECT_EQ(complaint([&] { settings.apply("/nowhere/push.yaml", {}); }),
             "/nowhere/push.yaml: there is no such file");
   EXPECT_TRUE(contains(complaint([&] { settings.apply(folder.path(), {}); }), "is a folder"));
@@ -265,7 +265,7 @@ TEST_F(SettingsTest, unusable_files) {
   EXPECT_TRUE(contains(complaint([] { parse_set_argument("=3"); }), "expected KEY=VALUE"));
 }
 
-TEST_F(SettingsTest, written_configuration_reads_back_exactly) {
+TEST_F(SettingsTest, WrittenConfigurationReadsBackExactly) {
   set({"push.impulse=0.1", "push.direction=0.3333333333333333,1e-300,-7", "robot.urdf=a \"b\": #c",
        "step.trigger=0.7", "plant=dart", "stepping=false"});
   const Config written = config;
@@ -277,7 +277,7 @@ TEST_F(SettingsTest, written_configuration_reads_back_exactly) {
   EXPECT_TRUE(contains(settings.to_yaml(), ", 1.0e-300, -7]"));  // for YAML 1.1 readers
 }
 
-TEST_F(SettingsTest, description_names_default_unit_range_and_flag) {
+TEST_F(SettingsTest, DescriptionNamesDefaultUnitRangeAndFlag) {
   set({"push.impulse=3"});  // the defaults are the values at declaration
   const std::string text = settings.describe();
   EXPECT_TRUE(contains(text, "push.impulse=7 N s"));
@@ -288,7 +288,7 @@ TEST_F(SettingsTest, description_names_default_unit_range_and_flag) {
   EXPECT_TRUE(contains(text, "step.trigger=none "));
 }
 
-TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new_one) {
+TEST_F(SettingsTest, OldKeyWarnsWithTheNewName) {
   settings.renamed("push.size", "push.impulse", "0.4");
   set({"push.size=9"});
   EXPECT_EQ(config.impulse, 9.0);
@@ -314,7 +314,7 @@ TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new
   EXPECT_THROW(settings.renamed("stepping", "push.impulse", "0.4"), DefinitionError);
 }
 
-TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
+TEST_F(SettingsTest, GivenValuesOverridePresets) {
   std::string name = "soft";
   settings.choice("preset", name, {"soft", "hard"}, "how hard a day it is");
   settings.preset("preset", {"soft"}, {"push.impulse=7", "stepping=true", "plant=centroidal"});
@@ -341,7 +341,7 @@ TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
   EXPECT_THROW(settings.preset("preset", {"soft"}, {"stepping=7"}), InputError);
 }
 
-TEST_F(SettingsTest, presets_are_lists_that_trigger_no_list) {
+TEST_F(SettingsTest, PresetsDoNotTriggerPresets) {
   std::string name = "soft";
   settings.choice("preset", name, {"soft", "hard"}, "how hard");
   settings.preset("plant", {"dart"}, {"preset=hard", "push.impulse=9"});
@@ -367,7 +367,7 @@ TEST_F(SettingsTest, presets_are_lists_that_trigger_no_list) {
   EXPECT_THROW(settings.preset("plant", {"dart"}, {"preset=harder"}), InputError);
 }
 
-TEST_F(SettingsTest, a_removed_key_is_accepted_with_the_value_that_is_fixed_now) {
+TEST_F(SettingsTest, AcceptsARemovedKeyWithItsFixedValue) {
   settings.removed("noise.seed", "1", "0.4");
   settings.removed("push.shape", "box", "0.4");
   settings.apply(folder.file("old.yaml", "noise:\n  seed: 1.0\npush:\n  shape: box\n"), {});
@@ -388,7 +388,7 @@ TEST_F(SettingsTest, a_removed_key_is_accepted_with_the_value_that_is_fixed_now)
                   .at("deprecated"));
 }
 
-TEST_F(SettingsTest, assignments_of_older_versions_are_translated_before_they_are_read) {
+TEST_F(SettingsTest, TranslatesOldAssignments) {
   settings.translate([](std::vector<Assignment>& file, std::vector<Assignment>& command_line) {
     EXPECT_TRUE(command_line.empty());
     for (Assignment& a : file)
@@ -400,7 +400,7 @@ TEST_F(SettingsTest, assignments_of_older_versions_are_translated_before_they_ar
   EXPECT_EQ(settings.warnings(), std::vector<std::string>{"old"});
 }
 
-TEST_F(SettingsTest, wrong_declarations) {
+TEST_F(SettingsTest, RejectsWrongDeclarations) {
   double number = -1.0;
   std::string name = "c";
   EXPECT_THROW(settings.number("stepping", number, "", ""), DefinitionError);
@@ -413,7 +413,7 @@ TEST_F(SettingsTest, wrong_declarations) {
   EXPECT_THROW(settings.rule({"no.such.key"}, [] { return std::string(); }), DefinitionError);
 }
 
-TEST_F(SettingsTest, documented_yaml_is_read_back) {
+TEST_F(SettingsTest, ReadsItsDocumentedYaml) {
   set({"push.impulse=0.1", "plant=dart", "robot.urdf=a # b.urdf", "step.trigger=0.25"});
   const Config changed = config;
   const std::string text = settings.to_documented_yaml();
@@ -430,7 +430,7 @@ TEST_F(SettingsTest, documented_yaml_is_read_back) {
   }
 }
 
-TEST_F(SettingsTest, schema_says_what_is_allowed) {
+TEST_F(SettingsTest, SchemaHasTheAllowedValues) {
   settings.renamed("friction", "contact.friction", "0.3");
   const nlohmann::json schema = nlohmann::json::parse(settings.json_schema("push"));
   const auto property = [&](const char* pointer) {
@@ -447,7 +447,7 @@ TEST_F(SettingsTest, schema_says_what_is_allowed) {
   EXPECT_EQ(property("/properties/friction/deprecated"), true);
 }
 
-TEST_F(SettingsTest, values_for_completion) {
+TEST_F(SettingsTest, ValuesForCompletion) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(settings.values_of("plant"), (Words{"centroidal", "dart"}));
   EXPECT_EQ(settings.values_of("stepping"), (Words{"true", "false"}));

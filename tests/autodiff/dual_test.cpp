@@ -15,7 +15,7 @@ using Scalars = ::testing::Types<double, Dual<double, 0>, Dual<double, 1>, Dual<
                                  Dual<double, 8>, Dual<double, 11>, Dual<Dual<double, 4>, 1>>;
 TYPED_TEST_SUITE(Laws, Scalars);
 
-TYPED_TEST(Laws, ring_and_division) {
+TYPED_TEST(Laws, RingAndDivision) {
   using S = TypeParam;
   const S a = number<S>(0.7), b = number<S>(1.9), c = number<S>(-0.4);
   expect_same<S>(a + b, b + a);
@@ -42,7 +42,7 @@ TYPED_TEST(Laws, ring_and_division) {
   expect_same<S>(d, ((a + 1.0) * 2.0 - 3.0) / 4.0);
 }
 
-TYPED_TEST(Laws, functions_and_their_inverses) {
+TYPED_TEST(Laws, FunctionsAndTheirInverses) {
   using S = TypeParam;
   const S a = number<S>(0.7), b = number<S>(1.9);
   const double loose = 1e-12;  // third derivatives of the nested types amplify rounding
@@ -71,7 +71,7 @@ TYPED_TEST(Laws, functions_and_their_inverses) {
   expect_same<S>(smooth_step(a, 0.5) + smooth_step(S(-a), 0.5), S(1.0), loose);
 }
 
-TEST(Dual, second_derivatives_by_nesting) {
+TEST(Dual, NestingGivesSecondDerivatives) {
   // y = x1^2 sin(x2): H = [2 sin, 2 x1 cos; 2 x1 cos, -x1^2 sin]
   using Inner = Dual<double, 2>;
   using S = Dual<Inner, 2>;
@@ -87,7 +87,7 @@ TEST(Dual, second_derivatives_by_nesting) {
   EXPECT_NEAR(y.tangent[1].tangent[1], -x1 * x1 * std::sin(x2), 2 * rounding);
 }
 
-TEST(Dual, constants_enter_by_themselves_and_numbers_do_not_leave) {
+TEST(Dual, ConstantsConvertImplicitlyAndDualsDoNotConvertBack) {
   using S = Dual<double, 3>;
   static_assert(std::is_convertible_v<double, S> && std::is_convertible_v<int, S>);
   static_assert(!std::is_convertible_v<S, double>);  // message: see refused.cpp

@@ -4,7 +4,7 @@
 
 namespace saltus::test {
 
-TYPED_TEST(InEigen, dynamic_matrices_on_the_heap_are_not_misaligned) {
+TYPED_TEST(InEigen, DynamicMatricesOnTheHeapAreNotMisaligned) {
   using S = TypeParam;
   using Matrix = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
   const int n = 21;  // large enough for Eigen's blocked products
@@ -20,7 +20,7 @@ TYPED_TEST(InEigen, dynamic_matrices_on_the_heap_are_not_misaligned) {
   expect_same<S>(same(3, 0), sum, 1e-12);
 }
 
-TYPED_TEST(InEigen, products_of_more_than_eight_rows) {
+TYPED_TEST(InEigen, ProductsOfMoreThanEightRows) {
   using S = TypeParam;
   Eigen::Matrix<double, 12, 9> m;
   Vec<S, 9> v;
@@ -47,7 +47,7 @@ TYPED_TEST(InEigen, products_of_more_than_eight_rows) {
   expect_same<S>(d[3], v[3] * all);
 }
 
-TYPED_TEST(InEigen, no_memory_is_allocated) {
+TYPED_TEST(InEigen, NoMemoryIsAllocated) {
   using S = TypeParam;
   const Vec<S, 3> v(number<S>(0.7), number<S>(1.9), number<S>(-0.4));
   saltus::testing::AllocationCount count;

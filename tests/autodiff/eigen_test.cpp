@@ -5,7 +5,7 @@
 
 namespace saltus::test {
 
-TYPED_TEST(InEigen, eigen_mixes_with_matrices_of_doubles) {
+TYPED_TEST(InEigen, EigenMixesWithMatricesOfDoubles) {
   using S = TypeParam;
   Vec<S, 3> v(number<S>(0.7), number<S>(1.9), number<S>(-0.4));
   const Vec<S, 3> w(number<S>(-1.2), number<S>(0.1), number<S>(0.8));

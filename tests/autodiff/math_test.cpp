@@ -57,7 +57,7 @@ void agrees_with_differences(const char* name, F f, std::initializer_list<double
 }
 
 // Unqualified calls inside namespace saltus compile for double and for duals.
-TEST(Math, of_one_argument) {
+TEST(Math, FunctionsOfOneArgument) {
   agrees_with_differences("sin", [](auto x) { return sin(x); }, {-2.0, 0.0, 0.7, 3.0});
   agrees_with_differences("cos", [](auto x) { return cos(x); }, {-2.0, 0.0, 0.7, 3.0});
   agrees_with_differences("tan", [](auto x) { return tan(x); }, {-1.0, 0.0, 0.7, 3.0});
@@ -75,7 +75,7 @@ TEST(Math, of_one_argument) {
   agrees_with_differences("cube", [](auto x) { return cube(x); }, {-2.0, 0.0, 0.7});
 }
 
-TEST(Math, powers) {
+TEST(Math, Powers) {
   for (int k = -3; k <= 4; ++k)
     agrees_with_differences("pow(x, int)", [k](auto x) { return pow(x, k); }, {-1.3, -0.5, 0.7, 2});
   for (int k = 0; k <= 4; ++k)
@@ -87,7 +87,7 @@ TEST(Math, powers) {
   agrees_with_differences("pow(x, unsigned)", [](auto x) { return pow(x, 2u); }, {-1.0, 0.0, 2.0});
 }
 
-TEST(Math, of_two_arguments) {
+TEST(Math, FunctionsOfTwoArguments) {
   for (double b : {-1.5, 0.4, 2.0}) {
     SCOPED_TRACE(b);
     const auto points = {-1.1, 0.3, 2.2};
@@ -112,7 +112,7 @@ TEST(Math, of_two_arguments) {
   agrees_with_differences("min(x^2, x)", [](auto x) { return min(x * x, x); }, {-1.0, 0.5, 2.0});
 }
 
-TEST(Math, switches) {
+TEST(Math, Switches) {
   agrees_with_differences("select", [](auto x) { return select(x, x * x, 3.0 * x); },
                           {-1.0, -0.01, 0.01, 2.0});
   agrees_with_differences("smooth_step", [](auto x) { return smooth_step(x, 0.3); },
@@ -140,7 +140,7 @@ void is(const char* name, F f, double x, Jet expected) {
   EXPECT_EQ(y.curvature, expected.curvature);
 }
 
-TEST(Math, conventions_where_users_fall) {
+TEST(Math, ConventionsAtKinks) {
   is("abs(0)", [](auto x) { return abs(x); }, 0.0, {0, 0, 0});
   is("sqrt(0)", [](auto x) { return sqrt(x); }, 0.0, {0, 0, 0});
   is("sqrt(x^2) at 0", [](auto x) { return sqrt(x * x); }, 0.0, {0, 0, 0});
@@ -177,7 +177,7 @@ void mixed_is(const char* name, F f, double x, double y, double expected) {
   EXPECT_EQ(f(inner, outer).tangent[0].tangent[0], expected);
 }
 
-TEST(Math, of_powers_without_a_slope_along_the_exponent_the_mixed_derivative_is_zero) {
+TEST(Math, MixedDerivativeOfPowersIsZeroWithoutSlopeInTheExponent) {
   const auto power = [](auto x, auto y) { return pow(x, y); };
   mixed_is("(-2)^3", power, -2.0, 3.0, 0.0);
   mixed_is("0^1", power, 0.0, 1.0, 0.0);
@@ -186,14 +186,14 @@ TEST(Math, of_powers_without_a_slope_along_the_exponent_the_mixed_derivative_is_
 }
 
 // Points where x^2 + y^2 leaves the range of doubles.
-TEST(Math, atan2_has_slopes_however_far) {
+TEST(Math, Atan2HasSlopesFarAway) {
   const auto angle = [](double y) { return [y](auto x) { return atan2(x, decltype(x)(y)); }; };
   for (const double r : {1e-140, 1e-3, 1e160})
     EXPECT_NEAR(angle(r)(first(r)).tangent[0] * r, 0.5, 1e-15) << r;
   is("atan2 beside (0, 0)", angle(1e-170), 1e-170, {std::atan2(1.0, 1.0), 0, 0});
 }
 
-TEST(Math, norm_of_a_vector_at_rest_is_flat) {
+TEST(Math, NormAtZeroHasZeroSlope) {
   using S = Dual<Dual<double, 3>, 1>;
   Vec<S, 3> v = Vec<S, 3>::Zero();
   for (int i = 0; i < 3; ++i) v[i].value.tangent.set(i, 1.0);
@@ -211,7 +211,7 @@ TEST(Math, norm_of_a_vector_at_rest_is_flat) {
 }  // namespace saltus
 
 // Outside the namespace, argument-dependent lookup or a qualified name finds the functions.
-TEST(Math, is_found_by_its_argument) {
+TEST(Math, IsFoundByArgumentDependentLookup) {
   using S = saltus::Dual<double, 2>;
   const auto formula = [](const auto& x) {
     return abs(x) + sin(x) + min(x, 1.0) + pow(x, 2) + select(x, x, 0.0) + smooth_step(x, 1.0);
@@ -223,7 +223,7 @@ TEST(Math, is_found_by_its_argument) {
   EXPECT_EQ(saltus::norm(Eigen::Vector2d(3, 4)), 5.0);
 }
 
-TEST(Math, prefers_our_min_to_the_standard_one) {
+TEST(Math, PrefersOurMinToTheStandardMin) {
   using namespace std;
   using namespace saltus;
   const Dual<double, 2> a = 1.0, b = 2.0;

@@ -29,7 +29,7 @@ Pairs pairs(const Tracer& y) {
 
 const Tracer x = Tracer::input(0), y = Tracer::input(1), p = Tracer::input(2);
 
-TEST(Tracer, sums_and_constants_are_affine) {
+TEST(Tracer, SumsAndConstantsAreAffine) {
   const Tracer sum = 2.0 * x - y / 3.0 + 4;
   EXPECT_EQ(inputs(sum), (Inputs{0, 1}));
   EXPECT_EQ(pairs(sum), Pairs{});
@@ -38,7 +38,7 @@ TEST(Tracer, sums_and_constants_are_affine) {
   EXPECT_TRUE(Tracer().is_zero());
 }
 
-TEST(Tracer, products_interact_only_across_factors) {
+TEST(Tracer, ProductsInteractOnlyAcrossFactors) {
   EXPECT_EQ(pairs(x * y), (Pairs{{1, 0}}));
   EXPECT_EQ(pairs(x * x), (Pairs{{0, 0}}));
   EXPECT_EQ(pairs((x + y) * (x + y)), (Pairs{{0, 0}, {1, 0}, {1, 1}}));
@@ -50,13 +50,13 @@ TEST(Tracer, products_interact_only_across_factors) {
   EXPECT_EQ(pairs(sin(x + y)), (Pairs{{0, 0}, {1, 0}, {1, 1}}));
 }
 
-TEST(Tracer, quotients_are_nonlinear_in_the_denominator_alone) {
+TEST(Tracer, QuotientsAreNonlinearInTheDenominatorAlone) {
   EXPECT_EQ(pairs(x / y), (Pairs{{1, 0}, {1, 1}}));
   EXPECT_EQ(pairs(1.0 / y), (Pairs{{1, 1}}));
   EXPECT_EQ(pairs(x / 2.0), Pairs{});
 }
 
-TEST(Tracer, constant_zeros_annihilate_and_constants_fold) {
+TEST(Tracer, ConstantZerosAnnihilateAndConstantsFold) {
   EXPECT_TRUE((0.0 * x).is_zero());
   EXPECT_TRUE((0.0 * sin(x) * y).is_zero());
   EXPECT_TRUE((0.0 / x).is_zero());
@@ -70,7 +70,7 @@ TEST(Tracer, constant_zeros_annihilate_and_constants_fold) {
   EXPECT_EQ(min(Tracer(1.0), 2.0).constant(), 1.0);
 }
 
-TEST(Tracer, powers) {
+TEST(Tracer, Powers) {
   EXPECT_EQ(inputs(pow(x, 0)), Inputs{});
   EXPECT_EQ(pow(x, 0.0).constant(), 1.0);
   EXPECT_EQ(pairs(pow(x, 1)), Pairs{});
@@ -80,7 +80,7 @@ TEST(Tracer, powers) {
   EXPECT_EQ(pairs(square(x) + cube(y)), (Pairs{{0, 0}, {1, 1}}));
 }
 
-TEST(Tracer, switches_count_both_branches_and_the_condition) {
+TEST(Tracer, SwitchesCountBothBranchesAndTheCondition) {
   EXPECT_EQ(inputs(select(p, x, y)), (Inputs{0, 1, 2}));
   EXPECT_EQ(pairs(select(p, x, y)).size(), 6u);  // piecewise: affine in none of them
   EXPECT_EQ(inputs(select(x, 1.0, 2.0)), (Inputs{0}));
@@ -92,7 +92,7 @@ TEST(Tracer, switches_count_both_branches_and_the_condition) {
   EXPECT_EQ(pairs(smooth_max(x, y, 0.1)), (Pairs{{0, 0}, {1, 0}, {1, 1}}));
 }
 
-TEST(Tracer, every_function_of_one_argument_is_nonlinear_and_folds) {
+TEST(Tracer, EveryFunctionOfOneArgumentIsNonlinearAndFolds) {
   const Tracer c = 0.5;
   for (const Tracer& f : {sin(x), cos(x), tan(x), asin(x), acos(x), atan(x), sinh(x), cosh(x),
                           tanh(x), exp(x), log(x), sqrt(x), abs(x), hypot(x, 1.0), atan2(x, 1.0)})
@@ -107,7 +107,7 @@ TEST(Tracer, every_function_of_one_argument_is_nonlinear_and_folds) {
   for (int i = 0; i < 12; ++i) EXPECT_EQ(folded[i], expected[i]);
 }
 
-TEST(Tracer, zeros_of_constant_matrices_are_exact) {
+TEST(Tracer, ZerosOfConstantMatricesAreExact) {
   Eigen::Matrix3d m = Eigen::Matrix3d::Zero();
   m(0, 0) = 1.0;
   m(1, 2) = 2.0;
@@ -124,7 +124,7 @@ TEST(Tracer, zeros_of_constant_matrices_are_exact) {
   EXPECT_EQ(pairs(v.dot(m * v)), (Pairs{{0, 0}, {2, 1}}));
 }
 
-TEST(Tracer, hundreds_of_inputs) {
+TEST(Tracer, HundredsOfInputs) {
   Tracer sum;
   for (int i = 0; i < 300; ++i) sum += square(Tracer::input(i));
   EXPECT_EQ(inputs(sum).size(), 300u);
@@ -146,7 +146,7 @@ void expect_beyond(const Use& use, long row, long rows, int first_input) {
   }
 }
 
-TEST(TracedVector, EndsWhereItEnds) {
+TEST(TracedVector, ChecksItsSize) {
 #ifndef NDEBUG
   GTEST_SKIP() << "assertions of Eigen's come first in this build";
 #endif
@@ -168,7 +168,7 @@ TEST(TracedVector, EndsWhereItEnds) {
   EXPECT_NO_THROW((void)(m * v).head<2>().norm());
 }
 
-TEST(TracedVector, EndsForCoeffAndDataToo) {
+TEST(TracedVector, ChecksCoeffAndData) {
   Vec<Tracer, 2> v{Tracer::input(3), Tracer::input(4)};
   const Mat<Tracer, 2, 2> m = Mat<Tracer, 2, 2>::Identity();
   expect_beyond([&] { (void)v.coeff(2); }, 2, 2, 3);
@@ -190,7 +190,7 @@ TEST(TracedVector, EndsForCoeffAndDataToo) {
   EXPECT_FALSE(detail::was_written_beyond());
 }
 
-TEST(TracedVector, WhatIsComputedFromTheUnwrittenIsUnwritten) {
+TEST(TracedVector, PropagatesUnwrittenEntries) {
   Vec<Tracer, 2> v;
   v[0] = x;
   EXPECT_TRUE(v[0].is_written());

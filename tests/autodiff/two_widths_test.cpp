@@ -26,7 +26,7 @@ void expect_right(const Derivatives& d) {
   EXPECT_NEAR(found, curvature, 1e-10);  // a sum of fifteen quotients of order 100
 }
 
-TEST(TwoWidths, LinkIntoOneProgram) {
+TEST(TwoWidths, CanBeLinkedIntoOneProgram) {
 #if defined(__x86_64__)
   if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this processor has no AVX2";
 #endif

@@ -54,7 +54,7 @@ TEST(FlatQp, HasTheCostAndTheResidualsOfTheStages) {
   }
 }
 
-TEST(FlatQp, FindsTheStagesAgain) {
+TEST(FlatQp, RecoversTheStages) {
   const StageQp qp = step_recovery_qp({15, 7}, random_start(3));
   const SparseQp flat = flatten(qp);
   const SparseQp again = flatten(in_stages(flat, stage_sizes(qp)));
@@ -73,7 +73,7 @@ TEST(FlatQp, FindsTheStagesAgain) {
   EXPECT_THROW(in_stages(flat, sizes), DefinitionError);
 }
 
-TEST(FlatQp, RefusesSoftRows) {
+TEST(FlatQp, RejectsSoftRows) {
   StageQp qp = step_recovery_qp({3, 0}, nominal_start());
   qp.stages[1].groups[0].soft = true;
   EXPECT_THROW(flatten(qp), DefinitionError);
@@ -81,7 +81,7 @@ TEST(FlatQp, RefusesSoftRows) {
 
 // Bounds are active (for the chain only at first), and the plan of the previous tick is a warm
 // start that saves iterations.
-TEST(ClosedLoops, BindAtFirstAndAreSolvedColdAndWarm) {
+TEST(ClosedLoops, AreSolvedColdAndWarm) {
   for (const auto& [name, late] : {std::pair("steps/chain", 30), std::pair("steps/car", 80)}) {
     const std::vector<QpProblem> problems = qp_problems();
     const QpProblem& problem = find_problem(problems, name);
@@ -106,7 +106,7 @@ TEST(ClosedLoops, BindAtFirstAndAreSolvedColdAndWarm) {
   }
 }
 
-TEST(QpFile, IsReadAsItWasWritten) {
+TEST(QpFile, RoundTrip) {
   const std::filesystem::path file = std::filesystem::temp_directory_path() /
                                      ("saltus_qp_" + std::to_string(::getpid()) + ".json");
   Answerer answerer;
@@ -137,7 +137,7 @@ TEST(QpFile, IsReadAsItWasWritten) {
   std::filesystem::remove(file);
 }
 
-TEST(Answerer, SaysWhatIsWrongWithARequest) {
+TEST(Answerer, RejectsInvalidRequests) {
   Answerer answerer;
   const auto error_of = [&](const nlohmann::json& request) {
     return answerer.answer(request).value("error", std::string());
@@ -163,7 +163,7 @@ constexpr std::array shooting_cases{"library/bryson_denham", "library/juggled_ba
                                     "library/three_modes", "library/turbo_car",
                                     "library/low_ceiling_arcs"};
 
-TEST(ShootingFile, StepsComputeWhatTheProgramDoes) {
+TEST(ShootingFile, StepsMatchTheProgram) {
   for (const char* name : shooting_cases) {
     NonlinearProblem problem(nonlinear_case(name));
     ShootingProgram& program = problem.shooting().editable_program();
@@ -194,7 +194,7 @@ TEST(ShootingFile, StepsComputeWhatTheProgramDoes) {
   }
 }
 
-TEST(ShootingFile, WhatHasNoStepsIsSaid) {
+TEST(ShootingFile, ReportsProgramsWithoutSteps) {
   for (const auto& [name, why] : {std::pair("library/switch_of_speed", "events"),
                                   std::pair("library/calcium_oscillation", "no fixed explicit")}) {
     NonlinearProblem problem(nonlinear_case(name));

@@ -18,7 +18,7 @@ LatencyRequest parse(std::vector<std::string> arguments) {
 }
 ExitStatus run(std::vector<std::string> arguments) { return verb().run(arguments); }
 
-TEST(LatencyCommandLine, TakesFlagsInBothForms) {
+TEST(LatencyCommandLine, AcceptsBothFormsOfFlags) {
   const LatencyRequest request = parse({"--quick", "--json", "a.json", "--only=box"});
   EXPECT_EQ(request.selection.solves, 100);
   EXPECT_EQ(request.selection.only, "box");
@@ -26,7 +26,7 @@ TEST(LatencyCommandLine, TakesFlagsInBothForms) {
   EXPECT_GE(parse({}).selection.solves, 1000);
 }
 
-TEST(LatencyCommandLine, RefusesWhatItDoesNotKnow) {
+TEST(LatencyCommandLine, RejectsUnknownArguments) {
   for (const std::vector<std::string>& wrong : {std::vector<std::string>{"--quik"},
                                                 {"--json"},
                                                 {"--only"},
@@ -71,7 +71,7 @@ TEST(LatencyCommandLine, WritesJsonWithEveryField) {
     EXPECT_GT(result.at(key).get<double>(), 0.0) << key;
 }
 
-TEST(LatencyOutput, ToldFailuresNameTheirSeed) {
+TEST(LatencyOutput, FailuresNameTheirSeed) {
   LatencyReport report;
   report.calibration_us = 1.0;
   report.cases.emplace_back().name = "case";

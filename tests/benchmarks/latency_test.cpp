@@ -29,7 +29,7 @@ void expect_optimal(const std::string& only) {
   }
 }
 
-TEST(Measurement, ResidualAboveTheLimitFailsWhateverTheSolverSays) {
+TEST(Measurement, LargeResidualFailsForAnyStatus) {
   QpResult optimal;
   optimal.status = QpStatus::optimal;
   Measurement m("case");
@@ -47,7 +47,7 @@ TEST(Latency, RecordedSequenceIsSolved) { expect_optimal("sequence/"); }
 TEST(Latency, BoxesAreSolved) { expect_optimal("box/"); }
 TEST(Latency, HangingChainIsSolved) { expect_optimal("chain/"); }
 
-TEST(Latency, CapturePointRowsBindInEveryBindingInstanceOnAverage) {
+TEST(Latency, CapturePointRowsAreActiveInBindingInstances) {
   const LatencyReport report = measure_latency({.solves = solves, .only = "recipe/binding"});
   ASSERT_EQ(report.cases.size(), 1u);
   ASSERT_EQ(report.cases[0].details.size(), 1u);
@@ -61,11 +61,11 @@ TEST(Latency, WarmSolvesTakeFewerIterationsThanColdOnes) {
             report.find("sequence/cold")->iterations_mean);
 }
 
-TEST(Latency, UnknownCaseIsRefused) {
+TEST(Latency, RejectsAnUnknownCase) {
   EXPECT_THROW(measure_latency({.solves = 1, .only = "no such case"}), InputError);
 }
 
-TEST(Statistics, OfAHundredNumbers) {
+TEST(Statistics, MatchAHundredNumbers) {
   std::vector<double> numbers;
   for (int i = 100; i >= 1; --i) numbers.push_back(i);
   const Spread s = spread(numbers);

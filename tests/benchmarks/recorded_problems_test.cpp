@@ -20,7 +20,7 @@ std::filesystem::path stored(const char* name) {
   return std::filesystem::path(SALTUS_BENCHMARK_DATA) / name;
 }
 
-TEST(RecordedSequence, HoldsSixtyProblemsWhoseLandingCountsDown) {
+TEST(RecordedSequence, HasSixtyProblemsBeforeTheLanding) {
   const std::filesystem::path file = stored("step_recovery_sequence.json");
   EXPECT_LT(std::filesystem::file_size(file), 100'000u);
   const RecordedSequence sequence = read_sequence(file);
@@ -33,7 +33,7 @@ TEST(RecordedSequence, HoldsSixtyProblemsWhoseLandingCountsDown) {
   EXPECT_LT(sequence.problems[59].start.segment<3>(3).norm(), 0.05);
 }
 
-TEST(RecordedProblems, BrokenFilesAreRefused) {
+TEST(RecordedProblems, RejectBrokenFiles) {
   EXPECT_THROW(read_sequence("no_such_file.json"), InputError);
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("saltus_broken_" + std::to_string(::getpid()));
@@ -47,7 +47,7 @@ TEST(RecordedProblems, BrokenFilesAreRefused) {
   std::filesystem::remove(file);
 }
 
-TEST(HangingChain, ReferenceIsAtRest) {
+TEST(HangingChain, ReferenceIsAnEquilibrium) {
   const ChainData data = read_chain(stored("hanging_chain.json"));
   const Vec<double, 21> rate = HangingChain{}(0.0, data.reference, Vec<double, 3>(0, 0, 0));
   // Rounding of terms of the size of gravity.
@@ -55,7 +55,7 @@ TEST(HangingChain, ReferenceIsAtRest) {
   EXPECT_EQ(data.reference[HangingChain::end], HangingChain::end_position);
 }
 
-TEST(HangingChain, DerivativesAreThoseOfDifferences) {
+TEST(HangingChain, DerivativesMatchDifferences) {
   const ChainData data = read_chain(stored("hanging_chain.json"));
   VectorXd z(1 + 21 + 3);
   z << 0.0, data.start, 0.3, -0.2, 0.1;
@@ -63,7 +63,7 @@ TEST(HangingChain, DerivativesAreThoseOfDifferences) {
   EXPECT_TRUE(report.ok) << to_string(report);
 }
 
-TEST(PointShift, AppearingFootTakesTheGuessAndTheRestMovesOn) {
+TEST(PointShift, NewFootTakesTheGuessAndTheRestIsShifted) {
   const StageQp from = step_recovery_qp({4, 4}, nominal_start());
   const StageQp to = step_recovery_qp({4, 3}, nominal_start());
   const StagePoint guess = standing_guess(to);

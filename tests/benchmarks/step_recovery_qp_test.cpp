@@ -19,7 +19,7 @@ struct Reference {
   double optimum;  // known to the nine printed digits
 };
 
-TEST(StepRecoveryQp, NominalOptimaAreThoseOfTheRecipe) {
+TEST(StepRecoveryQp, NominalOptimaMatchTheRecipe) {
   for (const Reference& r : {Reference{15, 7, 6.59199183},
                              {15, beyond, 7.38804372},
                              {15, 0, 7.78139492},
@@ -43,7 +43,7 @@ TEST(StepRecoveryQp, NominalOptimaAreThoseOfTheRecipe) {
   }
 }
 
-TEST(StepRecoveryQp, CapturePointRowsBindWhereThePushIsFast) {
+TEST(StepRecoveryQp, CapturePointRowsAreActiveForFastPushes) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const StageQp qp = step_recovery_qp({}, random_start(seed, binding_push));
     const auto solver = make_riccati_solver(qp, from_standing(), step_recovery_kernels);

@@ -39,7 +39,7 @@ std::vector<OutsidePhase> problem() {
   return {twin.outside};
 }
 
-TEST(Judge, FindsNothingAtTheOptimum) {
+TEST(Judge, AcceptsTheOptimum) {
   const OutsideCheck check = check_outside(problem(), least_effort());
   EXPECT_TRUE(check.simulated);
   EXPECT_FALSE(check.path.is_broken());
@@ -49,7 +49,7 @@ TEST(Judge, FindsNothingAtTheOptimum) {
   EXPECT_LT(stationarity(problem(), least_effort()).residual, 1e-9);
 }
 
-TEST(Judge, FindsAPlanThatIsNoKktPoint) {
+TEST(Judge, FindsAPlanThatIsNotAKktPoint) {
   // The perturbation alternates, so that the end errors barely change and the effort increases.
   EXPECT_GT(stationarity(problem(), least_effort(1.0)).residual, 1e-2);
 }
@@ -64,7 +64,7 @@ TEST(Judge, FindsAMissedEnd) {
   EXPECT_TRUE(check_outside(problem(), plan).open_loop_end.is_broken());
 }
 
-TEST(Judge, FindsAJumpThatIsNone) {
+TEST(Judge, FindsAWrongJump) {
   std::vector<PlanPiece> plan = least_effort();
   plan[4].state[1] += 1e-2;
   EXPECT_TRUE(check_outside(problem(), plan).defect.is_broken());
@@ -86,7 +86,7 @@ TEST(Judge, FindsAViolationBetweenTheNodes) {
   EXPECT_NEAR(check.path.amount, 0.5, 1e-6);
 }
 
-TEST(Judge, TakesAnInputAtItsBoundForAKktPoint) {
+TEST(Judge, AcceptsAnInputAtItsBound) {
   // x' = u, |u| <= 1, min -x(1): active bounds balance the gradient. Where u is inside its bounds,
   // nothing does.
   Twin<1, 1> twin("run", Integrators{}, exactly(1.0));

@@ -370,7 +370,7 @@ VectorXd inputs_of(const Solution& s) {
   return Eigen::Map<VectorXd>(all.data(), static_cast<int>(all.size()));
 }
 
-TEST(EveryArgument, FastPathsAndTheSlowOneAgree) {
+TEST(SearchFeatures, FastAndGeneralPathsAgree) {
   int compared = 0;
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name());

@@ -124,7 +124,7 @@ void check_seed(int seed, std::map<std::string, int>& counts) {
     }
 }
 
-TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
+TEST(RandomDefinitions, GiveAMessageOrAStatusAndSolversAgree) {
   std::map<std::string, int> counts;
   const auto [first, last, is_campaign] = seeds();
   for (int seed = first; seed <= last; ++seed) check_seed(seed, counts);

@@ -84,7 +84,7 @@ End set_up(long k) {
   return end;
 }
 
-TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
+TEST(OutOfMemory, DuringSetUpOfAController) {
   ASSERT_EQ(set_up(never), End::whole);  // allocates everything that exists once per process
   const long begin = made;
   ASSERT_EQ(set_up(never), End::whole);
@@ -112,7 +112,7 @@ TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
 }  // namespace
 }  // namespace saltus::test
 #else
-TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
+TEST(OutOfMemory, DuringSetUpOfAController) {
   GTEST_SKIP() << "the sanitizer has a malloc of its own, which cannot be made to fail here";
 }
 #endif

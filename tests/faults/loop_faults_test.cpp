@@ -62,7 +62,7 @@ Row row_of(Fault fault, const std::string& page) {
   return {page.substr(whose, next - whose), std::atoi(page.c_str() + next + 3)};
 }
 
-TEST(Faults, InTheLoopAlwaysLeaveAnInputAndEnd) {
+TEST(Faults, EveryFaultLeavesAnInputAndTerminates) {
   std::ifstream stream(SALTUS_DOCS "/faults.md");
   const std::string page{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   for (int f = 0; f < static_cast<int>(Fault::count); ++f) {

@@ -85,7 +85,7 @@ class Logger {
   std::thread thread_;  // last member, because it uses all others
 };
 
-TEST(Soak, AnInputInEveryTickAndNoMemory) {
+TEST(Soak, EveryTickHasAnInputWithoutAllocation) {
   const char* given = std::getenv("SALTUS_SOAK_TICKS");
   const long ticks = given != nullptr ? std::atol(given) : ticks_of_a_test;
   constexpr unsigned seed = 5;

@@ -30,7 +30,7 @@ void keep(const std::vector<std::uint8_t>& bytes) {
 
 class Readers : public testing::TestWithParam<std::string> {};
 
-TEST_P(Readers, TakeOrRefuseWhatIsKept) {
+TEST_P(Readers, HandleStoredInputs) {
   const fs::path folder = fs::path(SALTUS_FUZZ_CORPUS) / GetParam();
   ASSERT_TRUE(fs::is_directory(folder)) << folder;
   int count = 0;
@@ -45,7 +45,7 @@ TEST_P(Readers, TakeOrRefuseWhatIsKept) {
 
 // Inputs cut off at any position, and inputs with each byte changed. Every reader accepts some
 // inputs.
-TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
+TEST_P(Readers, HandleTruncatedAndCorruptInputs) {
   const Target& reader = target(GetParam());
   for (const fs::directory_entry& entry :
        fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam())) {
@@ -62,7 +62,7 @@ TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
 }
 
 // A name that is pages long, at any position. The message shows its beginning only.
-TEST_P(Readers, TakeOrRefuseNamesOfPages) {
+TEST_P(Readers, HandleNamesOfPages) {
   const Target& reader = target(GetParam());
   for (const fs::directory_entry& entry :
        fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam())) {
@@ -79,7 +79,7 @@ TEST_P(Readers, TakeOrRefuseNamesOfPages) {
 
 // Random combinations of stored inputs and dictionary words, like a fuzzer without branch coverage.
 // Runs on every platform in a second.
-TEST_P(Readers, TakeOrRefuseWhatIsPutTogetherAtRandom) {
+TEST_P(Readers, HandleRandomCombinations) {
   constexpr unsigned seed = 1;
   const char* more = std::getenv("SALTUS_FUZZ_ROUNDS");  // set by hand for more rounds
   const int rounds = more == nullptr ? 300 : std::atoi(more);

@@ -44,7 +44,7 @@ class Caller {
   MatrixXd derivative_, hessian_;
 };
 
-TEST(Allocations, RungeKuttaTakesNone) {
+TEST(Allocations, RungeKuttaDoesNotAllocate) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     for (const auto& scheme : {runge_kutta4(), runge_kutta4({.steps = 4}), runge_kutta8()}) {
       const auto integrator = scheme->make(coupled_problem(shape));
@@ -54,7 +54,7 @@ TEST(Allocations, RungeKuttaTakesNone) {
   }
 }
 
-TEST(Allocations, EventsTakeNoneAfterTheFirstSecondDerivatives) {
+TEST(Allocations, EventsDoNotAllocateAfterTheFirstSecondDerivatives) {
   for (const auto& scheme : {runge_kutta4({.steps = 3}), radau_iia({.steps = 3})}) {
     const auto integrator = scheme->make(bouncing_ball());
     const VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 1.4});  // two impacts
@@ -64,7 +64,7 @@ TEST(Allocations, EventsTakeNoneAfterTheFirstSecondDerivatives) {
   }
 }
 
-TEST(Allocations, ZeroOrderHoldTakesNone) {
+TEST(Allocations, ZeroOrderHoldDoesNotAllocate) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     for (const bool parameters : {false, true}) {
       const auto integrator =
@@ -74,7 +74,7 @@ TEST(Allocations, ZeroOrderHoldTakesNone) {
   }
 }
 
-TEST(Allocations, SundialsTakesNoneAfterTheFirstCalls) {
+TEST(Allocations, SundialsDoesNotAllocateAfterTheFirstCalls) {
   const InputShape shape = InputShape::linear;
   for (const auto& scheme : {cvodes(), cvodes({.method = CvodesMethod::Adams}), arkode(),
                              arkode({.method = ArkodeMethod::DiagonallyImplicit, .order = 4})}) {

@@ -79,7 +79,7 @@ TEST_P(ArkodeMethods, AgreesWithOrderEightUnderErrorControl) {
 }
 
 // With fixed steps the sensitivities are those of the discrete map.
-TEST_P(ArkodeMethods, FixedStepSensitivitiesAreThoseOfTheSteps) {
+TEST_P(ArkodeMethods, FixedStepSensitivitiesMatchTheSteps) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     const auto integrator = arkode({.method = GetParam().method,
                                     .order = GetParam().order,
@@ -134,7 +134,7 @@ TEST(Arkode, ArenstorfOrbitCloses) {  // D06
   EXPECT_LE((end_of(*integrator, w).head(4) - w.head(4)).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-TEST(Arkode, FailuresAreAStatus) {
+TEST(Arkode, ReportsFailuresAsStatus) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
   problem.dynamics =

@@ -94,7 +94,7 @@ TEST(Cvodes, ArenstorfOrbitCloses) {  // D06
   EXPECT_LE((end.head(4) - w.head(4)).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-TEST(Cvodes, FailuresAreAStatus) {
+TEST(Cvodes, ReportsFailuresAsStatus) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
   problem.dynamics =
@@ -123,7 +123,7 @@ TEST(Cvodes, FailuresAreAStatus) {
 
 // Reference sizes of the sensitivities: states count by their typical size, parameters and the
 // length by their values. The start time does not enter, since it is no measure of duration.
-TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
+TEST(Cvodes, SensitivityScalesExcludeTheStart) {
   IntervalProblem problem;
   problem.arguments = {1, 1, 1};
   problem.nominal_state = VectorXd::Constant(1, 4.0);
@@ -134,7 +134,7 @@ TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
 }
 
 // x' = -x + p sin 10 t: dx/dp does not depend on p, even for very small p.
-TEST(Cvodes, SensitivitiesToSmallParametersAreAsAccurateAsOthers) {
+TEST(Cvodes, SensitivitiesToSmallParametersAreAccurate) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 1};
   problem.differentiate_parameter = {true};
@@ -157,7 +157,7 @@ TEST(Cvodes, SensitivitiesToSmallParametersAreAsAccurateAsOthers) {
 }
 
 #ifdef __GLIBC__
-TEST(Cvodes, LeavesNoMemoryBehind) {
+TEST(Cvodes, FreesItsMemory) {
   const auto scheme = cvodes({.tolerance = 1e-8});
   const auto in_use_after = [&](int rounds) {
     for (int i = 0; i < rounds; ++i) scheme->make(robertson());

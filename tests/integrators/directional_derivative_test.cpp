@@ -75,7 +75,7 @@ TEST(DirectionalDerivative, ThroughSimultaneousEventsDependsOnTheDirection) {
 
 // A ball thrown up to a ceiling that it only touches: the derivative exists away from the ceiling
 // only.
-TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheSideThatMissesIt) {
+TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheMissingSide) {
   Automaton<2> ball;
   const auto fall = [](const auto& t, const auto& x) {
     auto v = x.eval();
@@ -138,7 +138,7 @@ TEST(DirectionalDerivative, FollowsAnInputInTheGuard) {
 }
 
 // The mode has memory: for temperatures between 1 and 2, the state stores it.
-TEST(Hysteresis, IsRememberedByAState) {
+TEST(Hysteresis, IsStoredInAState) {
   const auto towards = [](double goal) {
     return [goal](const auto&, const auto& x) {
       auto v = x.eval();
@@ -184,7 +184,7 @@ TEST(Hysteresis, IsRememberedByAState) {
   }
 }
 
-TEST(Hysteresis, BadDefinitionsAreRefused) {
+TEST(Hysteresis, RejectsInvalidDefinitions) {
   const auto drift = [](const auto&, const auto& x) { return x; };
   const auto guard = [](const auto&, const auto& x) { return x[0]; };
   const auto message = [](const Automaton<2>& a) -> std::string {

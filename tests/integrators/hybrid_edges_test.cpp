@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
                          [](const auto& param) { return param.param.name; });
 
 // A tank that empties slowly and an independent wheel that turns fast.
-TEST_P(HybridEdges, ASlowEventBesideFastStatesIsNotTakenForATouch) {
+TEST_P(HybridEdges, SlowEventWithFastStatesIsNotGrazing) {
   for (const double fast : {1.0, 1e2, 1e4, 1e6})
     for (const double slow : {1e-3, 1e-5, 1e-7}) {
       const auto field = [fast, slow](const auto&, const auto& x) {
@@ -52,7 +52,7 @@ TEST_P(HybridEdges, ASlowEventBesideFastStatesIsNotTakenForATouch) {
 }
 
 // A ball that bounces once. On the ground, its height has the rounding error of the flight.
-TEST_P(HybridEdges, AGuardIsFoundHoweverLargeTheStateWasBefore) {
+TEST_P(HybridEdges, FindsAGuardAfterLargeStates) {
   Automaton<2> system;
   const auto fall = [](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[1], -10.0 + 0.0 * x[0]};
@@ -95,7 +95,7 @@ IntervalProblem thrown(double level) {
   return hybrid_problem(system);
 }
 
-TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
+TEST_P(HybridEdges, FindsTwoCrossingsWithinOneStep) {
   // v0 = 5: the apex is 1.25 at t = 0.5, above 1.2499 for 9 ms only
   const HybridSimulation sim = run(thrown(1.2499), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -112,7 +112,7 @@ TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
 
 // An interval of length zero is the identity. An event of a state behind a guard happens once, in
 // the next interval.
-TEST_P(HybridEdges, NothingHappensInAnIntervalWithoutLength) {
+TEST_P(HybridEdges, IntervalOfZeroLengthHasNoEvents) {
   const HybridSimulation sim =
       run(thrown(0.3), vec({0.5, 5.0, 0.0}), vec({0.0, 0.0, 0.01}), VectorXd(), "low");
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -123,7 +123,7 @@ TEST_P(HybridEdges, NothingHappensInAnIntervalWithoutLength) {
 
 // After an event, the flow of the old mode is irrelevant. A second guard that grazes there, or has
 // no value there, has no effect.
-TEST_P(HybridEdges, WhatFailsBehindAnEventIsNotMet) {
+TEST_P(HybridEdges, FailureBehindAnEventIsNotReached) {
   const auto ahead = [](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0]};
   };
@@ -191,7 +191,7 @@ TEST_P(HybridEdges, StartOnAGuardAtANegativeCoordinate) {
 }
 
 // The test for rest compares with gravity in any unit of length.
-TEST_P(HybridEdges, WhetherARestIsOneDoesNotHangOnUnits) {
+TEST_P(HybridEdges, RestDetectionIsIndependentOfUnits) {
   for (const double unit : {1e-6, 1.0, 1e6}) {
     IntervalProblem ball = bouncing_ball();
     ball.nominal_state = VectorXd::Constant(2, unit);
@@ -246,7 +246,7 @@ IntervalProblem thermostat() {
 }
 
 // A set-point that jumps between two intervals: the guard of the active mode is behind the state.
-TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
+TEST_P(HybridEdges, JumpingGuardTriggersImmediately) {
   const auto integrator = GetParam().choice->make(thermostat());
   auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
   std::vector<HybridEvent> events;
@@ -270,7 +270,7 @@ TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
 
 // x = (approaching zero from below, returning below zero). In the given mode, the state reaches the
 // first guard at this instant, and the second guard is behind the state.
-TEST_P(HybridEdges, InAGivenModeOneGuardReachedAndAnotherBehindIsNoMode) {
+TEST_P(HybridEdges, ContradictingGuardsLeaveNoMode) {
   Automaton<2> system;
   const auto flow = [](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0], -1.0 + 0.0 * x[1]};
@@ -294,7 +294,7 @@ TEST_P(HybridEdges, InAGivenModeOneGuardReachedAndAnotherBehindIsNoMode) {
 
 // The rate of a logarithm can be finite where its value is NaN; that of a root cannot. On the
 // longer intervals, the first evaluation gives a value: positive or negative.
-TEST_P(HybridEdges, AGuardWithoutAValueIsSaid) {
+TEST_P(HybridEdges, ReportsAnUndefinedGuard) {
   const auto expect_said = [](const auto& guard) {
     Automaton<1> system;
     system.mode("here", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
@@ -319,7 +319,7 @@ TEST_P(HybridEdges, AGuardWithoutAValueIsSaid) {
 // x = (height, speed, number of bounces). The first seven bounces shrink by decreasing factors,
 // 0.67, 0.45, ... 0.06. That is no geometric series, whose limit could be predicted. The eighth
 // bounce throws the ball up again.
-TEST_P(HybridEdges, ShrinkingByFactorsThatFallIsNoAccumulation) {
+TEST_P(HybridEdges, FallingShrinkFactorsAreNotAccumulation) {
   Automaton<3> system;
   system
       .mode("flight",
@@ -339,7 +339,7 @@ TEST_P(HybridEdges, ShrinkingByFactorsThatFallIsNoAccumulation) {
   EXPECT_GT(sim.states(0, 1), 0.0);
 }
 
-TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
+TEST_P(HybridEdges, EventAtTheEndIsTakenOnce) {
   const VectorXd p = vec({9.81, 0.8});
   const double t1 = std::sqrt(2.0 / 9.81);
   const HybridSimulation whole = run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), p);
@@ -358,7 +358,7 @@ TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
   EXPECT_NEAR(end.states(1, 1), 0.8 * 9.81 * t1, 1e-11);
 }
 
-TEST_P(HybridEdges, AResetBehindAGuardIsReported) {
+TEST_P(HybridEdges, ReportsAResetBehindAGuard) {
   Automaton<1> system;
   system.mode("rise", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
       .event(
@@ -449,7 +449,7 @@ TEST(HybridSliding, LeavesWithExactDerivatives) {
 }
 
 // An event of both fields ends sliding. The next mode has other events, none of them near.
-TEST(HybridSliding, EndsWithAnEventThatBothFieldsHave) {
+TEST(HybridSliding, EndsWithAnEventOfBothFields) {
   using X = Vec<double, 2>;
   Automaton<2> system;
   const auto distance = [](const auto&, const auto& x) { return x[0] - 1.0; };
@@ -490,7 +490,7 @@ TEST(HybridSliding, EndsWithAnEventThatBothFieldsHave) {
   }
 }
 
-TEST(HybridSliding, OnAnInputThatChangesIsRefused) {
+TEST(HybridSliding, RejectsSlidingOnAChangingInput) {
   Automaton<1, 1> system;
   system.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
       .mode("above", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
@@ -509,7 +509,7 @@ TEST(HybridSliding, OnAnInputThatChangesIsRefused) {
 
 // z = 1 + t, repeated many times. x' = z up to x = 3/2, at t = 1, and then 2 z. The first mode has
 // a separate cost.
-TEST(HybridModes, AModeWithoutACostHasThatOfTheInterval) {
+TEST(HybridModes, ModeWithoutCostUsesTheIntervalCost) {
   constexpr int nz = 16;
   const auto faster = [](double factor) {
     return [factor](const auto&, const auto&, const auto& z) { return factor * z[nz - 1]; };
@@ -549,7 +549,7 @@ TEST(HybridModes, AModeWithoutACostHasThatOfTheInterval) {
 }
 
 // A NaN entry of a Jacobian affects only its mode and its call. The integrator does not keep it.
-TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
+TEST(HybridModes, DiscardsAnInvalidJacobian) {
   Automaton<3> system;
   const auto level = [](const auto&, const auto& x) { return x[0] - 1.0; };
   system
@@ -582,7 +582,7 @@ TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
   }
 }
 
-TEST(HybridModes, RunThroughAChainWithHysteresis) {
+TEST(HybridModes, HandleAHysteresisChain) {
   // A thermostat: x' = -x (off) or 2 - x (on). Between 0.5 and 1.5, both modes are valid.
   Automaton<1> system;
   system.mode("off", [](const auto&, const auto& x) { return -1.0 * x[0]; })
@@ -646,7 +646,7 @@ TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
   EXPECT_GT(approximate.norm(), 0.1);
 }
 
-TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
+TEST_P(HybridSecondOrder, WithAStoredMode) {
   // The thermostat, its heat and a drift of both thresholds in the parameter. State 1 stores the
   // mode.
   Automaton<2, 0, 1> system;
@@ -676,7 +676,7 @@ TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
   }
 }
 
-TEST_P(HybridSecondOrder, AtLengthZeroAndWhereSurfacesAreSlidOn) {
+TEST_P(HybridSecondOrder, AtLengthZeroAndWhileSliding) {
   const auto integrator = GetParam().choice->make(bouncing_ball());
   VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 0.0});
   const VectorXd weights = vec({0.7, -1.3});
@@ -703,7 +703,7 @@ IntervalProblem ramp_with_an_event() {
   return hybrid_problem(system);
 }
 
-TEST(HybridModes, WithoutSecondDerivativesNoneAreFilledIn) {
+TEST(HybridModes, LeavesMissingSecondDerivativesUnset) {
   const VectorXd w = vec({0.0, 0.0, 1.0}), weight = vec({1.0});
   VectorXd end(1);
   MatrixXd first(1, 3), second(3, 3);
@@ -725,7 +725,7 @@ TEST(HybridModes, WithoutSecondDerivativesNoneAreFilledIn) {
 }
 
 // Second derivatives are recorded on a tape. A formula that throws must not leave it recording.
-TEST(HybridModes, AFormulaThatThrowsLeavesNothingBehind) {
+TEST(HybridModes, ThrowingFormulaLeavesNoState) {
   const auto integrator = runge_kutta4({.steps = 4})->make(ramp_with_an_event());
   auto& hybrid = dynamic_cast<EventIntegrator&>(*integrator);
   const VectorXd w = vec({0.0, 0.0, 1.0}), nowhere = vec({0.0, 0.0, 0.0}), weight = vec({1.0});
@@ -747,7 +747,7 @@ TEST(HybridModes, AFormulaThatThrowsLeavesNothingBehind) {
   EXPECT_EQ(allocations.made(), 0);
 }
 
-TEST(HybridModes, LengthZeroAndNegative) {
+TEST(HybridModes, HandlesZeroAndNegativeLength) {
   const auto integrator = runge_kutta8()->make(bouncing_ball());
   VectorXd w = vec({1.0, -2.0, 9.81, 0.8, 0.0, 0.0});
   EXPECT_EQ(end_of(*integrator, w), w.head(2));

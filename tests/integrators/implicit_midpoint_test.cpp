@@ -57,7 +57,7 @@ TEST_P(MidpointBothShapes, GaussNewtonIsExactForAffineDynamics) {
   EXPECT_LE((exact - hessian_of(*integrator, w, weights, Curvature::gauss_newton)).norm(), 1e-14);
 }
 
-TEST_P(MidpointBothShapes, IsItsOwnInverse) {
+TEST_P(MidpointBothShapes, IsSelfInverse) {
   const auto integrator = implicit_midpoint({.steps = 2})->make(coupled_problem(GetParam()));
   const VectorXd w = coupled_point(GetParam());
   const VectorXd back = way_back(*integrator, w, end_of(*integrator, w));
@@ -89,7 +89,7 @@ TEST(ImplicitMidpoint, KeepsTheEnergyOfAnOscillator) {
 }
 
 // A time constant of a microsecond in steps of 0.1 s: |(1 - a) / (1 + a)| with a = 5e4.
-TEST(ImplicitMidpoint, IsStableWhateverTheStep) {
+TEST(ImplicitMidpoint, IsStableForAnyStep) {
   const IntervalProblem problem =
       autonomous(make_function<1, 0, 0>([](const auto&, const auto& x) { return -1e6 * x[0]; }), 1);
   const VectorXd w = (VectorXd(3) << 1.0, 0.0, 1.0).finished();
@@ -98,7 +98,7 @@ TEST(ImplicitMidpoint, IsStableWhateverTheStep) {
   EXPECT_GT(std::abs(end_of(*runge_kutta4({.steps = 10})->make(problem), w)[0]), 1e100);
 }
 
-TEST(ImplicitMidpoint, WhatCannotBeIntegratedIsAStatus) {
+TEST(ImplicitMidpoint, ReportsFailuresAsStatus) {
   VectorXd end(1);
   MatrixXd derivative(1, 3), hessian(3, 3);
   const double weight = 1.0;

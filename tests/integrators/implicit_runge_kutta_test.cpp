@@ -56,7 +56,7 @@ VectorXd from(const VectorXd& start, double length) {
 
 // x' = -x^2 / c from c: the relative result is the same for every c and every nominal magnitude of
 // the state.
-TEST_P(ImplicitSchemes, SmallStatesHaveTheDigitsOfLargeOnes) {
+TEST_P(ImplicitSchemes, SmallStatesAreAsAccurateAsLargeOnes) {
   const auto scaled = [&](double c) {
     const auto field = [c](const auto&, const auto& x) {
       return std::decay_t<decltype(x)>{-x[0] * x[0] / c};
@@ -88,7 +88,7 @@ TEST_P(ImplicitSchemes, CoefficientsIntegratePolynomials) {
   }
 }
 
-TEST_P(ImplicitSchemes, HaveTheirOrderInStateAndSensitivity) {
+TEST_P(ImplicitSchemes, HaveTheExpectedOrderInStateAndSensitivity) {
   VectorXd w = coupled_point(InputShape::linear);
   const auto reference = runge_kutta8({.steps = 100})->make(coupled_problem(InputShape::linear));
   w[reference->arguments().h()] = 1.0;
@@ -141,7 +141,7 @@ TEST_P(ImplicitSchemes, LengthZeroIsTheIdentity) {
 
 // One step over an oscillation or a decay of any speed never grows (A-stability). Gauss-Legendre
 // keeps the amplitude of an oscillation; Radau IIA damps fast modes.
-TEST_P(ImplicitSchemes, AreStableWhateverTheStep) {
+TEST_P(ImplicitSchemes, AreStableForAnyStep) {
   const bool gauss = std::get<0>(GetParam()) == 0;
   const IntervalProblem decay =
       autonomous(make_function<1, 0, 0>([](const auto&, const auto& x) { return -x[0]; }));
@@ -180,7 +180,7 @@ TEST_P(ImplicitSchemes, DoNotAllocate) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST_P(ImplicitSchemes, WhatCannotBeIntegratedIsAStatus) {
+TEST_P(ImplicitSchemes, ReportFailuresAsStatus) {
   VectorXd end(1);
   MatrixXd derivative(1, 3), hessian(3, 3);
   const double weight = 1.0;
@@ -203,7 +203,7 @@ TEST_P(ImplicitSchemes, WhatCannotBeIntegratedIsAStatus) {
 
 // Van der Pol's oscillator with mu = 1e3 on its slow branch. The steps are 1e5 times its fast time
 // constant.
-TEST(ImplicitRungeKutta, GoesAlongAStiffBranchInLongSteps) {
+TEST(ImplicitRungeKutta, FollowsAStiffBranchWithLongSteps) {
   const IntervalProblem problem = autonomous(make_function<2, 0, 0>([](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[1], 1e3 * (1.0 - x[0] * x[0]) * x[1] - x[0]};
   }));
@@ -219,7 +219,7 @@ TEST(ImplicitRungeKutta, GoesAlongAStiffBranchInLongSteps) {
 
 // Newton's method diverges where the rate saturates. It converges with shorter steps, several of
 // them: half of a step that works does not work directly.
-TEST(ImplicitRungeKutta, FindsStagesByWayOfShorterSteps) {
+TEST(ImplicitRungeKutta, FindsStagesWithShorterSteps) {
   constexpr double rate = 1e3, start = 3.0;
   const IntervalProblem problem = autonomous(
       make_function<1, 0, 0>([](const auto&, const auto& x) { return -rate * atan(x[0]); }));
@@ -237,7 +237,7 @@ TEST(ImplicitRungeKutta, FindsStagesByWayOfShorterSteps) {
               1e-12);
 }
 
-TEST(ImplicitRungeKutta, RefusesWhatItIsNotMadeFor) {
+TEST(ImplicitRungeKutta, RejectsUnsupportedProblems) {
   EXPECT_THROW(gauss_legendre({.stages = 0}), DefinitionError);
   EXPECT_THROW(radau_iia({.stages = 5}), DefinitionError);
   EXPECT_THROW(radau_iia({.stages = 2, .steps = 0}), DefinitionError);

@@ -10,21 +10,21 @@ namespace {
 
 constexpr int least_code = -200;  // below all of CVODES and IDAS
 
-TEST(ReturnCodes, NoFailureIsASuccess) {
+TEST(ReturnCodes, FailuresAreNotSuccesses) {
   for (int code = least_code; code < 0; ++code) {
     EXPECT_NE(status_of_cvode(code), IntegrationStatus::success) << code;
     EXPECT_NE(status_of_ida(code), IntegrationStatus::success) << code;
   }
 }
 
-TEST(ReturnCodes, WarningsAndEndsAreSuccess) {
+TEST(ReturnCodes, WarningsAndEndsAreSuccesses) {
   for (const int code : {CV_SUCCESS, CV_TSTOP_RETURN, CV_ROOT_RETURN, CV_WARNING})
     EXPECT_EQ(status_of_cvode(code), IntegrationStatus::success) << code;
   for (const int code : {IDA_SUCCESS, IDA_TSTOP_RETURN, IDA_ROOT_RETURN, IDA_WARNING})
     EXPECT_EQ(status_of_ida(code), IntegrationStatus::success) << code;
 }
 
-TEST(ReturnCodes, SayWhatFailed) {
+TEST(ReturnCodes, NameTheFailure) {
   EXPECT_EQ(status_of_cvode(CV_TOO_MUCH_WORK), IntegrationStatus::too_many_steps);
   EXPECT_EQ(status_of_ida(IDA_TOO_MUCH_WORK), IntegrationStatus::too_many_steps);
   for (const int code :

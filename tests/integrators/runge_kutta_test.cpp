@@ -73,7 +73,7 @@ TEST_P(RungeKuttaBothShapes, DerivativesWithoutTimeAndParameters) {
   expect_hessian_matches(*integrator, w, VectorXd::Ones(5), difference_error);
 }
 
-TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameEnd) {
+TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameState) {
   const auto integrator = runge_kutta4({.steps = 3})->make(coupled_problem(GetParam()));
   const VectorXd w = coupled_point(GetParam());
   VectorXd end(5);
@@ -85,7 +85,7 @@ TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameEnd) {
   EXPECT_TRUE(end.isApprox(end_of(*integrator, w), rounding));
 }
 
-TEST_P(RungeKuttaBothShapes, GoesThereAndBackAgain) {
+TEST_P(RungeKuttaBothShapes, IsReversible) {
   const auto integrator = runge_kutta8({.steps = 40})->make(coupled_problem(GetParam()));
   const VectorXd w = coupled_point(GetParam());
   const VectorXd end = end_of(*integrator, w);
@@ -139,7 +139,7 @@ TEST(RungeKutta, LengthZeroIsTheIdentity) {
   }
 }
 
-TEST(RungeKutta, NonFiniteRatesAreAStatus) {
+TEST(RungeKutta, ReportsNonFiniteRatesAsStatus) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
   problem.dynamics =
@@ -158,7 +158,7 @@ TEST(RungeKutta, NonFiniteRatesAreAStatus) {
   }
 }
 
-TEST(RungeKutta, DefinitionsAreChecked) {
+TEST(RungeKutta, ChecksDefinitions) {
   EXPECT_THROW(runge_kutta4({.steps = 0}), DefinitionError);
   ButcherTableau implicit = classical_runge_kutta();
   implicit.a(0, 0) = 0.1;
@@ -168,7 +168,7 @@ TEST(RungeKutta, DefinitionsAreChecked) {
   EXPECT_THROW(runge_kutta4()->make(problem), DefinitionError);
 }
 
-TEST(RungeKutta, EachCoefficientOfATableauIsChecked) {
+TEST(RungeKutta, ChecksEachCoefficientOfATableau) {
   const ButcherTableau good = classical_runge_kutta();
   EXPECT_NO_THROW(runge_kutta(good));
   constexpr double off = 1e-9;  // far above rounding

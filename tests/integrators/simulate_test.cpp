@@ -29,7 +29,7 @@ TEST(Simulate, AgreesWithTheExactSolutionAcrossInputSteps) {
   EXPECT_EQ(a.states.col(1), a.states.col(2));  // a step of length zero keeps the state
 }
 
-TEST(Simulate, StopsWhereTheModelEnds) {
+TEST(Simulate, StopsAtTheEndOfTheModel) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
   problem.dynamics = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });

@@ -78,7 +78,7 @@ TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
 }
 
 // A Gramian computed with exp(-A') would overflow here.
-TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
+TEST(ZeroOrderHold, FastDecayIsAccurate) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
   problem.dynamics =
@@ -93,7 +93,7 @@ TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
 }
 
 // x' = -x + B u + a, cost x^2 + u^2. B and a only set the units of u and 1.
-TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
+TEST_P(ZeroOrderHoldBothShapes, LargeColumnsAreAccurate) {
   constexpr double tolerance = 1e-13, start = 0.7;
   const double decay = std::exp(-1.0), grown = -std::expm1(-1.0);
   const int nc = GetParam() == InputShape::linear ? 2 : 1;
@@ -133,7 +133,7 @@ TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
 }
 
 // Inputs that enter the cost only: the cost has forty times as many derivatives as the dynamics.
-TEST(ZeroOrderHold, CostsMayDependOnMoreThanTheDynamicsDo) {
+TEST(ZeroOrderHold, CostsMayDependOnMoreThanTheDynamics) {
   constexpr int inputs = 40;
   IntervalProblem problem;
   problem.arguments = {1, inputs, 0};
@@ -184,7 +184,7 @@ std::string refusal(const Function& dynamics, F&& cost) {
   return "accepted";
 }
 
-TEST(ZeroOrderHold, RefusesWhatItCannotSolveExactly) {
+TEST(ZeroOrderHold, RejectsProblemsWithoutExactSolution) {
   const auto linear = make_function<2, 1, 0>([](const auto&, const auto& x, const auto& u) {
     using S = std::decay_t<decltype(x[0])>;
     return Vec<S, 2>(x[1], u[0]);
@@ -230,7 +230,7 @@ TEST(ZeroOrderHold, RefusesWhatItCannotSolveExactly) {
             "accepted");
 }
 
-TEST(ZeroOrderHold, NonFiniteMatricesAreAStatus) {
+TEST(ZeroOrderHold, ReportsNonFiniteMatricesAsStatus) {
   const auto integrator =
       zero_order_hold()->make(affine_problem(InputShape::constant, false, true));
   VectorXd w = affine_point(InputShape::constant, 0.3);

@@ -41,7 +41,7 @@ std::shared_ptr<const AlgebraicEquations> equations() {
 // (t | x | u | p)
 const VectorXd point = (VectorXd(5) << 0.3, 1.2, -0.7, 0.9, 0.8).finished();
 
-TEST(Algebraic, StatesMeetTheirEquations) {
+TEST(Algebraic, StatesSatisfyTheirEquations) {
   const VectorXd z = algebraic_states(equations())(point);
   constexpr double rounding = 4e-16;
   EXPECT_NEAR(z[0], std::sqrt(1.2 * 1.2 + 0.8), rounding);
@@ -50,7 +50,7 @@ TEST(Algebraic, StatesMeetTheirEquations) {
 }
 
 // z + z^2 / c = c: the relative result is the same for every c. The start gives no scale.
-TEST(Algebraic, SmallStatesHaveTheDigitsOfLargeOnes) {
+TEST(Algebraic, SmallStatesAreAsAccurateAsLargeOnes) {
   for (double c = 1.0; c > 5e-13; c *= 0.1) {
     const auto equation = [c](const auto&, const auto& x) {
       return Vec<std::decay_t<decltype(x[0])>, 1>{x[1] + x[1] * x[1] / c - x[0]};
@@ -90,7 +90,7 @@ TEST(Algebraic, DerivativesOfFirstAndSecondOrderAreExact) {
 }
 
 // z0 depends on x0 and p, z1 on x1 and u. Neither depends on anything else, including time.
-TEST(Algebraic, SparsityIsThatOfTheComposition) {
+TEST(Algebraic, SparsityMatchesTheComposition) {
   const Function z = algebraic_states(equations());
   const SparsityPattern& pattern = z.jacobian_pattern();
   const auto row = [&](int r) {
@@ -128,7 +128,7 @@ TEST(Algebraic, AffineEquationsLeaveAffineFunctions) {
   EXPECT_NEAR(rate((VectorXd(3) << 0.0, 2.0, 1.0).finished())[0], 3.5, 1e-15);
 }
 
-TEST(Algebraic, EvaluationAllocatesInTheFirstCallOnly) {
+TEST(Algebraic, AllocatesInTheFirstEvaluationOnly) {
   const Function z = algebraic_states(equations());
   VectorXd value(nz), entries(z.jacobian_pattern().entries()),
       curved(z.hessian_pattern().entries());
@@ -154,7 +154,7 @@ std::string refusal(G formula) {
   return {};
 }
 
-TEST(Algebraic, AnIndexAboveOneIsSaidWithTheEquation) {
+TEST(Algebraic, IndexAboveOneNamesTheEquation) {
   // Position level: the second equation does not read z.
   EXPECT_NE(refusal([](const auto&, const auto& x, const auto& z) {
               return std::decay_t<decltype(z)>{z[0], x[0] * x[0] - 1.0, z[1] + z[2]};
@@ -188,7 +188,7 @@ TEST(Algebraic, ConsistentStartsAreFoundAndReported) {
 }
 
 // Structurally regular, numerically singular: the second equation is twice the first.
-TEST(Algebraic, EquationsThatDependOnEachOtherAreNamed) {
+TEST(Algebraic, NamesDependentEquations) {
   const AlgebraicEquations dependent(
       sizes, extended([](const auto&, const auto& x, const auto& z) {
         return std::decay_t<decltype(z)>{z[0] + z[1] - x[0], 2.0 * z[0] + 2.0 * z[1], z[2]};

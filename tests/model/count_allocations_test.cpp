@@ -11,7 +11,7 @@
 namespace saltus {
 namespace {
 
-TEST(CountAllocations, SeesThoseOfTheStandardLibraryAndOfEigen) {
+TEST(CountAllocations, CountsAllocationsOfTheStandardLibraryAndEigen) {
   std::string text(100, 'a');
   std::vector<VectorXd> vectors;
   testing::AllocationCount by_string;

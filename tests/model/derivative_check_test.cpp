@@ -45,7 +45,7 @@ DerivativeReport check(Mistake mistake) {
                            {.input_names = {"lever", "angle"}, .output_names = {"torque", "sine"}});
 }
 
-TEST(DerivativeCheck, accepts_right_derivatives) {
+TEST(DerivativeCheck, AcceptsCorrectDerivatives) {
   const DerivativeReport report = check(Mistake::none);
   EXPECT_TRUE(report.ok) << report;
   EXPECT_LT(report.worst_jacobian.error, 1e-11);  // truncation error of order four
@@ -53,7 +53,7 @@ TEST(DerivativeCheck, accepts_right_derivatives) {
   EXPECT_NE(to_string(report).find("agree"), std::string::npos);
 }
 
-TEST(DerivativeCheck, names_the_wrong_entry) {
+TEST(DerivativeCheck, NamesTheWrongEntry) {
   const DerivativeReport report = check(Mistake::jacobian);
   EXPECT_FALSE(report.ok);
   ASSERT_EQ(report.jacobian_failures.size(), 1u);
@@ -67,7 +67,7 @@ TEST(DerivativeCheck, names_the_wrong_entry) {
   EXPECT_NE(text.find("angle"), std::string::npos);
 }
 
-TEST(DerivativeCheck, sees_wrong_curvature) {
+TEST(DerivativeCheck, DetectsWrongCurvature) {
   const DerivativeReport report = check(Mistake::hessian);
   EXPECT_FALSE(report.ok);
   EXPECT_TRUE(report.jacobian_failures.empty());
@@ -76,20 +76,20 @@ TEST(DerivativeCheck, sees_wrong_curvature) {
   EXPECT_EQ(report.worst_hessian.col, 1);
 }
 
-TEST(DerivativeCheck, sees_a_missing_entry_of_the_pattern) {
+TEST(DerivativeCheck, DetectsAMissingPatternEntry) {
   const DerivativeReport report = check(Mistake::pattern);
   EXPECT_FALSE(report.ok);
   EXPECT_FALSE(report.worst_jacobian.in_pattern);
   EXPECT_NE(to_string(report).find("missing from the pattern"), std::string::npos);
 }
 
-TEST(DerivativeCheck, sees_numbers_that_are_none) {
+TEST(DerivativeCheck, DetectsNan) {
   const DerivativeReport report = check(Mistake::not_a_number);
   EXPECT_FALSE(report.ok);
   EXPECT_TRUE(std::isinf(report.worst_jacobian.error));
 }
 
-TEST(DerivativeCheck, random_points_print_their_seed) {
+TEST(DerivativeCheck, RandomPointsPrintTheirSeed) {
   const Function f = make_function<2, 0, 0>([](auto t, auto x) { return x[0] * exp(x[1]) * t; });
   const VectorXd lower = VectorXd::Constant(3, -1.0), upper = VectorXd::Constant(3, 1.0);
   const DerivativeReport report = check_derivatives(f, lower, upper, 5, 42);
@@ -97,7 +97,7 @@ TEST(DerivativeCheck, random_points_print_their_seed) {
   EXPECT_NE(to_string(report).find("5 points (seed 42)"), std::string::npos);
 }
 
-TEST(DerivativeCheck, large_values_do_not_count_as_errors) {
+TEST(DerivativeCheck, LargeValuesAreNoErrors) {
   const Function f = make_function<1, 0, 0>([](auto, auto x) { return 1e9 + sin(x[0]); });
   const DerivativeReport report = check_derivatives(f, Eigen::Vector2d(0.0, 0.3));
   EXPECT_TRUE(report.ok) << report;

@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-TEST(IsolatedCall, GivesWhatTheWorkReturns) {
+TEST(IsolatedCall, ReturnsTheResult) {
   int calls = 0;
   const std::string large(10'000'000, 'x');  // exceeds the capacity of a pipe
   for (const std::string& text : {std::string(), std::string("a\0b\x03", 4), large}) {
@@ -26,7 +26,7 @@ TEST(IsolatedCall, GivesWhatTheWorkReturns) {
   EXPECT_EQ(calls, 0);
 }
 
-TEST(IsolatedCall, TellsThatTheWorkBrokeDown) {
+TEST(IsolatedCall, ReportsACrash) {
   for (const int signal : {SIGSEGV, SIGABRT, SIGKILL})
     EXPECT_FALSE(isolated_call(
         [&]() -> std::string {

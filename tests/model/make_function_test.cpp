@@ -31,7 +31,7 @@ struct Everything {
   }
 };
 
-TEST(MakeFunction, functor_of_time_state_and_input) {
+TEST(MakeFunction, FunctorOfTimeStateAndInput) {
   const Function f = make_function<2, 1, 0>(Car{});
   EXPECT_EQ(f.inputs(), 4);
   EXPECT_EQ(f.outputs(), 2);
@@ -41,7 +41,7 @@ TEST(MakeFunction, functor_of_time_state_and_input) {
   static_assert(outputs_of<2, 1, 0, Car> == 2);
 }
 
-TEST(MakeFunction, all_arguments) {
+TEST(MakeFunction, AllArguments) {
   const Function f = make_function<2, 1, 1>(Everything{});
   EXPECT_EQ(f.jacobian_pattern(), pattern(3, 5,
                                           {{0, 0},
@@ -61,7 +61,7 @@ TEST(MakeFunction, all_arguments) {
   EXPECT_TRUE(report.ok) << report;
 }
 
-TEST(MakeFunction, lambdas_of_every_arity_and_result) {
+TEST(MakeFunction, LambdasOfEveryArityAndResult) {
   EXPECT_EQ((make_function<2, 0, 0>([](const auto&, const auto& x) { return x[0] * x[1]; })(
                 Eigen::Vector3d(0, 2, 3)))[0],
             6.0);
@@ -74,7 +74,7 @@ TEST(MakeFunction, lambdas_of_every_arity_and_result) {
   EXPECT_EQ((make_function<0, 0, 0>([](auto t, auto) { return t; })(VectorXd::Ones(1)))[0], 1.0);
 }
 
-TEST(MakeFunction, constants_have_empty_patterns) {
+TEST(MakeFunction, ConstantsHaveEmptyPatterns) {
   const Function number = make_function<2, 0, 0>([](auto, const auto&) { return 3.5; });
   const Function integer = make_function<2, 0, 0>([](auto, const auto&) { return 2; });
   const Function vector =
@@ -94,7 +94,7 @@ TEST(MakeFunction, constants_have_empty_patterns) {
   }
 }
 
-TEST(MakeFunction, zeros_of_a_model_matrix_are_zeros_of_the_pattern) {
+TEST(MakeFunction, ZerosOfAModelMatrixAreZerosOfThePattern) {
   Eigen::Matrix<double, 9, 9> a = Eigen::Matrix<double, 9, 9>::Zero();
   a(0, 8) = 2.0;
   a(5, 3) = -1.0;
@@ -105,7 +105,7 @@ TEST(MakeFunction, zeros_of_a_model_matrix_are_zeros_of_the_pattern) {
 }
 
 // Dense and wide: Jacobian and Hessian need more directions than one pass has lanes.
-TEST(MakeFunction, many_passes) {
+TEST(MakeFunction, ManyPasses) {
   const Function f = make_function<20, 5, 2>([](const auto& t, const auto& x, const auto& u,
                                                 const auto& p) {
     using S = std::decay_t<decltype(t)>;
@@ -118,7 +118,7 @@ TEST(MakeFunction, many_passes) {
   EXPECT_TRUE(report.ok) << report;
 }
 
-TEST(MakeFunction, the_three_evaluations_agree_on_y) {
+TEST(MakeFunction, TheThreeEvaluationsAgreeOnY) {
   const Function f = make_function<2, 1, 1>(Everything{});
   const VectorXd z = VectorXd::LinSpaced(5, 0.3, 1.7);
   VectorXd y(3);
@@ -127,14 +127,14 @@ TEST(MakeFunction, the_three_evaluations_agree_on_y) {
   EXPECT_LT((y - f(z)).norm(), 1e-15 * y.norm());  // the compiler may contract differently
 }
 
-TEST(MakeFunction, both_curvatures_are_the_full_hessian) {
+TEST(MakeFunction, BothCurvaturesAreTheFullHessian) {
   const Function f = make_function<2, 1, 1>(Everything{});
   const VectorXd z = VectorXd::LinSpaced(5, 0.3, 1.7), w = VectorXd::LinSpaced(3, 1.0, 2.0);
   EXPECT_EQ(f.dense_hessian(z, w, Curvature::exact),
             f.dense_hessian(z, w, Curvature::gauss_newton));
 }
 
-TEST(MakeFunction, evaluation_does_not_allocate) {
+TEST(MakeFunction, EvaluationDoesNotAllocate) {
   const Function f = make_function<2, 1, 1>(Everything{});
   const VectorXd z = VectorXd::LinSpaced(5, 0.3, 1.7), w = VectorXd::Ones(3);
   VectorXd y(3);
@@ -150,7 +150,7 @@ TEST(MakeFunction, evaluation_does_not_allocate) {
   EXPECT_EQ(copied.size(), 5);
 }
 
-TEST(Structure, affinity_and_dependence) {
+TEST(Structure, AffinityAndDependence) {
   const Function f =
       make_function<2, 1, 1>([](const auto& t, const auto& x, const auto& u, const auto& p) {
         using S = std::decay_t<decltype(t)>;
@@ -173,7 +173,7 @@ TEST(Structure, affinity_and_dependence) {
 
 // A formula outside the namespace with an unqualified abs. For a plain double, this would be the
 // integer abs of the C library.
-TEST(MakeFunction, unqualified_functions_are_ours) {
+TEST(MakeFunction, UnqualifiedFunctionsAreOurs) {
   const saltus::Function f = saltus::make_function<1, 0, 0>([](const auto&, const auto& x) {
     return abs(x[0]) + max(x[0], 0.25) + select(x[0], 1.0, 2.0);
   });

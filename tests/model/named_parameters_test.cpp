@@ -36,7 +36,7 @@ TEST(NamedParameters, SizesAndNamesFollowFromTheList) {
   EXPECT_EQ(entries[3], (ParameterEntry{"grip", 9, 1, 1}));
 }
 
-TEST(NamedParameters, MatricesStandRowByRow) {
+TEST(NamedParameters, MatricesAreRowMajor) {
   Road<double> road{.slope = 1.0, .wind = {2.0, 3.0}};
   road.bumps << 4, 5, 6, 7, 8, 9;
   road.grip = 10.0;
@@ -67,7 +67,7 @@ TEST(NamedParameters, FormulasReadThemWithExactSparsity) {
   EXPECT_EQ(f.jacobian_pattern().entries(), 4);
 }
 
-TEST(NamedParameters, ResultsAreReadByNameToo) {
+TEST(NamedParameters, ResultsAreReadByName) {
   VectorXd p = packed(Road<double>{.grip = 0.3});
   EXPECT_EQ(view_as<Road>(p).grip, 0.3);
   EXPECT_THROW(view_as<Road>(p, 1), DefinitionError);

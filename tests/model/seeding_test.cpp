@@ -26,7 +26,7 @@ MatrixXd numbered(const SparsityPattern& pattern) {
   return m;
 }
 
-TEST(Seeding, jacobian_entries_are_recovered) {
+TEST(Seeding, JacobianEntriesAreRecovered) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     const auto pattern = random_pattern(7, 13, 0.05 + 0.02 * seed, false, seed);
@@ -42,7 +42,7 @@ TEST(Seeding, jacobian_entries_are_recovered) {
   }
 }
 
-TEST(Seeding, hessian_entries_are_recovered) {
+TEST(Seeding, HessianEntriesAreRecovered) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);
     const auto pattern = random_pattern(11, 11, 0.05 + 0.02 * seed, true, seed);
@@ -62,7 +62,7 @@ TEST(Seeding, hessian_entries_are_recovered) {
   }
 }
 
-TEST(Seeding, structure_saves_passes) {
+TEST(Seeding, StructureSavesPasses) {
   std::vector<std::pair<int, int>> diagonal, arrow;
   for (int i = 0; i < 32; ++i) diagonal.emplace_back(i, i);
   for (int i = 0; i < 32; ++i) arrow.emplace_back(31, i);

@@ -29,7 +29,7 @@ struct Everything {
   }
 };
 
-TEST(StepsOf, EveryOperationIsWrittenDown) {
+TEST(StepsOf, EveryOperationIsRecorded) {
   const Function f = make_function<2, 1, 1>(Everything{});
   const FormulaSteps steps = steps_of(f);
   std::set<Operation> seen;
@@ -43,7 +43,7 @@ TEST(StepsOf, EveryOperationIsWrittenDown) {
   }
 }
 
-TEST(StepsOf, StepsThatNoOutputNeedsAreLeftOut) {
+TEST(StepsOf, OmitsUnusedSteps) {
   const FormulaSteps steps = steps_of(make_function<2, 1, 0>(
       [](const auto&, const auto& x) { return sin(x[0] * x[1]) * 0.0 + x[1]; }));
   ASSERT_EQ(steps.steps.size(), 3u);  // 0 + x[1]
@@ -63,7 +63,7 @@ TEST(StepsOf, FormulasOfFormulas) {
   EXPECT_EQ(outer.evaluate({&z, 1}).front(), 0.5);
 }
 
-TEST(StepsOf, WhatIsNoFormulaIsRefused) {
+TEST(StepsOf, RejectsNonFormulas) {
   const Function f = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0]; });
   // It traces like its residual but is a different function.
   EXPECT_THROW(steps_of(least_squares_cost(f, MatrixXd::Identity(1, 1), {})), DefinitionError);

@@ -122,7 +122,7 @@ LoopRun run_with(const Case& c, const std::function<void(RecedingHorizonControll
   return run;
 }
 
-class BesideALogger : public ::testing::TestWithParam<Case> {
+class ConcurrentReaders : public ::testing::TestWithParam<Case> {
  protected:
   void expect_undisturbed(const std::function<void(RecedingHorizonController&)>& before,
                           const std::function<void(int)>& beside) {
@@ -150,7 +150,7 @@ void read(const Solution& solution, const OptimalControlProblem& problem, int k)
   EXPECT_TRUE(replay(problem, plan, runge_kutta8()).completed);
 }
 
-TEST_P(BesideALogger, AReportIsRead) {
+TEST_P(ConcurrentReaders, AReportIsRead) {
   Solution report;
   OptimalControlProblem problem;
   expect_undisturbed(
@@ -161,7 +161,7 @@ TEST_P(BesideALogger, AReportIsRead) {
       [&](int k) { read(report, problem, k); });
 }
 
-TEST_P(BesideALogger, CopiesOfAReportAreReadByThreeThreads) {
+TEST_P(ConcurrentReaders, CopiesOfAReportAreReadByThreeThreads) {
   Solution report;
   OptimalControlProblem problem;
   expect_undisturbed(
@@ -178,7 +178,7 @@ TEST_P(BesideALogger, CopiesOfAReportAreReadByThreeThreads) {
       });
 }
 
-TEST_P(BesideALogger, TheFormulasOfTheProblemAreEvaluated) {
+TEST_P(ConcurrentReaders, TheFormulasOfTheProblemAreEvaluated) {
   Solution report;
   OptimalControlProblem problem;
   expect_undisturbed(
@@ -201,7 +201,7 @@ TEST_P(BesideALogger, TheFormulasOfTheProblemAreEvaluated) {
 }
 
 // Another controller of the same problem, and plans made from copies of the problem.
-TEST_P(BesideALogger, AnotherControllerOfTheProblemTicks) {
+TEST_P(ConcurrentReaders, AnotherControllerOfTheProblemTicks) {
   OptimalControlProblem problem;
   expect_undisturbed(
       [&](RecedingHorizonController& c) { problem = current_problem(c.shooting()); },
@@ -214,7 +214,7 @@ TEST_P(BesideALogger, AnotherControllerOfTheProblemTicks) {
       });
 }
 
-TEST_P(BesideALogger, CopiesOfTicksAndStatisticsAreRead) {
+TEST_P(ConcurrentReaders, CopiesOfTicksAndStatisticsAreRead) {
   ControlTick tick;
   LoopStatistics statistics;
   expect_undisturbed(
@@ -230,7 +230,7 @@ TEST_P(BesideALogger, CopiesOfTicksAndStatisticsAreRead) {
 
 // Each tick uses new threads: one calls prepare(), another feedback(), a third set_data() and the
 // report.
-TEST_P(BesideALogger, EachCallComesFromAnotherThread) {
+TEST_P(ConcurrentReaders, EachCallComesFromAnotherThread) {
   RecedingHorizonController here = controller_of(GetParam()), moving = controller_of(GetParam());
   for (int k = 0; k < 20; ++k) {
     const VectorXd state = measured(k);
@@ -257,7 +257,7 @@ TEST_P(BesideALogger, EachCallComesFromAnotherThread) {
 }
 
 // The controller moves from thread to thread.
-TEST_P(BesideALogger, AControllerIsMovedToAnotherThread) {
+TEST_P(ConcurrentReaders, AControllerIsMovedToAnotherThread) {
   RecedingHorizonController here = controller_of(GetParam()), moving = controller_of(GetParam());
   const double expected = here.tick(0.0, measured(0)).input[0].input()[0];
   double found = 0.0;
@@ -268,7 +268,7 @@ TEST_P(BesideALogger, AControllerIsMovedToAnotherThread) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Programs, BesideALogger,
+    Programs, ConcurrentReaders,
     ::testing::Values(Case{"RungeKutta", pendulum, runge_kutta4({.steps = 2})},
                       Case{"Radau", pendulum, radau_iia({.stages = 2, .steps = 1})},
                       Case{"Algebraic", with_algebraic_state, runge_kutta4({.steps = 1})},
@@ -277,7 +277,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& c) { return c.param.name; });
 
 // Plans of a shrinking horizon come from several controllers.
-TEST(ShrinkingBesideALogger, AReportIsReadWhileLaterPhasesTick) {
+TEST(ShrinkingConcurrentReaders, AReportIsReadWhileLaterPhasesTick) {
   const auto controller_of_two = [] {
     Phase<2, 1> first{"first", Pendulum{}, exactly(0.4)},
         second{"second", Pendulum{}, exactly(0.4)};

@@ -11,7 +11,7 @@
 namespace saltus {
 namespace {
 
-TEST(LatencyHistogram, QuantilesAreAtMostABucketTooLarge) {
+TEST(LatencyHistogram, QuantileErrorIsAtMostOneBucket) {
   std::mt19937 random(3);
   std::lognormal_distribution<double> any(std::log(1e-4), 1.0);
   std::vector<double> values;
@@ -31,7 +31,7 @@ TEST(LatencyHistogram, QuantilesAreAtMostABucketTooLarge) {
   EXPECT_EQ(h.count(), 10000);
 }
 
-TEST(LatencyHistogram, WhatLiesBeyondIsCountedAtTheEnds) {
+TEST(LatencyHistogram, CountsOutliersInTheEndBuckets) {
   LatencyHistogram h;
   EXPECT_EQ(h.median(), 0.0);
   for (const double t : {0.0, -1.0, 1e-12, 1e6, std::nan("")}) h.add(t);
@@ -40,7 +40,7 @@ TEST(LatencyHistogram, WhatLiesBeyondIsCountedAtTheEnds) {
   EXPECT_LT(h.median(), 1e-7);
 }
 
-TEST(LatencyHistogram, MergedIsTheSameAsCountedTogether) {
+TEST(LatencyHistogram, MergeEqualsJointCount) {
   LatencyHistogram a, b, both;
   for (int i = 1; i < 100; ++i) {
     (i % 2 == 0 ? a : b).add(1e-5 * i);

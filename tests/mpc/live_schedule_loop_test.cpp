@@ -53,7 +53,7 @@ constexpr double same_cost = 1e-6;
 
 class LiveScheduleLoop : public ::testing::TestWithParam<Back> {};
 
-TEST_P(LiveScheduleLoop, AnyEditIsPlannedWarmAsIfBuiltAnewAndWithoutAllocation) {
+TEST_P(LiveScheduleLoop, EditedPlanEqualsRebuiltPlanWithoutAllocation) {
   constexpr unsigned seed = 21;
   constexpr int ticks = 60;
   std::mt19937 random(seed);
@@ -177,7 +177,7 @@ TEST_P(LiveScheduleLoop, AnEventComesEarly) { expect_loop_follows(GetParam(), 0.
 TEST_P(LiveScheduleLoop, AnEventComesAsPlanned) { expect_loop_follows(GetParam(), 0.55); }
 TEST_P(LiveScheduleLoop, AnEventComesLate) { expect_loop_follows(GetParam(), 0.93); }
 
-TEST_P(LiveScheduleLoop, AnEditThatIsRefusedLeavesTheNextTickAsItWas) {
+TEST_P(LiveScheduleLoop, RejectedEditDoesNotAffectTheNextTick) {
   RecedingHorizonController controller = controller_for(gate(gate_schedule()), GetParam());
   RecedingHorizonController untouched = controller_for(gate(gate_schedule()), GetParam());
   const Vec<double, 2> x{1.0, 0.0};
@@ -194,7 +194,7 @@ TEST_P(LiveScheduleLoop, AnEditThatIsRefusedLeavesTheNextTickAsItWas) {
 }
 
 // A measurement is missing while the schedule changes. The old plan continues in the new modes.
-TEST_P(LiveScheduleLoop, WithoutAMeasurementThePlanGoesOnInTheNewModes) {
+TEST_P(LiveScheduleLoop, ContinuesThePlanInNewModesWithoutMeasurement) {
   RecedingHorizonController controller = controller_for(gate(gate_schedule()), GetParam());
   const Vec<double, 2> x{5.0, 0.0};
   Schedule plan = gate_schedule();

@@ -103,7 +103,7 @@ TEST_P(EveryBackEnd, HoldsOnePieceWithoutAnEventAndTwoWithOne) {
   EXPECT_NEAR(tick.input[0].input()[0], -2.0, 1e-6);
 }
 
-TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
+TEST_P(EveryBackEnd, ContinuesThePlanForANanMeasurement) {
   RecedingHorizonController controller = controller_for(gate(0.137), GetParam());
   const ControlTick& tick = controller.tick(0.0, unknown);
   EXPECT_EQ(tick.provenance, Provenance::fallback);
@@ -133,7 +133,7 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
 
 // If the input bounds make the problem infeasible, there is no plan. The residuals of the tick are
 // infinite.
-TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
+TEST_P(EveryBackEnd, HasNoPlanBeforeTheFirstSolve) {
   Phase<1, 1> phase{"reach", Integrator1{}, exactly(step * intervals)};
   phase.bound_input(0, between(-1.0, 1.0))
       .track(
@@ -156,7 +156,7 @@ TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
   EXPECT_LT(tick.violation, 1e-6);
 }
 
-TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
+TEST_P(EveryBackEnd, ForcedMissesContinueThePlanAndAreCounted) {
   MultipleShooting shooting = gate(0.137);
   auto solver = std::make_unique<LateSolver>(back_end(GetParam(), shooting),
                                              [](long k) { return k % 3 == 2; });
@@ -183,7 +183,7 @@ TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
 
 // Over each horizon, the integral of the input is limited and the ends are linked. Each tick uses
 // the plan of the previous one.
-TEST_P(EveryBackEnd, LimitsAnIntegralAndALinkInEveryTick) {
+TEST_P(EveryBackEnd, EnforcesIntegralAndLinkInEveryTick) {
   const auto problem = [] {
     Phase<1, 1> phase{"budget", Integrator1{}, exactly(step * intervals)};
     phase.minimise("distance", [](auto, auto x, auto u) { return x[0] * x[0] + 0.1 * u[0] * u[0]; })
@@ -210,7 +210,7 @@ TEST_P(EveryBackEnd, LimitsAnIntegralAndALinkInEveryTick) {
   }
 }
 
-TEST(RecedingHorizon, DoesNotDecideWhenToStart) {
+TEST(RecedingHorizon, RejectsAFreeStartTime) {
   Phase<1, 1> phase{"any", Integrator1{}, exactly(1.0)};
   phase.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; });
   OptimalControlProblem ocp("any time");
@@ -235,7 +235,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, EveryBackEnd,
                                                                     : "Ipopt";
                          });
 
-TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
+TEST(RecedingHorizon, ContinuesTheLastPlanAfterAFailedSolve) {
   auto solver = make_real_time_solver(
       std::make_unique<Unreliable>(std::vector<bool>{true, false, true, true}));
   RecedingHorizonController controller(gate(infinity), std::move(solver), {.period = step});
@@ -260,7 +260,7 @@ TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
 }
 
 // A plan is valid for a limited time. Then the fallback acts until there is a new plan.
-TEST(RecedingHorizon, APlanIsFollowedNoLongerThanIsSaid) {
+TEST(RecedingHorizon, FollowsAPlanNoLongerThanItsLimit) {
   RecedingHorizonController controller =
       controller_for(gate(0.0), Back::stages,
                      {.period = step,
@@ -284,7 +284,7 @@ TEST(RecedingHorizon, APlanIsFollowedNoLongerThanIsSaid) {
   EXPECT_EQ(tick.provenance, Provenance::shifted);
 }
 
-TEST(RecedingHorizon, AMeasurementThatIsNoneIsSaid) {
+TEST(RecedingHorizon, ReportsAnInvalidMeasurement) {
   RecedingHorizonController controller = controller_for(gate(0.0), Back::stages);
   const ControlTick& tick = controller.tick(0.0, unknown);
   EXPECT_TRUE(std::isinf(tick.objective));  // no plan exists, hence no cost
@@ -296,7 +296,7 @@ TEST(RecedingHorizon, AMeasurementThatIsNoneIsSaid) {
   EXPECT_TRUE(std::isfinite(tick.objective));
 }
 
-TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
+TEST(RecedingHorizon, UsesTheUserFallbackWithinBounds) {
   ControllerOptions options{.period = step, .fallback_input = VectorXd::Constant(1, -1.5)};
   RecedingHorizonController constant = controller_for(gate(0.05), Back::riccati, options);
   const ControlTick& tick = constant.tick(0.0, unknown);
@@ -315,7 +315,7 @@ TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
   EXPECT_EQ(throws.tick(0.5, unknown).input[0].input()[0], -1.5);
 }
 
-TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
+TEST(RecedingHorizon, RejectsInvalidOptionsAtSetUp) {
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 0.0}), DefinitionError);
   // Periods as short as the resolution of one instant.
   for (const double period : {5e-7, 1e-6, 10.0 * same_instant})
@@ -334,7 +334,7 @@ TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
                DefinitionError);
 }
 
-TEST(RecedingHorizon, PreparedOrNotTheAnswerIsTheSame) {
+TEST(RecedingHorizon, PreparationDoesNotChangeTheInput) {
   RecedingHorizonController one = controller_for(gate(0.137), Back::riccati);
   RecedingHorizonController other = controller_for(gate(0.137), Back::riccati);
   for (int k = 0; k < 5; ++k) {
@@ -348,7 +348,7 @@ TEST(RecedingHorizon, PreparedOrNotTheAnswerIsTheSame) {
   }
 }
 
-TEST(RecedingHorizon, ATimeThatIsNoNumberIsTheOnePreparedFor) {
+TEST(RecedingHorizon, NanTimeMeansThePreparedTime) {
   RecedingHorizonController controller = controller_for(gate(0.137), Back::riccati);
   controller.tick(0.2, far_away);
   const double nan = std::nan("");
@@ -464,7 +464,7 @@ class Watching final : public RealTimeSolver {
 
 // The guess is relative to the start of the problem, for any clock time at which the controller
 // starts. This includes the guess of free durations.
-TEST(RecedingHorizon, BeginsWithTheProblemsGuessAtAnyTime) {
+TEST(RecedingHorizon, StartsWithTheGuessOfTheProblem) {
   Phase<2, 1> swing{"swing", Pendulum{}, between(0.0, 2.0)}, rest{"rest", Pendulum{}, exactly(1.0)};
   swing.guess_duration(0.8).guess_state(
       Guess::interpolate(Vec<double, 2>{0.5, 0.0}, Vec<double, 2>{0.0, 0.1}));
@@ -483,7 +483,7 @@ TEST(RecedingHorizon, BeginsWithTheProblemsGuessAtAnyTime) {
   }
 }
 
-TEST(RecedingHorizon, AnAdoptedPlanIsWhereTheNextSolveStartsWhateverFailedBefore) {
+TEST(RecedingHorizon, NextSolveStartsFromTheAdoptedPlan) {
   VectorXd guess;
   bool succeeds = true;
   RecedingHorizonController controller(pendulum(), std::make_unique<Watching>(guess, succeeds),
@@ -531,7 +531,7 @@ TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
   EXPECT_LT(x.norm(), 0.05);
 }
 
-TEST(NoAllocation, InATickOfALinearQuadraticAndOfANonlinearProblem) {
+TEST(NoAllocation, InTicksOfLinearQuadraticAndNonlinearProblems) {
   for (const Back which : {Back::stages, Back::riccati, Back::sparse}) {
     RecedingHorizonController controller = controller_for(gate(0.537), which);
     RecedingHorizonController nonlinear = controller_for(pendulum(), which);

@@ -45,7 +45,7 @@ RecedingHorizonController optimising(MultipleShooting rest) {
           {.period = 0.05}};
 }
 
-TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
+TEST(RemainingProblem, EqualsTheDirectDefinition) {
   const Bounds any = between(0.1, 0.9);
   MultipleShooting shortened(by_way_of(any, any, exactly(1.0)), grid);
   shortened.set_remaining(between(0.05, 0.85), exactly(0.95));
@@ -61,7 +61,7 @@ TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
   EXPECT_NEAR(left.trajectory.end_time(), 1.0, 1e-9);
 }
 
-TEST(WhatIsLeft, OfAFixedPhaseIsShorter) {
+TEST(RemainingProblem, OfAFixedPhaseIsShorter) {
   MultipleShooting shooting(by_way_of(exactly(0.4), exactly(0.6), {}), grid);
   EXPECT_THROW(shooting.set_remaining(between(0.1, 0.2), {}), DefinitionError);
   EXPECT_THROW(shooting.set_remaining(exactly(-0.1), {}), DefinitionError);
@@ -73,7 +73,7 @@ TEST(WhatIsLeft, OfAFixedPhaseIsShorter) {
   EXPECT_NEAR(s.trajectory.end_time(), 1.0, 1e-12);
 }
 
-TEST(WhatIsLeft, AfterAPhaseBeginsWithTheNext) {
+TEST(RemainingProblem, AfterAPhaseStartsWithTheNext) {
   const OptimalControlProblem whole = by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
   const OptimalControlProblem rest = whole.after(1);
   ASSERT_EQ(rest.phases().size(), 1u);
@@ -86,7 +86,7 @@ TEST(WhatIsLeft, AfterAPhaseBeginsWithTheNext) {
   EXPECT_THROW(closed.close().after(1), DefinitionError);
 }
 
-TEST(WhatIsLeft, OfAFreePhaseIsLongerThanItsWindows) {
+TEST(RemainingProblem, OfAFreePhaseIsLongerThanItsWindows) {
   Phase<2, 1> drive{"drive", Cart{}, between(0.5, 2.0)};
   drive.keep("slow at first", speed, at_most(1.0), Window{.to = 0.3}).guess_duration(1.0);
   OptimalControlProblem ocp("drive");
@@ -103,7 +103,7 @@ TEST(WhatIsLeft, OfAFreePhaseIsLongerThanItsWindows) {
 
 // Limits at nodes have no separate slot. If the nodes moved away from one, the interval around it
 // would be in neither window, and its input would be unbounded.
-TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
+TEST(RemainingProblem, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
   const auto slow_at_first = [](double limit, Clock clock) {
     Phase<1, 1> go{
         "go", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
@@ -144,7 +144,7 @@ TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
 
 // The used part of an integral or a link is unknown when a phase is partly over. A window relative
 // to the start of the phase would move with every tick.
-TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
+TEST(ShrinkingHorizon, RejectsIntegralsLinksAndWindowsByName) {
   const auto message = [](const OptimalControlProblem& problem) -> std::string {
     try {
       remaining_controllers(problem, {.intervals_per_phase = 4, .integrator = runge_kutta4()},
@@ -178,7 +178,7 @@ TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
   }
 }
 
-TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
+TEST(ShrinkingHorizon, EndStaysFixedAndPhasesFollow) {
   const OptimalControlProblem problem =
       by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
   ShrinkingHorizonController controller(problem, remaining_controllers(problem, grid, optimising));
@@ -221,7 +221,7 @@ class Idle final : public RealTimeSolver {
   std::string name() const override { return "idle"; }
 };
 
-TEST(ShrinkingHorizon, APhaseThatBeginsGoesOnWithThePlan) {
+TEST(ShrinkingHorizon, NewPhaseContinuesThePlan) {
   const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
   const auto idle_after_the_gate = [](MultipleShooting rest) {
     if (rest.problem().phases().size() == 2) return optimising(std::move(rest));
@@ -243,7 +243,7 @@ RecedingHorizonController idle(MultipleShooting rest) {
   return RecedingHorizonController(std::move(rest), std::make_unique<Idle>(), {.period = 0.05});
 }
 
-TEST(ShrinkingHorizon, APlanGoesThroughPhasesWithoutATickAndAFallbackIsNone) {
+TEST(ShrinkingHorizon, PlanPassesPhasesWithoutATick) {
   const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
   const Solution plan =
       solve(*std::make_unique<MultipleShooting>(problem, grid), *make_native_solver());

@@ -76,13 +76,13 @@ class Throwing : public ::testing::TestWithParam<Back> {
   ~Throwing() override { thrown = Thrown::nothing; }
 };
 
-TEST(RealTimeIteration, TakesDifferencesWhereAProgramHasNoHessian) {
+TEST(RealTimeIteration, UsesDifferencesWithoutAHessian) {
   MultipleShooting shooting = pendulum(Back::cvodes, CostRule::integrated);
   const auto iteration = make_real_time_iteration(shooting.nlp());
   EXPECT_NE(iteration->name().find("differenced"), std::string::npos) << iteration->name();
 }
 
-TEST_P(Throwing, InTheTickLeadsToTheFallbackOrToThePlanBefore) {
+TEST_P(Throwing, InTheTickUsesTheFallbackOrThePreviousPlan) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     RecedingHorizonController controller = controller_for(GetParam());
     thrown = what;
@@ -112,7 +112,7 @@ TEST_P(Throwing, InTheTickLeadsToTheFallbackOrToThePlanBefore) {
   }
 }
 
-TEST_P(Throwing, InPreparationIsMadeUpForInTheTick) {
+TEST_P(Throwing, InPreparationIsRepeatedInTheTick) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     RecedingHorizonController controller = controller_for(GetParam());
     RecedingHorizonController other = controller_for(GetParam());
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, Throwing,
                                            Back::sqp, Back::cvodes),
                          [](const auto& instance) { return name_of(instance.param); });
 
-TEST(ThrowingFunctions, FromTheUsersFunctions) {
+TEST(ThrowingFunctions, OfTheUser) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     const auto throws = [what] {
       thrown = what;
@@ -189,7 +189,7 @@ TEST(ThrowingFunctions, FromTheUsersFunctions) {
 
 // Wrong names and sizes are programming errors and throw at once. NaN comes from outside and is
 // handled in the tick.
-TEST(ThrowingFunctions, DataThatAreNoNumbersWaitForTheTick) {
+TEST(ThrowingFunctions, NanDataAreReportedInTheTick) {
   RecedingHorizonController controller = controller_for(Back::stages);
   EXPECT_THROW(controller.set_data("nothing", VectorXd::Zero(1)), DefinitionError);
   EXPECT_THROW(controller.set_previous_input(VectorXd::Zero(2)), DefinitionError);

@@ -96,7 +96,7 @@ void expect_true(RecedingHorizonController& controller, const ControlTick& tick)
   }
 }
 
-TEST_P(TickTruth, ResidualAndViolationAreThoseOfTheProgram) {
+TEST_P(TickTruth, ResidualAndViolationMatchTheProgram) {
   RecedingHorizonController controller = controller_for(GetParam());
   std::array<int, provenances> counts{};
   constexpr int ticks = 10;
@@ -119,7 +119,7 @@ TEST_P(TickTruth, ResidualAndViolationAreThoseOfTheProgram) {
   EXPECT_EQ(statistics.check.count(), ticks);
 }
 
-TEST_P(TickTruth, StepsThatLeadNowhereAreNeverCalledMore) {
+TEST_P(TickTruth, UselessStepsAreNotCalledOptimal) {
   RecedingHorizonController controller = controller_for(GetParam(), {}, 0.2);
   for (int k = 0; k < 60; ++k) {
     SCOPED_TRACE(k);
@@ -130,7 +130,7 @@ TEST_P(TickTruth, StepsThatLeadNowhereAreNeverCalledMore) {
 }
 
 // A plan cut off by the time limit is checked on the program too, and keeps the reason.
-TEST_P(TickTruth, OfPlansThatWereCutOff) {
+TEST_P(TickTruth, OfInterruptedPlans) {
   const ControllerOptions options;
   RecedingHorizonController controller =
       controller_for(GetParam(), options, 0.0, [](long k) { return k > 0; });
@@ -145,7 +145,7 @@ TEST_P(TickTruth, OfPlansThatWereCutOff) {
   }
 }
 
-TEST_P(TickTruth, TheInputIsOutBeforeTheCheckAndDoesNotWaitForIt) {
+TEST_P(TickTruth, InputIsAvailableBeforeTheCheck) {
   std::vector<ControlTick> sent;
   ControllerOptions options;
   options.send = [&](const ControlTick& tick) { sent.push_back(tick); };
@@ -170,7 +170,7 @@ TEST_P(TickTruth, TheInputIsOutBeforeTheCheckAndDoesNotWaitForIt) {
 }
 
 // If the program equals its quadratic model, no check is needed.
-TEST_P(TickTruth, ALinearQuadraticProgramIsNotCheckedAgain) {
+TEST_P(TickTruth, LinearQuadraticProgramsAreNotCheckedAgain) {
   RecedingHorizonController controller = controller_for<false>(GetParam());
   ASSERT_TRUE(controller.shooting().nlp().is_linear_quadratic());
   const ControlTick& tick = controller.tick(0.0, hanging);
@@ -200,7 +200,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, TickTruth,
                                                                     : "Sparse";
                          });
 
-TEST(TickStatus, ASolverOfTheProgramIsTakenAtItsWord) {
+TEST(TickStatus, TrustsAProgramSolver) {
   MultipleShooting shooting = pendulum<true>();
   auto solver = make_real_time_solver(make_ipopt());
   RecedingHorizonController controller(std::move(shooting), std::move(solver), {.period = step});
@@ -222,7 +222,7 @@ struct PendulumIn {
   }
 };
 
-TEST(TickStatus, AnOptimumIsOneWhateverTheUnits) {
+TEST(TickStatus, OptimumIsIndependentOfUnits) {
   for (const Units& unit : {Units{1.0, 1.0, 1.0}, Units{1e-3, 1e-3, 1.0}, Units{1e-5, 1e-5, 1.0},
                             Units{1.0, 1.0, 1e-9}, Units{1.0, 1e6, 1.0}}) {
     SCOPED_TRACE(::testing::Message() << unit.length << ", " << unit.force << ", " << unit.weight);
@@ -261,7 +261,7 @@ TEST(TickStatus, AnOptimumIsOneWhateverTheUnits) {
   }
 }
 
-TEST(TickStatus, TolerancesAreChecked) {
+TEST(TickStatus, ChecksTolerances) {
   for (ControllerOptions options :
        {ControllerOptions{.optimality = 0.0}, ControllerOptions{.feasibility = std::nan("")}})
     EXPECT_THROW(controller_for(Back::stages, options), DefinitionError);

@@ -11,7 +11,7 @@ namespace {
 using testing_support::Cart;
 
 // gcc 12 with AVX-512 computed [1, 1] for both (framework/cmake/SaltusTarget.cmake).
-TEST(Bounds, EachRowKeepsItsOwn) {
+TEST(Bounds, EachRowKeepsItsBounds) {
   Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.reach("end", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)})
       .begin_with(
@@ -22,7 +22,7 @@ TEST(Bounds, EachRowKeepsItsOwn) {
   EXPECT_EQ(end.bounds[1], exactly(0.0));
 }
 
-TEST(Bounds, ThatLeaveNoFiniteValueAreEmpty) {
+TEST(Bounds, BoundsWithoutFiniteValueAreEmpty) {
   for (const Bounds& b : {exactly(infinity), at_least(infinity), at_most(-infinity),
                           exactly(-infinity), between(2.0, 1.0)})
     EXPECT_TRUE(b.is_empty()) << b.lower << " to " << b.upper;
@@ -31,7 +31,7 @@ TEST(Bounds, ThatLeaveNoFiniteValueAreEmpty) {
 }
 
 // Bounds of an unknown set by a finished phase also hold for the next phase that reads the unknown.
-TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
+TEST(Bounds, BoundsOfAnUnknownOutliveTheirPhase) {
   const auto driven = [](const auto&, const auto&, const auto& u, const auto& p) {
     return std::decay_t<decltype(u)>(p[0] * u[0]);
   };
@@ -44,7 +44,7 @@ TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
 }
 
 // Several threads evaluate it at once, as they do with formulas.
-TEST(Bounds, ThatAreSoftAreReentrant) {
+TEST(Bounds, SoftBoundsAreReentrant) {
   Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.bound_state(1, at_most(1.0), {}, soft("speed", 1.0));
   EXPECT_TRUE(phase.definition().terms.front().function.is_reentrant());

@@ -52,7 +52,7 @@ TEST(LeastSquares, WithFullWeightAndMovingReference) {
   EXPECT_NEAR(f(z)[0], 0.5 * r.dot(weight * r), 1e-14);
 }
 
-TEST(LeastSquares, GaussNewtonIsTheSquareOfTheJacobian) {
+TEST(LeastSquares, GaussNewtonIsTheJacobianSquared) {
   const MatrixXd weight = Vec<double, 2>{2.0, 3.0}.asDiagonal();
   const Function f = least_squares_cost(residual, weight, {});
   const Vec<double, 4> z{0.2, 0.3, -0.4, 0.7};
@@ -61,7 +61,7 @@ TEST(LeastSquares, GaussNewtonIsTheSquareOfTheJacobian) {
   EXPECT_LT((given - 1.5 * J.transpose() * weight * J).cwiseAbs().maxCoeff(), 1e-14);
 }
 
-TEST(LeastSquares, WeightsOfZeroTakeTheirRowsOutOfThePattern) {
+TEST(LeastSquares, ZeroWeightsRemoveRowsFromThePattern) {
   const MatrixXd weight = Vec<double, 2>{2.0, 0.0}.asDiagonal();
   const Function f = least_squares_cost(residual, weight, {});
   EXPECT_FALSE(f.jacobian_pattern().contains(0, 3));  // u enters the second row only
@@ -78,19 +78,19 @@ TEST(TimesLength, IsLinearInTheLength) {
   EXPECT_NEAR(f(z)[0], 0.25 * (0.5 + 6.0), 1e-14);
 }
 
-TEST(TimesLength, OfAConstantStillDependsOnTheLength) {
+TEST(TimesLength, ConstantStillDependsOnTheLength) {
   const Function f = times_length(
       make_function<1, 0, 0>([](const auto& t, const auto&) { return 0.0 * t + 3.0; }));
   expect_exact_derivatives(f, 3);
 }
 
-TEST(Stack, PutsOutputsOneAfterTheOther) {
+TEST(Stack, ConcatenatesOutputs) {
   const Function f = stack({residual, least_squares_cost(residual, MatrixXd::Identity(2, 2), {})});
   ASSERT_EQ(f.outputs(), 3);
   expect_exact_derivatives(f, 4);
 }
 
-TEST(ChangeCosts, AreSquaresOfDifferences) {
+TEST(ChangeCosts, AreSquaredDifferences) {
   const Function f = change_costs(Vec<double, 3>{2.0, 0.0, 5.0});
   expect_exact_derivatives(f, 5);
   Vec<double, 6> z;

@@ -627,7 +627,7 @@ const std::vector<Mistake>& mistakes() {
 
 class Definition : public testing::TestWithParam<Mistake> {};
 
-TEST_P(Definition, IsRefusedWithTheReason) {
+TEST_P(Definition, IsRejectedWithTheReason) {
 #ifndef NDEBUG
   const std::string name = GetParam().name;
   const bool seen_by_us = name.starts_with("Coeff") || name.starts_with("Data");
@@ -649,7 +649,7 @@ INSTANTIATE_TEST_SUITE_P(Mistakes, Definition, testing::ValuesIn(mistakes()),
                          [](const auto& instance) { return instance.param.name; });
 
 // Changes between solves are validated before they take effect.
-TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
+TEST(Change, RejectedChangeLeavesTheProgramUnchanged) {
   Motion motion{"motion", Velocity{}, exactly(1.0)};
   motion.bound_input(0, exactly(0.0), {.to = event("impact")});
   MultipleShooting shooting(with_impact(motion, 0.43), ten);

@@ -27,7 +27,7 @@ Schedule leg(const std::string& name, const std::vector<double>& times) {
   return Schedule(modes, events).declare({"-"});
 }
 
-TEST(JointSchedule, AtAnyTimeItsModeIsThatOfAllParts) {
+TEST(JointSchedule, ModeCombinesAllParts) {
   constexpr std::uint64_t seed = 5;
   Random random(seed);
   for (int round = 0; round < 50; ++round) {
@@ -52,7 +52,7 @@ TEST(JointSchedule, AtAnyTimeItsModeIsThatOfAllParts) {
   }
 }
 
-TEST(JointSchedule, EventsAtOneInstantAreOne) {
+TEST(JointSchedule, SimultaneousEventsAreMerged) {
   JointSchedule joint({leg("left", {0.3, 0.5}), leg("right", {0.3 + 1e-9, 0.7})}, 4);
   const Schedule& all = joint.join(0.0, never);
   ASSERT_EQ(all.events().size(), 3u);
@@ -62,14 +62,14 @@ TEST(JointSchedule, EventsAtOneInstantAreOne) {
   EXPECT_EQ(all.events()[0].name.view(), "left 0");
 }
 
-TEST(JointSchedule, DuringIsWhateverTheOthersAreIn) {
+TEST(JointSchedule, DuringCoversAllModesOfOtherParts) {
   const JointSchedule joint({leg("left", {0.3}), leg("right", {})}, 4);
   EXPECT_EQ(joint.during(0, "-").modes, (std::vector<std::string>{"- right", "- -"}));
   EXPECT_EQ(joint.during(1, "right").modes, (std::vector<std::string>{"left right", "- right"}));
   EXPECT_THROW(joint.during(1, "left"), DefinitionError);
 }
 
-TEST(JointSchedule, EditsOfAPartAreTakenUpWithoutAllocation) {
+TEST(JointSchedule, AppliesEditsOfAPartWithoutAllocation) {
   JointSchedule joint({leg("left", {0.3, 0.5, 0.9}), leg("right", {0.4, 0.8})}, 8);
   const testing::AllocationCount count;
   joint.part(0).retime("left 1", 0.45);
@@ -81,7 +81,7 @@ TEST(JointSchedule, EditsOfAPartAreTakenUpWithoutAllocation) {
   EXPECT_EQ(joint.joined().mode_at(0.95), "- right");
 }
 
-TEST(JointSchedule, WhatDoesNotFitIsRefused) {
+TEST(JointSchedule, RejectsMismatchedSchedules) {
   EXPECT_THROW(JointSchedule({}, 4), DefinitionError);
   const std::vector<Schedule> seven(7, leg("leg", {}));  // 128 joint modes
   EXPECT_THROW(JointSchedule(seven, 4), DefinitionError);

@@ -32,7 +32,7 @@ void expect_in(const std::string& fragment, const std::string& text) {
   EXPECT_NE(text.find(fragment), std::string::npos) << "'" << fragment << "' is not in: " << text;
 }
 
-TEST(Schedule, AtAnEventTheNewModeIsInForce) {
+TEST(Schedule, NewModeIsActiveAtAnEvent) {
   const Schedule s = walk();
   EXPECT_EQ(s.mode_at(-1.0), "left");
   EXPECT_EQ(s.mode_at(0.5 - 1e-12), "left");
@@ -46,7 +46,7 @@ TEST(Schedule, SimultaneousEventsSkipTheModeBetween) {
   EXPECT_EQ(s.mode_at(0.5), "right");
 }
 
-TEST(Schedule, InfiniteEventsNeverCome) {
+TEST(Schedule, InfiniteEventsNeverOccur) {
   const Schedule s({"left", "both"}, {{"land", never}});
   EXPECT_EQ(s.mode_at(1e300), "left");
 }
@@ -104,7 +104,7 @@ TEST(LiveSchedule, ModesAreInsertedErasedAndReplaced) {
   EXPECT_EQ(text_of(s), "left -1:land both");
 }
 
-TEST(LiveSchedule, AnEventThatMovesTakesLaterOnesAlong) {
+TEST(LiveSchedule, MovingAnEventMovesLaterEvents) {
   Schedule s = roomy();
   s.insert("left", "back", 1.5);
   s.insert("both", "rest", never);
@@ -120,7 +120,7 @@ TEST(LiveSchedule, AnEventThatMovesTakesLaterOnesAlong) {
   EXPECT_EQ(text_of(s), text_of(before));
 }
 
-TEST(LiveSchedule, AnEarlyEventComesNowAndALateOneIsHeldOff) {
+TEST(LiveSchedule, EarlyEventsHappenNowAndLateEventsAreHeld) {
   Schedule s = walk();
   s.hold("land", 0.3, 0.1);
   EXPECT_EQ(text_of(s), "left 0.5:land both 0.8:lift right");  // not due yet
@@ -134,7 +134,7 @@ TEST(LiveSchedule, AnEarlyEventComesNowAndALateOneIsHeldOff) {
   EXPECT_EQ(s.mode_at(0.4), "right");
 }
 
-TEST(LiveSchedule, MistakesChangeNothing) {
+TEST(LiveSchedule, InvalidEditsChangeNothing) {
   Schedule s = roomy();
   s.insert("left", "back", 1.5);
   const std::string before = text_of(s);
@@ -167,7 +167,7 @@ TEST(LiveSchedule, MistakesChangeNothing) {
   refused([] { Schedule().insert("a", "b", 0.0); }, "no mode 'a'");
 }
 
-TEST(LiveSchedule, AdoptsByNameWhateverTheNumbersOfItsModes) {
+TEST(LiveSchedule, AdoptsModesByName) {
   Schedule s = roomy();
   const Schedule other({"right", "left", "flight"}, {{"a", 0.1}, {"b", 0.2}});
   s.adopt(other);
@@ -196,7 +196,7 @@ TEST(LiveSchedule, NoEditAllocates) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST(Schedule, RefusesWhatIsNoSchedule) {
+TEST(Schedule, RejectsInvalidSchedules) {
   expect_in("2 modes need 1 events", message_of([] { Schedule({"a", "b"}, {}); }));
   expect_in("called 'x'", message_of([] { Schedule({"a", "b", "c"}, {{"x", 1.0}, {"x", 2.0}}); }));
   expect_in("must not be smaller", message_of([] {
@@ -204,7 +204,7 @@ TEST(Schedule, RefusesWhatIsNoSchedule) {
             }));
 }
 
-TEST(Schedule, WithoutModesSaysSo) {
+TEST(Schedule, ReportsMissingModes) {
   expect_in("it has no mode;", message_of([] { Schedule().mode(0); }));
   expect_in("it has no mode;", message_of([] { Schedule().mode_at(1.0); }));
   expect_in("no event 'land'", message_of([] { Schedule().index_of("land"); }));
@@ -223,7 +223,7 @@ TEST(Reference, IsLinearBetweenSamplesAndConstantOutside) {
   EXPECT_DOUBLE_EQ(r.rate(4.0, 0), 0.0);
 }
 
-TEST(Reference, RefusesSamplesThatAreNone) {
+TEST(Reference, RejectsInvalidSamples) {
   expect_in("2 times but 1 columns", message_of([] {
               Reference({0.0, 1.0}, MatrixXd::Zero(1, 1));
             }));

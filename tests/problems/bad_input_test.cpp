@@ -58,7 +58,7 @@ TEST_F(BadInput, JointMissingFromTheUrdf) {
                  "there is no movable joint \"l_knee\"; did you mean \"l_nee\"?");
 }
 
-TEST_F(BadInput, UrdfThatIsNoFile) {
+TEST_F(BadInput, UrdfThatIsNotAFile) {
   expect_refused({"--urdf", (folder / "none.urdf").string()}, "there is no such file");
   expect_refused({"--urdf", folder.path().string()}, "this is not a file");
   expect_refused({"--urdf", folder.file("text.urdf", "not a robot").string()},
@@ -70,7 +70,7 @@ TEST_F(BadInput, UnknownLinkToPush) {
 }
 
 // With a continuous knee joint, no reach can be computed.
-TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
+TEST_F(BadInput, LegsWithoutJointLimitsForTheStepPlanner) {
   const std::string knee =
       changed(R"(<joint name="l_knee" type="revolute")", "revolute", "continuous");
   expect_refused({"--urdf", knee, "--step.planner", "ocp"},
@@ -79,7 +79,7 @@ TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
 }
 
 // The loop counts engine steps. A period of zero steps caused a division by zero.
-TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
+TEST_F(BadInput, PeriodsThatAreNotMultiples) {
   expect_refused(
       {"--control.period", "0.0003"},
       "control.period (0.0003 s) must be a whole multiple of simulator.step_s (0.001 s)");
@@ -90,7 +90,7 @@ TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
 }
 
 // With a torque delay of 60 ms, the robot falls before any push.
-TEST_F(BadInput, FallBeforeThePushIsSaidAndItsResultsAreKept) {
+TEST_F(BadInput, ReportsAFallBeforeThePushAndKeepsResults) {
   EXPECT_EQ(run({"--simulator.delay_ticks", "30"}), 0) << complaint;
   EXPECT_TRUE(contains(printed, "before the push"));
   const auto summary = nlohmann::json::parse(file_content(folder / "out/summary.json"));

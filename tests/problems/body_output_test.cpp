@@ -109,7 +109,7 @@ Table parse(const CsvTable& csv) {
   return table;
 }
 
-TEST(BodyOutput, OneFiniteRowPerSampleWithEveryQuantity) {
+TEST(BodyOutput, WritesOneFiniteRowPerSample) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
   // t, base, two joints with angle, torque and speed, three kinds of two wrenches, two soles,
   // slips, friction.
@@ -127,7 +127,7 @@ TEST(BodyOutput, OneFiniteRowPerSampleWithEveryQuantity) {
   EXPECT_NEAR(table.at(7, "left_sole_qz"), std::sqrt(0.5), rounding);
 }
 
-TEST(BodyOutput, MeasuredWrenchesAreTurnedIntoTheSoleAndAveragedOverTheFilter) {
+TEST(BodyOutput, RotatesAndFiltersMeasuredWrenches) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
   EXPECT_NEAR(table.at(3, "left_measured_fx"), 2.0, rounding);  // the world's y is the sole's x
   EXPECT_NEAR(table.at(3, "left_measured_fy"), -1.0, rounding);
@@ -139,14 +139,14 @@ TEST(BodyOutput, MeasuredWrenchesAreTurnedIntoTheSoleAndAveragedOverTheFilter) {
   EXPECT_NEAR(table.at(4, "left_filtered_fz"), 2.0, rounding);
 }
 
-TEST(BodyOutput, SlipCountsFromWhereTheSoleStood) {
+TEST(BodyOutput, SlipIsRelativeToTheInitialContact) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
   EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * 30, rounding);
   EXPECT_EQ(table.at(landing - 1, "right_slip"), 0.0);
   EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * (30 - landing), rounding);
 }
 
-TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
+TEST(BodyOutput, SlipOfTheSwingFootIsRelativeToItsLanding) {
   const RunLog log = made_up_log(Side::right);
   const Table table = parse(body_table(log, two_joints()));
   EXPECT_EQ(table.at(landing - 1, "left_slip"), 0.0);
@@ -154,7 +154,7 @@ TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
   EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * 30, rounding);
 }
 
-TEST(BodyOutput, FrictionIsTangentialOverVerticalForceOfAFootThatCarries) {
+TEST(BodyOutput, FrictionIsTheForceRatioOfALoadedFoot) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
   EXPECT_EQ(table.at(0, "left_friction"), 0.0);  // without load
   EXPECT_NEAR(table.at(30, "left_friction"), std::sqrt(5.0) / 30.0, rounding);
@@ -162,7 +162,7 @@ TEST(BodyOutput, FrictionIsTangentialOverVerticalForceOfAFootThatCarries) {
 }
 
 // The left foot's force is the index of its sample; the right one's, for a whole window, 50 N.
-TEST(BodyOutput, FiguresHaveThePeakOfEachFoot) {
+TEST(BodyOutput, ReportsThePeakForceOfEachFoot) {
   RunLog log = made_up_log();
   const int window = static_cast<int>(std::lround(wrench_filter / period));
   for (int i = 0; i < window; ++i) log.body[5 + i].right[2] = 50.0;
@@ -172,7 +172,7 @@ TEST(BodyOutput, FiguresHaveThePeakOfEachFoot) {
   EXPECT_NEAR(figures["right_force_peak_n"].get<double>(), 50.0, rounding);
 }
 
-TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
+TEST(BodyOutput, ReportsTheJointNearestToItsLimit) {
   const auto figures = body_figures(made_up_log(), two_joints());
   EXPECT_NEAR(figures["torque_share_max"].get<double>(), 0.1 * (samples - 1) / 10.0, rounding);
   EXPECT_EQ(figures["torque_share_joint"], "hip");
@@ -186,7 +186,7 @@ TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
 
 // The estimate of the CoM has errors of 3 mm and 0.1 m/s, that of the sole 1 mm. A step changes the
 // stance sole.
-TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
+TEST(BodyOutput, WritesEstimateAndTruth) {
   RunLog log = made_up_log();
   const std::size_t width = parse(body_table(log, two_joints())).columns.size();
   for (std::size_t i = 0; i < log.body.size(); ++i) {
@@ -215,7 +215,7 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
   EXPECT_NEAR(table.at(3, "estimate_dq_knee"), log.body[3].state.dq[1], rounding);
 }
 
-TEST(BodyOutput, ShapeHasEveryBodyAndItsBoxes) {
+TEST(BodyOutput, ShapeContainsEveryBodyAndItsBoxes) {
   const auto shape = robot_shape(two_joints(), made_up_log());
   ASSERT_EQ(shape["bodies"].size(), 3u);
   EXPECT_EQ(shape["bodies"][2]["parent"], 1);
@@ -232,7 +232,7 @@ TEST(BodyOutput, ShapeHasEveryBodyAndItsBoxes) {
   EXPECT_EQ(look["boxes"][0]["size"][0], 0.2);
 }
 
-TEST(BodyOutput, LogThatDoesNotFitTheRobotIsRefused) {
+TEST(BodyOutput, RejectsALogOfAnotherRobot) {
   RunLog log = made_up_log();
   log.body.back().torques.resize(3);
   EXPECT_THROW(body_table(log, two_joints()), DefinitionError);

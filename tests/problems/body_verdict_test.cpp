@@ -49,7 +49,7 @@ RunLog still() {
 
 // If a long push holds the robot away from its target, the verdict waits for the end of the push,
 // also after an earlier step.
-TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
+TEST(Verdict, JudgesRestAfterALongPush) {
   Config config;
   config.push.start = 1.0;
   config.push.duration = 10.0;
@@ -75,7 +75,7 @@ TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
 
 constexpr double rounding = 1e-12;
 
-TEST(BodyVerdict, StillRobotStands) {
+TEST(BodyVerdict, MotionlessRobotIsStanding) {
   const BodyVerdict v = judge_body(still());
   EXPECT_TRUE(v.standing);
   EXPECT_FALSE(v.touches_joint_limit());
@@ -85,7 +85,7 @@ TEST(BodyVerdict, StillRobotStands) {
   EXPECT_NEAR(v.tilt_max, 0.0, rounding);
 }
 
-TEST(BodyVerdict, HopIsNoStanding) {
+TEST(BodyVerdict, HopIsNotStanding) {
   RunLog log = still();
   log.body[50].left_sole.translation()[2] = 0.012;  // up and down again
   const BodyVerdict v = judge_body(log);
@@ -93,7 +93,7 @@ TEST(BodyVerdict, HopIsNoStanding) {
   EXPECT_NEAR(v.feet_moved, 0.012, rounding);
 }
 
-TEST(BodyVerdict, StepOrFallIsNoStanding) {
+TEST(BodyVerdict, StepOrFallIsNotStanding) {
   RunLog log = still();
   log.touchdown = 0.5;
   EXPECT_FALSE(judge_body(log).standing);
@@ -102,7 +102,7 @@ TEST(BodyVerdict, StepOrFallIsNoStanding) {
   EXPECT_FALSE(judge_body(log).standing);
 }
 
-TEST(BodyVerdict, TiltIsAgainstTheStartAndATurnAboutTheVerticalIsNone) {
+TEST(BodyVerdict, TiltIsRelativeToTheStartAndIgnoresYaw) {
   RunLog log = still();
   const Eigen::AngleAxisd start(3.0, Vec<double, 3>(0.3, 0.4, 0.1).normalized());
   for (int i = 0; i < samples; ++i) {
@@ -119,7 +119,7 @@ TEST(BodyVerdict, TiltIsAgainstTheStartAndATurnAboutTheVerticalIsNone) {
   EXPECT_FALSE(judge_body(log).standing);  // it bowed, although it came back
 }
 
-TEST(BodyVerdict, LimitsAreNamedWithTheirTime) {
+TEST(BodyVerdict, ReportsLimitsWithTheirTime) {
   RunLog log = still();
   log.body[40].state.q[0] = -1.002;
   for (int i = 0; i < 25; ++i) log.body[static_cast<std::size_t>(i)].torques[0] = -10.0;
@@ -150,7 +150,7 @@ TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
   EXPECT_NEAR(to_json(v)["joint_speed_ratio_max"].get<double>(), 1.25, rounding);
 }
 
-TEST(BodyVerdict, FrictionBeyondCoulombsIsToldAsAnImpulse) {
+TEST(BodyVerdict, ReportsFrictionBeyondCoulombAsAnImpulse) {
   RunLog log = still();
   log.ground_friction = 0.5;
   for (const std::size_t k : {10, 11}) log.body[k].left << 30.0, 40.0, 80.0, 0.0, 0.0, 0.0;
@@ -163,7 +163,7 @@ TEST(BodyVerdict, FrictionBeyondCoulombsIsToldAsAnImpulse) {
 
 // Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
 // has another body in between, so that they are not neighbours.
-TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
+TEST(BodyVerdict, ReportsClearanceWithItsTime) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
   FloatingRobot& robot = log.floating;
@@ -192,7 +192,7 @@ TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
 }
 
 // A robot that slides has not recovered, even if it is at rest.
-TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
+TEST(BodyVerdict, SlippingStanceFootIsNotARecovery) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();
@@ -206,7 +206,7 @@ TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
 }
 
 // When a foot rotates about its origin, its corners slide, the farthest corner most.
-TEST(BodyVerdict, SlipIsThatOfTheCornerThatMovesFarthest) {
+TEST(BodyVerdict, SlipIsTheLargestOfAllCorners) {
   RunLog log = still();
   log.robot.left_foot = {between(-0.05, 0.12), between(-0.03, 0.05)};
   log.body[70].left_sole.rotate(Eigen::AngleAxisd(0.1, Vec<double, 3>::UnitZ()));
@@ -215,7 +215,7 @@ TEST(BodyVerdict, SlipIsThatOfTheCornerThatMovesFarthest) {
 }
 
 // A foot slides, and the robot sways much later: the slip is the reason.
-TEST(BodyVerdict, ReasonIsTheCauseThatCameFirst) {
+TEST(BodyVerdict, ReasonIsTheEarliestCause) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();

@@ -36,7 +36,7 @@ class OnTheBody : public IcubInDart {
 class Claims : public OnTheBody, public testing::WithParamInterface<Claim> {};
 
 class Recovered : public Claims {};
-TEST_P(Recovered, AndTheBodyIsUnharmed) {
+TEST_P(Recovered, BodyStaysWithinItsLimits) {
   const std::vector<std::string>& settings = GetParam().settings;
   if (std::count(settings.begin(), settings.end(), "plant=mujoco") > 0 && !has_mujoco())
     GTEST_SKIP() << "built without MuJoCo";
@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Pushes, Recovered, testing::ValuesIn(recovered),
                          [](const auto& p) { return std::string(p.param.name); });
 
 class Standing : public Claims {};
-TEST_P(Standing, FeetStayAndTheBaseKeepsUpright) {
+TEST_P(Standing, FeetStayAndTheBaseStaysUpright) {
   const auto [log, verdict] = outcome(GetParam().settings);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
   ASSERT_TRUE(verdict.body.has_value());
@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(Pushes, Standing, testing::ValuesIn(standing),
                          [](const auto& p) { return std::string(p.param.name); });
 
 using Landing = OnTheBody;
-TEST_F(Landing, CapturePointSettlesAtOnceAndSoonerThanWithoutPrediction) {
+TEST_F(Landing, CapturePointSettlesFasterWithPrediction) {
   const Outcome mpc = outcome({"push.impulse=6"});
   const Outcome baseline = outcome({"controller=capture_point"});
   EXPECT_TRUE(baseline.verdict.recovered) << baseline.verdict.reason;

@@ -45,7 +45,7 @@ void expect_every_solve_optimal(const RunLog& log) {
 
 class StepRecovers : public ::testing::TestWithParam<double> {};
 
-TEST_P(StepRecovers, FromThePush) {
+TEST_P(StepRecovers, FromAPush) {
   const Config config = pushed_by(GetParam());
   const Outcome outcome = run(config);
   EXPECT_TRUE(outcome.verdict.recovered) << outcome.verdict.reason;
@@ -55,7 +55,7 @@ TEST_P(StepRecovers, FromThePush) {
 
 INSTANTIATE_TEST_SUITE_P(Impulses, StepRecovers, ::testing::Values(6.0, 8.0));
 
-TEST(ClosedLoop, WithoutAStepEightNewtonSecondsAreAFall) {
+TEST(ClosedLoop, EightNewtonSecondsWithoutAStepIsAFall) {
   Config config = pushed_by(8.0);
   config.step.allowed = false;
   const Outcome outcome = run(config);
@@ -66,7 +66,7 @@ TEST(ClosedLoop, WithoutAStepEightNewtonSecondsAreAFall) {
   expect_every_solve_optimal(outcome.log);  // a fall is not a failure of the solver
 }
 
-TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
+TEST(ClosedLoop, LandingMayFallBetweenTicks) {
   Outcome last;
   for (const double late : {0.0, 0.001, 0.0037, 0.009999}) {
     Config config = pushed_by(7.0);
@@ -134,13 +134,13 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
   }
 }
 
-TEST(ClosedLoop, SmallPushIsCaughtStanding) {
+TEST(ClosedLoop, SmallPushIsRecoveredWithoutAStep) {
   const Outcome outcome = run(pushed_by(2.0));
   EXPECT_TRUE(outcome.verdict.recovered) << outcome.verdict.reason;
   EXPECT_EQ(outcome.log.touchdown, infinity);
 }
 
-TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
+TEST(ClosedLoop, AllSolversFindTheSameOptimumInEveryTick) {
   const Config config = pushed_by(6.0);
   const RunLog log = run(config).log;
   ASSERT_LT(log.touchdown, infinity);
@@ -181,7 +181,7 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
 }
 
 // One tick in five has no time to solve, up to five consecutive ones.
-TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
+TEST(ClosedLoop, RecoversWithEveryFifthTickDenied) {
   for (const int seed : {1, 2, 3}) {
     Config config = pushed_by(6.0);
     config.planner.missed_fraction = 0.2;
@@ -201,7 +201,7 @@ TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
   }
 }
 
-TEST(ClosedLoop, ATickOfThePlannerDoesNotAllocate) {
+TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
   const Config config = pushed_by(6.0);
   const RobotDescription robot = icub();
   for (const SolverChoice solver : {SolverChoice::riccati, SolverChoice::sparse}) {
@@ -240,7 +240,7 @@ Scene on_one_foot(Side side = Side::left) {
   return scene;
 }
 
-TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
+TEST(StepLogic, TriggerIsThePushOrTheCapturePoint) {
   for (const StepTrigger trigger : {StepTrigger::push, StepTrigger::icp}) {
     Step options;
     options.trigger = trigger;
@@ -253,7 +253,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
   }
 }
 
-TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
+TEST(StepLogic, PlaceIsThePredictedCapturePointWithinReach) {
   StepLogic logic(Step{}, 1.0, on_one_foot());
   const double omega = 4.2;
   logic.update(1.1, {0.02, -0.05}, omega);
@@ -269,7 +269,7 @@ TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   EXPECT_DOUBLE_EQ(far.place()[1], -0.30);
 }
 
-TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
+TEST(StepLogic, PlacesPointAwayFromTheStanceFoot) {
   for (const Placement placement : {Placement::fixed, Placement::predicted})
     for (const double y : {-0.035, -0.05, -0.2}) {
       Step options;
@@ -286,7 +286,7 @@ TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
 
 // For each place where the capture point leaves the sole, a step of the right foot either catches
 // the robot or has no effect.
-TEST(StepLogic, StepsOnlyWhereAFootHelpsIfAskedTo) {
+TEST(StepLogic, StepsOnlyIfHelpfulOnRequest) {
   Step options;
   options.decide = StepDecision::if_it_helps;
   const auto steps_to = [&options](double x, double y) {
@@ -304,7 +304,7 @@ TEST(StepLogic, StepsOnlyWhereAFootHelpsIfAskedTo) {
   EXPECT_TRUE(steps_to(0.0, 0.05));
 }
 
-TEST(StepLogic, AStepThatHelpsOnlyLaterCountsFromThen) {
+TEST(StepLogic, LateHelpfulStepCountsFromItsDecision) {
   Step options;
   options.decide = StepDecision::if_it_helps;
   StepLogic logic(options, 1.0, on_one_foot());
@@ -316,7 +316,7 @@ TEST(StepLogic, AStepThatHelpsOnlyLaterCountsFromThen) {
 }
 
 // A long push is known only after its end, not 0.1 s after its start.
-TEST(StepLogic, ThePlaceMovesUntilShortlyBeforeTheLandingIfAskedTo) {
+TEST(StepLogic, PlaceMovesUntilShortlyBeforeTheLandingOnRequest) {
   Step options;
   options.decision_lead = 0.1;
   StepLogic logic(options, 1.0, on_one_foot());
@@ -344,7 +344,7 @@ std::string complaint_about(const std::string& text) {
 }
 
 // Earlier, such pushes were ignored and the run "recovered", or the run did not end.
-TEST(Settings, PushesAndTimesThatNoRunCanFollowAreRefused) {
+TEST(Settings, RejectsImpossiblePushesAndTimes) {
   for (const char* text :
        {"push.duration=1e-7", "push.duration=1e300", "push.direction=[1e308, 1e308, 0]",
         "push.direction=[0, 1e200, 0]", "push.direction=[0, 1e-200, 0]", "push.start=1e9",
@@ -357,7 +357,7 @@ TEST(Settings, PushesAndTimesThatNoRunCanFollowAreRefused) {
   EXPECT_EQ(complaint_about("push.direction=[0, 30, 0]"), "no complaint");
 }
 
-TEST(Settings, NormalForcesThatCannotCarryTheRobotAreRefused) {
+TEST(Settings, RejectsInsufficientNormalForces) {
   Config config;
   config.contact.normal_force_min = 200.0;
   EXPECT_THROW(robot_of(config), InputError);
@@ -369,7 +369,7 @@ TEST(Settings, NormalForcesThatCannotCarryTheRobotAreRefused) {
 }
 
 // An observer may end the run. The verdict then uses the recorded part.
-TEST(ClosedLoop, AnInterruptedRunKeepsWhatItHas) {
+TEST(ClosedLoop, InterruptedRunKeepsItsResults) {
   Config config;
   config.push.start = 0.1;
   const RobotDescription robot = robot_of(config);
@@ -384,7 +384,7 @@ TEST(ClosedLoop, AnInterruptedRunKeepsWhatItHas) {
 }
 
 // Users' files contain these keys.
-TEST(Settings, EveryKeyIsStillThere) {
+TEST(Settings, KeepsAllKeys) {
   Config config;
   Settings settings;
   declare_settings(settings, config);
@@ -418,7 +418,7 @@ TEST(Settings, EveryKeyIsStillThere) {
 }
 
 // Preset and stance select the step planner and its related settings.
-TEST(Settings, WhoPlansTheSteps) {
+TEST(Settings, SelectsTheStepPlanner) {
   struct Case {
     std::vector<const char*> given;
     StepPlannerChoice planner;
@@ -453,7 +453,7 @@ TEST(Settings, WhoPlansTheSteps) {
 }
 
 // Each case has a part of the expected message, which names a key.
-TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
+TEST(Settings, RejectsContradictoryTimesAndVelocities) {
   const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
       {{"step.planner=ocp", "step.usual_s=0.2"},
        "step.usual_s (0.2) must lie between step.shortest_s"},
@@ -482,7 +482,7 @@ TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
 }
 
 // These errors depend on the robot and appear at the start of a run.
-TEST(Settings, FeetThatCannotGoAnywhereAreRefused) {
+TEST(Settings, RejectsEmptyFootReach) {
   Config config;
   config.step.planner = StepPlannerChoice::ocp;
   config.planning.robot_reach = false;  // reach from the settings, with or without a URDF
@@ -505,7 +505,7 @@ TEST(Settings, FeetThatCannotGoAnywhereAreRefused) {
   EXPECT_NE(complaint(fast).find("beyond the reach of the legs"), std::string::npos);
 }
 
-TEST(Settings, FixedPlaceAcrossTheStanceFootIsRefused) {
+TEST(Settings, RejectsAFixedPlaceAcrossTheStanceFoot) {
   Config config;
   Settings settings;
   declare_settings(settings, config);

@@ -27,7 +27,7 @@ class Disturbed : public IcubInDart {
 
 // 1 mm, 0.1 degrees, 2 % of the forces; the velocities as a straight line through 90 ms of such
 // measurements, 2 ms apart, leaves them: sigma sqrt(12 / 45) / 0.09 s.
-TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
+TEST_F(Disturbed, RecoversDespiteNoiseAndDelay) {
   config.plant.noise = {.position = 1e-3,
                         .angle = 1.75e-3,
                         .velocity = 0.006,
@@ -47,7 +47,7 @@ TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
 }
 
 // Required accuracy of the estimate, relative to the stance sole: 5 mm, and 0.02 m/s rms.
-TEST_F(Disturbed, StepCatchesAPushByWhatTheSensorsTell) {
+TEST_F(Disturbed, RecoversWithMeasuredSensors) {
   config.plant.sensors = SensorChoice::measured;
   config.push.start = 0.5;  // s; the estimate of the base's tilt has converged
   const RunLog log = run();
@@ -69,12 +69,12 @@ TEST_F(Disturbed, StepCatchesAPushByWhatTheSensorsTell) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.02);
 }
 
-TEST_F(Disturbed, ControllersWhoseNominalRobotIsHeavier) {
+TEST_F(Disturbed, HeavierNominalRobot) {
   config.robot.mass_error = 0.03;  // with 0.05 the stance foot turns: a corner slips by 11 mm
   expect_recovery();
 }
 
-TEST_F(Disturbed, ControllersWhoseNominalRobotIsLighter) {
+TEST_F(Disturbed, LighterNominalRobot) {
   config.robot.mass_error = -0.05;
   expect_recovery();
 }
@@ -85,7 +85,7 @@ TEST_F(Disturbed, SlipperyGround) {
 }
 
 // The foot touches the ground early or late. The landing is at the actual contact.
-TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
+TEST_F(Disturbed, UnexpectedGroundHeight) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
   for (const double height : {step, -step}) {
@@ -114,14 +114,14 @@ TEST_F(Disturbed, LongSoftPush) {
   expect_recovery();
 }
 
-TEST_F(Disturbed, PushOfAnotherShape) {
+TEST_F(Disturbed, OtherPushShape) {
   config.push.shape = PulseShape::half_sine;
   expect_recovery();
 }
 
 constexpr double rounding = 1e-12;
 
-TEST(Push, EveryShapeGivesTheWholeImpulseInAnySteps) {
+TEST(Push, EveryShapeHasTheImpulseForAnySteps) {
   for (const PulseShape shape :
        {PulseShape::rectangle, PulseShape::half_sine, PulseShape::triangle})
     for (const double step : {0.001, 0.0037, 0.05}) {
@@ -134,7 +134,7 @@ TEST(Push, EveryShapeGivesTheWholeImpulseInAnySteps) {
     }
 }
 
-TEST(Push, ShapesAreWhatTheirNamesSay) {
+TEST(Push, ShapesMatchTheirNames) {
   Push push;
   push.impulse = 6.0;
   const auto force_at = [&push](double fraction) {

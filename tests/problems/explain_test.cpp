@@ -280,7 +280,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
 
 class Infeasible : public testing::TestWithParam<Spoilt> {};
 
-TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
+TEST_P(Infeasible, NamesTermTimeAmountAndRemedy) {
   const Spoilt& spoilt = GetParam();
   const ReferenceCase& c = library_case(spoilt.id);
   OptimalControlProblem problem = c.problem();
@@ -293,7 +293,7 @@ INSTANTIATE_TEST_SUITE_P(Library, Infeasible, testing::ValuesIn(all),
 
 class InfeasibleStep : public testing::TestWithParam<LostStep> {};
 
-TEST_P(InfeasibleStep, TermTimeAmountAndWhatHelps) {
+TEST_P(InfeasibleStep, NamesTermTimeAmountAndRemedy) {
   const LostStep& lost = GetParam();
   const OptimalControlProblem problem = problem_of(lost);
   expect_explained(problem, push_recovery::step_grid(problem), lost.name, lost.term, at_the_end,
@@ -303,7 +303,7 @@ TEST_P(InfeasibleStep, TermTimeAmountAndWhatHelps) {
 INSTANTIATE_TEST_SUITE_P(PushRecovery, InfeasibleStep, testing::ValuesIn(lost_steps),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
-TEST(Explain, WhatCanBeMetIsNotExplainedAway) {
+TEST(Explain, DoesNotExplainFeasibleConstraints) {
   for (const char* id : {"B02a", "B05", "B22", "E01", "C09a"}) {
     const ReferenceCase& c = library_case(id);
     const Explanation e = explain(c.problem(), {.shooting = c.options});

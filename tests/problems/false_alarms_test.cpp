@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-TEST(Library, IsNotWarnedAbout) {
+TEST(Library, HasNoWarnings) {
   for (const ReferenceCase& c : reference_cases())
     for (const std::string& warning : c.problem().warnings())
       ADD_FAILURE() << c.id << ": " << warning;

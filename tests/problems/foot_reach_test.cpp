@@ -19,9 +19,9 @@ SupportPolygon hull_of(const std::vector<Point2>& corners) {
   return SupportPolygon::hull(points);
 }
 
-class ReachOfIcub : public IcubBody {};
+class IcubReach : public IcubBody {};
 
-TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
+TEST_F(IcubReach, MatchesItsLegsAndRoundTrips) {
   const fs::path folder = fs::path(testing::TempDir()) / "reach_of_icub";
   fs::remove_all(folder);
   const auto found = cached_foot_reach(*urdf, description, folder);

@@ -11,7 +11,7 @@ namespace {
 
 using FullBody = IcubInDart;
 
-TEST_F(FullBody, StepCatchesAPush) {
+TEST_F(FullBody, RecoversWithAStep) {
   config.push.impulse = 6.0;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
@@ -68,7 +68,7 @@ TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   EXPECT_GT(right.body.back().left_sole.translation()[1], 0.1);
 }
 
-TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
+TEST_F(FullBody, ReportsAFallWithoutAStep) {
   config.push.impulse = 8.0;
   config.step.allowed = false;
   const RunLog log = run();
@@ -77,7 +77,7 @@ TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
   EXPECT_NE(log.stop_reason.find("fell at"), std::string::npos);
 }
 
-TEST_F(FullBody, UnknownLinkToPushIsRefused) {
+TEST_F(FullBody, RejectsAnUnknownPushLink) {
   config.push.link = "chast";
   try {
     run();

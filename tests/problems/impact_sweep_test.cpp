@@ -44,7 +44,7 @@ std::vector<double> between_times(double begin, double end, double step) {
 
 class Impact : public testing::TestWithParam<SweepVariant> {};
 
-TEST_P(Impact, GridTimesAreNothingSpecial) {
+TEST_P(Impact, GridTimesAreNotSpecial) {
   ImpactSweep sweep(GetParam());
   constexpr double agreement = 1e-4;  // relative; what the problem itself changes in 1 us is 2e-5
   for (const double grid_time : grid_times(GetParam().step)) {
@@ -62,7 +62,7 @@ TEST_P(Impact, GridTimesAreNothingSpecial) {
 
 // Steps of 0.1 ms around every grid time and where the steps of 1 ms are steepest; throughout if
 // SALTUS_FULL_SWEEP is set (benchmarks/impact_sweep_table.cpp does that too).
-TEST_P(Impact, NeighboursApproachEachOther) {
+TEST_P(Impact, NeighbouringCostsConverge) {
   ImpactSweep sweep(GetParam());
   const std::vector<double> times = sweep_times(1e-3);
   const Change coarse = largest_change(solved(sweep, times));
@@ -92,7 +92,7 @@ TEST_P(Impact, NeighboursApproachEachOther) {
   RecordProperty("input_change_0.1ms", std::to_string(fine.input));
 }
 
-TEST_P(Impact, RoundedToTheGridItIsAStaircase) {
+TEST_P(Impact, RoundingToTheGridGivesAStaircase) {
   ImpactSweep sweep(GetParam());
   const auto rounded = [&](double step) {
     std::vector<SweepPoint> points;

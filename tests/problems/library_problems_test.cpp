@@ -51,7 +51,7 @@ struct LibraryProblems : testing::Test {
   std::string printed, complaint;
 };
 
-TEST_F(LibraryProblems, EveryCaseIsThereUnderThreeNamesWithASentence) {
+TEST_F(LibraryProblems, EveryCaseHasThreeNamesAndASummary) {
   EXPECT_EQ(problems.size(), reference_cases().size() + simulation_cases().size() + 1);
   std::set<std::string> names;
   for (const ProblemEntry& entry : problems) {
@@ -77,7 +77,7 @@ TEST_F(LibraryProblems, StatesAndInputsHaveNames) {
   }
 }
 
-TEST_F(LibraryProblems, AnOptimalControlProblemLeavesItsTables) {
+TEST_F(LibraryProblems, OptimalControlProblemWritesItsTables) {
   ASSERT_EQ(run({"A20", "--pictures=false"}), 0) << complaint;
   EXPECT_TRUE(contains(printed, "2.57065"));
   const auto trajectory = table_of(folder / "trajectory.csv");
@@ -121,7 +121,7 @@ TEST_F(LibraryProblems, SettingsChangeGridIntegratorAndSolver) {
 
 // Our own solvers find a cheaper optimum of the nodal program of B01 that rises above the ceiling
 // between the nodes.
-TEST_F(LibraryProblems, SayEveryIterationOrNothingOrOnlyTheSummary) {
+TEST_F(LibraryProblems, PrintIterationsNothingOrTheSummary) {
   ASSERT_EQ(run({"B22", "--monitor", "--pictures=false"}), 0) << complaint;
   EXPECT_EQ(printed.find(header_of_iterations()), 0u) << printed;
   ASSERT_EQ(run({"B22", "--quiet", "--pictures=false"}), 0) << complaint;
@@ -139,7 +139,7 @@ TEST_F(LibraryProblems, AnExplanationIsInTheSummary) {
   EXPECT_FALSE(summary().contains("explanation"));
 }
 
-TEST_F(LibraryProblems, APlanThatBreaksAConstraintBetweenTheNodesIsRefined) {
+TEST_F(LibraryProblems, RefinesAPlanThatViolatesAConstraintBetweenNodes) {
   ASSERT_EQ(run({"B01", "--solver=sparse", "--pictures=false"}), 0) << complaint;
   EXPECT_EQ(summary().at("verdict"), "ok");
   EXPECT_NEAR(summary().at("cost").get<double>(), 4.0, 1e-7);
@@ -151,7 +151,7 @@ TEST_F(LibraryProblems, APlanThatBreaksAConstraintBetweenTheNodesIsRefined) {
   EXPECT_TRUE(contains(printed, "between two nodes 'ceiling'")) << printed;
 }
 
-TEST_F(LibraryProblems, ASimulationLeavesItsEvents) {
+TEST_F(LibraryProblems, SimulationWritesItsEvents) {
   ASSERT_EQ(run({"D07", "--pictures=false"}), 0) << complaint;
   const auto events = table_of(folder / "events.csv");
   ASSERT_GE(events.size(), 7u);
@@ -165,7 +165,7 @@ TEST_F(LibraryProblems, ASimulationLeavesItsEvents) {
   EXPECT_EQ(run({"D06", "--integrator", "zoh", "--pictures=false"}), 2);
 }
 
-TEST_F(LibraryProblems, ACaseWithSeveralMotionsLeavesATableForEach) {
+TEST_F(LibraryProblems, CaseWithSeveralMotionsWritesATableForEach) {
   ASSERT_EQ(run({"filippov_cases", "--pictures=false"}), 0) << complaint;
   const nlohmann::json s = summary();
   EXPECT_EQ(s.at("tables"), (nlohmann::json{"trajectory_crossing.csv", "trajectory_entering.csv",
@@ -176,7 +176,7 @@ TEST_F(LibraryProblems, ACaseWithSeveralMotionsLeavesATableForEach) {
   EXPECT_NEAR(std::stod(sliding[1][0]), 0.5, 1e-9);
 }
 
-TEST_F(LibraryProblems, ALoopLeavesItsTicksAndHonestFigures) {
+TEST_F(LibraryProblems, LoopWritesTicksAndFigures) {
   ASSERT_EQ(run({"A20", "--loop", "--loop.period=0.1", "--loop.disturbance=0.01", "--loop.seed=3",
                  "--pictures=false"}),
             0)
@@ -209,7 +209,7 @@ TEST_F(LibraryProblems, ALoopLeavesItsTicksAndHonestFigures) {
   EXPECT_EQ(file_content(folder / "trajectory.csv"), trajectory);  // same seed, same result
 }
 
-TEST_F(LibraryProblems, ARegulatorRecedesAndStepsByChoice) {
+TEST_F(LibraryProblems, RegulatorRecedesAndStepsOnRequest) {
   ASSERT_EQ(run({"C03", "--solver=riccati", "--loop", "--loop.method=step", "--loop.period=0.05",
                  "--loop.duration=0.2", "--pictures=false"}),
             0)
@@ -225,7 +225,7 @@ TEST_F(LibraryProblems, ARegulatorRecedesAndStepsByChoice) {
   EXPECT_GT(summary().at("check_s").at("median").get<double>(), 0.0);
 }
 
-TEST_F(LibraryProblems, WithoutAnythingToControlThereIsNoLoop) {
+TEST_F(LibraryProblems, RejectLoopsWithoutInputs) {
   for (const char* name : {"D07", "A17", "C01"}) {
     EXPECT_EQ(run({name, "--loop"}), static_cast<int>(ExitStatus::not_applicable)) << name;
     EXPECT_EQ(std::count(complaint.begin(), complaint.end(), '\n'), 1) << complaint;

@@ -75,7 +75,7 @@ TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
   }
 }
 
-TEST(PendulumBound, AlongTheAxesOfTheFootIsTheOneDimensionalBound) {
+TEST(PendulumBound, AlongFootAxesMatchesTheOneDimensionalBound) {
   const PendulumBound bound = published();
   const auto along_axis = [&](double edge, double reach, double landing) {
     return largest_impulse_with_step(reach, landing,
@@ -106,7 +106,7 @@ double support(const FootRectangle& r, const Point2& n, const Point2& shift = Po
 
 // Check without polygons: a point is in a convex set if no normal separates them, and on its border
 // if one touches. The support of a sum is the sum of supports, that of a hull their maximum.
-TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
+TEST(PendulumBound, PushEndsOnTheSupportBorderInAnyDirection) {
   const PendulumBound bound = published();
   const double omega = std::sqrt(9.81 / bound.height);
   const double per_impulse = (1.0 - std::exp(-omega * bound.push.duration)) /
@@ -136,7 +136,7 @@ TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
   }
 }
 
-TEST(PendulumBound, CountsAPushByItsShape) {
+TEST(PendulumBound, DependsOnThePushShape) {
   PendulumBound bound = published();
   const double constant = bound.largest_impulse(right, {});
   bound.push.shape = PulseShape::triangle;
@@ -169,7 +169,7 @@ PendulumBound bound_of_steps(Stance stance, int most) {
                         PushRecovery(config).step_bounds(robot));
 }
 
-TEST(PendulumBound, OneStepOfAnyTimeIsThatOfTheShortest) {
+TEST(PendulumBound, OneStepUsesTheShortestTime) {
   const PendulumBound bound = bound_of_steps(Stance::left, 1);
   ASSERT_TRUE(bound.steps);
   EXPECT_EQ(bound.steps->shortest, 0.3);
@@ -191,7 +191,7 @@ TEST(PendulumBound, OneStepOfAnyTimeIsThatOfTheShortest) {
 }
 
 // Along one axis these are the margins of Koolen et al.
-TEST(Capturability, ForwardItIsThatOfTheLine) {
+TEST(Capturability, ForwardCaseMatchesTheOneDimensionalBound) {
   const FootRectangle sole{between(-0.08, 0.08), between(-0.03, 0.03)};
   const SteppingLimits limits{sole, sole, {{-0.3, 0.1}, {0.3, 0.1}, {0.3, 0.3}, {-0.3, 0.3}}, 0.35};
   constexpr double omega = 4.2, rounding = 1e-12;  // 1/s, m
@@ -205,7 +205,7 @@ TEST(Capturability, ForwardItIsThatOfTheLine) {
 
 // Sideways, both feet on the ground resist more than the inner edge of one foot during the swing of
 // the other. Forward, every step increases the bound.
-TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
+TEST(PendulumBound, OnTwoFeetUsesTheHullOrAStepOfEitherFoot) {
   const PendulumBound bound = bound_of_steps(Stance::both, 1);
   ASSERT_TRUE(bound.other_foot);
   const double apart = -(*bound.other_foot)[1], omega = std::sqrt(9.81 / bound.height);
@@ -226,7 +226,7 @@ TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
   }
 }
 
-TEST(PendulumBound, RefusesNonsense) {
+TEST(PendulumBound, RejectsInvalidValues) {
   PendulumBound bound = published();
   EXPECT_THROW(bound.largest_impulse(right, 0.05), DefinitionError);
   EXPECT_NO_THROW(bound.largest_impulse(right, bound.push.duration));  // lands as the push ends
@@ -257,7 +257,7 @@ RunLog map_log() {
   return log;
 }
 
-TEST(MapRow, HasTheFiguresOfTheRun) {
+TEST(MapRow, HasTheResultsOfTheRun) {
   Push push;
   push.direction = {2.0, 0.0, 0.0};
   push.start = 0.5;
@@ -292,7 +292,7 @@ TEST(MapRow, HasTheFiguresOfTheRun) {
   EXPECT_EQ(steps.final_com_error, 0.003);
 }
 
-TEST(MapRow, SaysHowItEnded) {
+TEST(MapRow, ReportsTheOutcome) {
   const auto outcome = [](MapController controller, const RunLog& log, const Verdict& verdict) {
     return map_row({controller, 0.0, 0.0, 4.0}, 9.0, {}, log, verdict).outcome;
   };
@@ -340,7 +340,7 @@ TEST(MapCommandLine, Defaults) {
   EXPECT_EQ(parse({"--plant", "dart"}).out, "results/map_dart");
 }
 
-TEST(MapCommandLine, TakesWhatIsAsked) {
+TEST(MapCommandLine, AcceptsAllOptions) {
   const MapRequest request =
       parse({"--plant=dart", "--set", "push.duration=0.2", "--directions", "8", "--impulses",
              "0.5:0.1:1", "--step-times", "0.6,0.3", "--controllers", "none,mpc", "--jobs=3",
@@ -359,7 +359,7 @@ TEST(MapCommandLine, TakesWhatIsAsked) {
   EXPECT_EQ(parse({"--impulses", "4,2.5"}).grid.impulses, (std::vector<double>{2.5, 4.0}));
 }
 
-TEST(MapCommandLine, PushesAtRandomAreRefused) {
+TEST(MapCommandLine, RejectsRandomPushes) {
   const auto random = [] {
     parse({"--set", "push.random.rate_hz=0.1", "--set", "push.random.until_s=60"});
   };
@@ -367,7 +367,7 @@ TEST(MapCommandLine, PushesAtRandomAreRefused) {
       contains(complaint_of(random), "push.random.rate_hz: a map has one given push per cell"));
 }
 
-TEST(MapCommandLine, SaysWhatIsWrong) {
+TEST(MapCommandLine, ReportsMistakes) {
   const auto complaint = [](const Words& words) { return complaint_of([&] { parse(words); }); };
   EXPECT_TRUE(contains(complaint({"--direction", "8"}), "did you mean '--directions'?"));
   EXPECT_TRUE(contains(complaint({"dart"}), "usage: map"));
@@ -390,7 +390,7 @@ TEST(MapCommandLine, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(complaint({"--quiet", "--json"}), "give one of them"));
 }
 
-TEST(MapCommandLine, TheStampIsOfWhatDecidesAboutOutcomes) {
+TEST(MapCommandLine, StampContainsRelevantSettings) {
   const std::string plain = parse({}).settings;
   EXPECT_EQ(plain, parse({"--directions", "8", "--jobs", "1", "--all", "--impulses", "3", "--set",
                           "pictures=false"})
@@ -401,7 +401,7 @@ TEST(MapCommandLine, TheStampIsOfWhatDecidesAboutOutcomes) {
 
 // ---- cells ----
 
-TEST(MapCells, TheRunIsThatOfTheCell) {
+TEST(MapCells, RunMatchesTheCell) {
   const BipedSettings c = with_cell({}, {MapController::capture_point, 0.45, 270.0, 3.0});
   EXPECT_EQ(c.controller, ControllerChoice::capture_point);
   EXPECT_TRUE(c.step.allowed);
@@ -476,7 +476,7 @@ std::vector<double> impulses_run(MapPlan& plan, const std::function<bool(double)
 }
 
 // A planner that chooses the step times has one ray per direction.
-TEST(MapCommandLine, TheOptimumHasNoStepTimes) {
+TEST(MapCommandLine, OptimalControlHasNoStepTimes) {
   const MapRequest request = parse({"--set", "step.planner=ocp", "--set", "stance=both"});
   EXPECT_TRUE(request.grid.step_times.empty());
   EXPECT_TRUE(contains(complaint_of([] {
@@ -503,7 +503,7 @@ TEST(MapPlan, OppositeDirectionsComeFirst) {
   }
 }
 
-TEST(MapPlan, NoStepRunsOnceWhateverTheStepTimes) {
+TEST(MapPlan, NoStepRunsOnceForAllStepTimes) {
   const MapPlan plan = plan_of(
       {{0.0, 90.0}, {1.0, 2.0}, {0.3, 0.6}, {MapController::mpc, MapController::none}, false});
   EXPECT_EQ(plan.cells(), 2 * 2 * (2 + 1));
@@ -521,17 +521,17 @@ TEST(MapPlan, ThreeFailuresBeyondTheBoundEndARay) {
   EXPECT_TRUE(contains(given_up.reason, "3 smaller pushes in a row failed"));
 }
 
-TEST(MapPlan, SurvivalNeedNotBeMonotone) {
+TEST(MapPlan, HandlesNonMonotoneSurvival) {
   MapPlan plan = plan_of(one_ray());
   EXPECT_EQ(impulses_run(plan, [](double j) { return j == 6.0; }).size(), 8u);
 }
 
-TEST(MapPlan, AllMeansAll) {
+TEST(MapPlan, AllRunsEveryCell) {
   MapPlan plan = plan_of(one_ray(true));
   EXPECT_EQ(impulses_run(plan, [](double) { return false; }).size(), 8u);
 }
 
-TEST(MapPlan, ARunThatCrashedSaysNothingAboutThePush) {
+TEST(MapPlan, CrashedRunGivesNoOutcome) {
   MapPlan plan = plan_of(one_ray());
   int runs = 0;
   while (const auto cell = plan.next()) {
@@ -544,7 +544,7 @@ TEST(MapPlan, ARunThatCrashedSaysNothingAboutThePush) {
 }
 
 // A ray runs one cell at a time, so the number of parallel runs has no effect.
-TEST(MapPlan, CellsOfOneRayWaitForEachOther) {
+TEST(MapPlan, CellsOfOneRayRunInOrder) {
   MapGrid grid = one_ray();
   grid.directions = {0.0, 180.0};
   MapPlan plan = plan_of(grid);
@@ -560,7 +560,7 @@ TEST(MapPlan, CellsOfOneRayWaitForEachOther) {
   EXPECT_EQ(third->impulse, 2.0);
 }
 
-TEST(MapPlan, WithoutAStepItsTimeIsOfNoMatter) {
+TEST(MapPlan, StepTimeIsIgnoredWithoutAStep) {
   MapPlan plan = plan_of(
       {{0.0}, {1.0, 2.0}, {0.3, 0.45, 0.6}, {MapController::mpc, MapController::none}, false});
   const auto cell = plan.next();
@@ -607,7 +607,7 @@ TEST(MapPlan, ResumesWhereItStopped) {
 }
 
 // A recovered square of radius 4 in a bound of radius 5: 16 of 25.
-TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
+TEST(MapSummary, ReportsTheFractionOfTheBound) {
   MapGrid grid = one_ray();
   grid.directions = {0.0, 90.0, 180.0, 270.0};
   grid.impulses = {4, 5};
@@ -656,7 +656,7 @@ TEST(MapJson, HasTheColumnsOfTheTable) {
   EXPECT_EQ(names, map_header());
 }
 
-TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {
+TEST(MapPlan, EstimatesTimeFromSimilarCells) {
   MapGrid grid = one_ray(true);
   grid.directions = {0.0, 180.0};
   MapPlan plan = plan_of(grid);
@@ -668,7 +668,7 @@ TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {
 
 // ---- the file ----
 
-TEST(MapFile, KeepsWhatWasWrittenAndCutsHalfALine) {
+TEST(MapFile, KeepsCompleteLines) {
   const TemporaryFolder folder;
   {
     MapFile file(folder.path(), "a: 1\n");
@@ -685,7 +685,7 @@ TEST(MapFile, KeepsWhatWasWrittenAndCutsHalfALine) {
   EXPECT_TRUE(file_content(folder / map_csv).starts_with(whole));
 }
 
-TEST(MapFile, RefusesAnotherMap) {
+TEST(MapFile, RejectsAnotherMap) {
   const TemporaryFolder folder;
   const std::string settings = "plant: dart\nmpc:\n  step: 0.01  # s\n  intervals: 15\n";
   { MapFile file(folder.path(), "without: cells\n"); }
@@ -711,7 +711,7 @@ TEST(MapFile, RefusesAnotherMap) {
 
 // ---- complete maps, on the centroidal model ----
 
-TEST(Map, FourCellsEndToEnd) {
+TEST(Map, RunsFourCellsEndToEnd) {
   const TemporaryFolder folder;
   // Forward only. Without a step, the robot recovers from 2 N s but not from 20 N s.
   const Words words{"--directions",  "1",
@@ -772,7 +772,7 @@ TEST(Map, FourCellsEndToEnd) {
 }
 
 // Rows are in the order in which cells end. The set of rows and their contents are the same.
-TEST(Map, IsTheSameToTheBitWithAnyNumberOfJobs) {
+TEST(Map, IsBitIdenticalForAnyNumberOfJobs) {
   std::vector<std::set<std::string>> lines;
   for (const char* jobs : {"1", "3"}) {
     const TemporaryFolder folder;
@@ -796,7 +796,7 @@ TEST(Map, IsTheSameToTheBitWithAnyNumberOfJobs) {
   EXPECT_EQ(lines[0], lines[1]);
 }
 
-TEST(Map, WhatIsWrongWithEveryRunIsSaidBeforeAnythingIsWritten) {
+TEST(Map, ReportsCommonErrorsBeforeWriting) {
   const char* urdf = std::getenv("SALTUS_ICUB_URDF");
   if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
   const TemporaryFolder folder;
@@ -817,7 +817,7 @@ TEST(Map, DrawsAPicture) {
   EXPECT_GT(std::filesystem::file_size(folder / "map.png"), 1000u);
 }
 
-TEST(Map, AnInterruptKeepsWhatIsThere) {
+TEST(Map, InterruptKeepsCompletedCells) {
   const TemporaryFolder folder;
   const MapRequest request =
       parse({"--impulses", "0.1:0.1:50", "--step-times", "0.6", "--controllers", "capture_point",
@@ -843,7 +843,7 @@ TEST(Map, AnInterruptKeepsWhatIsThere) {
 }
 
 // The reason why a result may be copied from another step time.
-TEST(Map, WithoutAStepTheRunsAreTheSame) {
+TEST(Map, RunsWithoutAStepAreTheSame) {
   std::vector<MapRow> rows;
   for (const double step_time : {0.3, 0.6}) {
     const MapCell cell{MapController::capture_point, step_time, 0.0, 3.0};

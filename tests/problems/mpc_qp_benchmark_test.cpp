@@ -11,7 +11,7 @@
 namespace saltus {
 namespace {
 
-TEST(MpcQpBenchmark, OptimaAreReachedToTheDigitsKnown) {
+TEST(MpcQpBenchmark, OptimaMatchAllKnownDigits) {
   const char* folder = library::reference_data_folder();
   if (folder == nullptr) GTEST_SKIP() << "SALTUS_REFERENCE_DATA does not name the reference data";
   for (const library::MpcQp& known : library::read_mpc_qps(folder)) {

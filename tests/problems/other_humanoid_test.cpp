@@ -68,7 +68,7 @@ std::string replaced(std::string text, const std::string& old, const std::string
 }
 
 // Homogeneous links: the box with the same inertia equals the drawn box.
-TEST_F(OtherHumanoid, BoxesInPlaceOfMeshesAreThoseOfTheInertia) {
+TEST_F(OtherHumanoid, BoxesReplaceMeshesByTheInertia) {
   biped.feet_have_boxes = false;
   write(biped.yaml(), biped.urdf());
   Config given;
@@ -92,7 +92,7 @@ TEST_F(OtherHumanoid, BoxesInPlaceOfMeshesAreThoseOfTheInertia) {
   }
 }
 
-TEST_F(OtherHumanoid, StandsAgainstASmallPush) {
+TEST_F(OtherHumanoid, WithstandsASmallPush) {
   write(biped.yaml(), biped.urdf());
   ASSERT_EQ(run({"--push.impulse", "2", "--stepping", "false"}), 0) << complaint;
   EXPECT_EQ(complaint, "");
@@ -103,7 +103,7 @@ TEST_F(OtherHumanoid, StandsAgainstASmallPush) {
   EXPECT_EQ(json["body"]["control_failures"], 0);
 }
 
-TEST_F(OtherHumanoid, StepCatchesAPush) {
+TEST_F(OtherHumanoid, RecoversWithAStep) {
   write(biped.yaml(), biped.urdf());
   ASSERT_EQ(run({"--push.impulse", "12", "--step.lateral_min", "0.16"}), 0) << complaint;
   const auto json = summary();
@@ -111,7 +111,7 @@ TEST_F(OtherHumanoid, StepCatchesAPush) {
   EXPECT_NEAR(json["touchdown_s"].get<double>(), 0.8, 0.05);
 }
 
-TEST_F(OtherHumanoid, FeetWithoutBoxesStandOnTheRectanglesOfTheFile) {
+TEST_F(OtherHumanoid, FeetWithoutBoxesUseTheRectanglesOfTheFile) {
   biped.feet_have_boxes = false;
   write(biped.yaml(), biped.urdf());
   ASSERT_EQ(run({"--push.impulse", "2", "--stepping", "false"}), 0) << complaint;
@@ -121,13 +121,13 @@ TEST_F(OtherHumanoid, FeetWithoutBoxesStandOnTheRectanglesOfTheFile) {
   EXPECT_EQ(complaint.find('\n'), complaint.size() - 1) << complaint;
 }
 
-TEST_F(OtherHumanoid, FeetWithNeitherBoxesNorRectanglesAreRefused) {
+TEST_F(OtherHumanoid, RejectsFeetWithoutBoxesAndRectangles) {
   const std::string yaml = biped.yaml();
   biped.feet_have_boxes = false;
   expect_refused(yaml, biped.urdf(), "robot.yaml: left_foot is missing; add it, or a <collision>");
 }
 
-TEST_F(OtherHumanoid, FiguresComeFromTheFileOrFromTheUrdf) {
+TEST_F(OtherHumanoid, DataComeFromTheFileOrTheUrdf) {
   write(biped.yaml(), biped.urdf());
   Config given;
   given.robot.file = config.string();
@@ -142,7 +142,7 @@ TEST_F(OtherHumanoid, FiguresComeFromTheFileOrFromTheUrdf) {
   EXPECT_NEAR(robot_of(given).mass, 47.1, 1e-9);
 }
 
-TEST_F(OtherHumanoid, WhatTheFilesLackIsNamed) {
+TEST_F(OtherHumanoid, NamesMissingData) {
   const std::string yaml = biped.yaml(), text = biped.urdf();
   expect_refused(replaced(yaml, "  knee of left leg", "  kne of left leg"), text,
                  "robot.urdf: there is no movable joint \"kne of left leg\"; did you mean "

@@ -11,7 +11,7 @@ namespace {
 
 class NumericInstance : public testing::TestWithParam<const char*> {};
 
-TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
+TEST_P(NumericInstance, CostStatesAndWrenchesMatchThePublication) {
   const QpCase c = read_case(GetParam());
   MultipleShooting shooting = transcribe(c);
   const auto solver = make_ipopt({.tolerance = 1e-10});
@@ -30,7 +30,7 @@ TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
             1e-5);
 }
 
-TEST_P(NumericInstance, PlanIsTrueUnderAnotherIntegrator) {
+TEST_P(NumericInstance, PlanHoldsUnderAnotherIntegrator) {
   const QpCase c = read_case(GetParam());
   MultipleShooting shooting = transcribe(c);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));

@@ -50,7 +50,7 @@ struct Tally {
   double seconds = 0.0, planning = 0.0, slip = 0.0, momentum = 0.0;
 };
 
-class PushedForLong : public IcubInDart {
+class LongRun : public IcubInDart {
  protected:
   // Runs at most until `until` (s) and adds the result to the tally.
   void run_once(bool on_two_feet, int seed, double until, Tally& tally, bool is_told) {
@@ -98,7 +98,7 @@ class PushedForLong : public IcubInDart {
   }
 };
 
-TEST_F(PushedForLong, EveryTickHasAnInputAndMemoryStays) {
+TEST_F(LongRun, EveryTickHasAnInputAndMemoryIsConstant) {
   const double wanted = number_of("SALTUS_PUSHED_SECONDS", of_a_test);
   const int first_seed = static_cast<int>(number_of("SALTUS_PUSHED_SEED", 1.0));
   const bool is_campaign = std::getenv("SALTUS_PUSHED_SECONDS") != nullptr;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr Touching none{false, false, false, false}, all{true, true, true, true};
 
-TEST(Quadruped, DerivativesOfThePlansModelAreRight) {
+TEST(Quadruped, DerivativesOfThePlanModelAreCorrect) {
   const Gait gait({}, 0.45, 0.01);
   const OptimalControlProblem ocp = problem({}, {}, gait.legs_apart());
   const Function& dynamics = ocp.phases().front().dynamics;
@@ -28,7 +28,7 @@ TEST(Quadruped, DerivativesOfThePlansModelAreRight) {
 }
 
 // Without forces, the CoM is in free fall and the angular momentum is constant in the world frame.
-TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
+TEST(Quadruped, FreeBodyKeepsItsAngularMomentum) {
   const Body body;
   State<double> x = State<double>::Zero();
   x.tail<6>() << 0.3, -0.2, 0.5, 1.0, -2.0, 1.5;
@@ -50,7 +50,7 @@ TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
 }
 
 // In the air: the lateral momentum comes only from the push, for any split of the interval.
-TEST(Quadruped, APushHasItsImpulseWhereverItBegins) {
+TEST(Quadruped, PushHasItsImpulseForAnyStart) {
   for (const double begin : {1.0, 1.01, 1.013})
     for (const double duration : {0.1, 0.05, 0.01, 0.003}) {
       const PlantSettings settings;
@@ -80,7 +80,7 @@ Gait after(double seconds, bool blind, const Touching& at_the_end) {
   return gait;
 }
 
-TEST(Quadruped, AFootThatTouchesEarlyStandsFromNowOn) {
+TEST(Quadruped, EarlyTouchdownStartsStance) {
   const Touching early{true, true, true, false};
   const Gait seeing = after(0.45, false, early), blind = after(0.45, true, early);
   EXPECT_TRUE(seeing.stands(0));
@@ -92,7 +92,7 @@ TEST(Quadruped, AFootThatTouchesEarlyStandsFromNowOn) {
   EXPECT_FALSE(blind.stands(0));
 }
 
-TEST(Quadruped, AFootThatIsLateIsWaitedFor) {
+TEST(Quadruped, WaitsForALateFoot) {
   const Touching late{false, true, true, true};
   const Gait seeing = after(0.52, false, late), blind = after(0.52, true, late);
   EXPECT_FALSE(seeing.stands(0));
@@ -105,13 +105,13 @@ TEST(Quadruped, AFootThatIsLateIsWaitedFor) {
   EXPECT_EQ(blind.waited(), 0.0);
 }
 
-TEST(Quadruped, AFootThatTouchesInTheFirstHalfOfItsSwingHasNotLanded) {
+TEST(Quadruped, IgnoresTouchdownsInTheFirstHalfOfTheSwing) {
   EXPECT_FALSE(after(0.38, false, all).stands(0));
 }
 
 // Front feet on a slope of 45 degrees. A foot that moves up, but faster into the hill, has not
 // lifted off.
-TEST(Quadruped, AFootLeavesASlopeOnlyWhereItGoesAwayFromIt) {
+TEST(Quadruped, FootLeavesASlopeOnlyWhenMovingAway) {
   constexpr double k = 10.0;  // rad/m
   Ground hill;
   hill.waves[0] = {k, 0.0, -k * Body{}.hip(0)[0], 1.0 / k};
@@ -135,7 +135,7 @@ Config short_run(double seconds, double size) {
   return config;
 }
 
-TEST(Quadruped, OnLevelGroundItTrotsAsFastAsItShould) {
+TEST(Quadruped, TrotsAtTheRequestedSpeedOnLevelGround) {
   const RunLog level = run(short_run(3.0, 0.0));
   EXPECT_FALSE(level.fell) << level.message();
   EXPECT_EQ(level.early + level.late, 0);
@@ -145,7 +145,7 @@ TEST(Quadruped, OnLevelGroundItTrotsAsFastAsItShould) {
 }
 
 // Both controllers have the same ground and push.
-TEST(Quadruped, OnUnevenGroundWhoSeesLandingsStaysUpAndWhoDoesNotFalls) {
+TEST(Quadruped, ContactSensingPreventsAFallOnUnevenGround) {
   const Config config = short_run(2.2, 1.5);
   const RunLog seeing = run(disturbed(config, 8, false)), blind = run(disturbed(config, 8, true));
   EXPECT_FALSE(seeing.fell) << seeing.message();
@@ -154,13 +154,13 @@ TEST(Quadruped, OnUnevenGroundWhoSeesLandingsStaysUpAndWhoDoesNotFalls) {
   EXPECT_TRUE(blind.fell);
 }
 
-TEST(Quadruped, TheSameSettingsGiveTheSameRun) {
+TEST(Quadruped, RunsAreRepeatable) {
   const Config config = disturbed(short_run(0.6, 0.5), 3, false);
   EXPECT_EQ(run(config).log.final_state(), run(config).log.final_state());
 }
 
 // Edits of the schedule, footholds, data and the tick itself.
-TEST(Quadruped, ATickDoesNotAllocate) {
+TEST(Quadruped, TickDoesNotAllocate) {
   Controller controller{ControllerSettings{}};
   PerLeg<double> feet = PerLeg<double>::Zero();
   for (int leg = 0; leg < legs; ++leg) feet.col(leg) = Body{}.hip(leg);

@@ -18,7 +18,7 @@ class Reference : public testing::TestWithParam<ReferenceCase> {};
 
 // Checks cost, switching times, KKT residual, replay with a tighter integrator, and other known
 // values.
-TEST_P(Reference, ReachesEverythingThatIsKnownFromItsOwnGuess) {
+TEST_P(Reference, MatchesAllKnownValuesFromItsGuess) {
   const ReferenceCase& c = GetParam();
   EXPECT_LE(c.tolerance, c.digits >= 8 ? 1e-6 : 1e-4);  // required of every case
   Solution solution = solve_case(c);
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, Reference, testing::ValuesIn(reference_cases
                          [](const auto& instance) { return instance.param.id; });
 
 // The state that a solver keeps from one solve must not change the result of another.
-TEST(SolverUsedAgain, ComesBackToTheSameBits) {
+TEST(ReusedSolver, IsBitIdentical) {
   for (const QpMethod& method : {riccati_qp(), sparse_qp()})
     for (const ReferenceCase& c : reference_cases()) {
       if (c.id != "A12b" && c.id != "B01" && c.id != "B02c") continue;
@@ -70,7 +70,7 @@ TEST(SolverUsedAgain, ComesBackToTheSameBits) {
 
 class Simulated : public testing::TestWithParam<SimulationCase> {};
 
-TEST_P(Simulated, ReachesEverythingThatIsKnown) {
+TEST_P(Simulated, MatchesAllKnownValues) {
   const CaseOutcome outcome = run_case(GetParam());
   EXPECT_EQ(outcome.verdict, Verdict::met);
   for (const std::string& reason : outcome.reasons()) ADD_FAILURE() << reason;
@@ -80,7 +80,7 @@ TEST_P(Simulated, ReachesEverythingThatIsKnown) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, Simulated, testing::ValuesIn(simulation_cases()),
                          [](const auto& instance) { return instance.param.id; });
 
-TEST(Catalogue, IdsAndNamesAreUniqueAndFound) {
+TEST(Catalogue, IdsAndNamesAreUnique) {
   for (const ReferenceCase& c : reference_cases()) {
     EXPECT_EQ(&reference_case(c.id), &c);
     EXPECT_EQ(&reference_case(c.name), &c);
@@ -97,7 +97,7 @@ TEST(Catalogue, UnknownNameSuggestsTheNearest) {
   }
 }
 
-TEST(BrysonDenham, StaysBelowTheCeilingBetweenNodesToo) {
+TEST(BrysonDenham, StaysBelowTheCeilingBetweenNodes) {
   const Solution solution =
       solve_case_refined(reference_case("B01"), SolverChoice::ipopt, RefinementOptions{}.rounds, {})
           .solution;
@@ -126,7 +126,7 @@ TEST(InteriorPoint, FollowsTheClosedForm) {
               1e-4);
 }
 
-TEST(PhaseTransition, PassesAsComputedIndependently) {
+TEST(PhaseTransition, MatchesTheIndependentSolution) {
   const Solution solution = solve_case(reference_case("C02"));
   const Trajectory& trajectory = solution.trajectory;
   EXPECT_NEAR(trajectory.input(0.0)[0], -50.0, 1e-5);
@@ -139,7 +139,7 @@ TEST(PhaseTransition, PassesAsComputedIndependently) {
   EXPECT_NEAR(trajectory.final_state()[0], 0.0035807013, 1e-8);
 }
 
-TEST(PendulumOnCart, SwingsUpWithFullForceFirst) {
+TEST(PendulumOnCart, SwingsUpWithFullForceAtFirst) {
   const Solution solution = solve_case(reference_case("C03"));
   EXPECT_NEAR(solution.trajectory.input(0.00)[0], 80.0, 1e-6);
   EXPECT_NEAR(solution.trajectory.input(0.05)[0], 80.0, 1e-6);

@@ -9,7 +9,7 @@
 namespace saltus::walking {
 namespace {
 
-TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
+TEST(ResultsText, ListsFilesOfThisRunOnly) {
   const TemporaryFolder folder;
   const auto begin = std::filesystem::file_time_type::clock::now();
   const auto leave = [&](const char* name, std::chrono::seconds after) {
@@ -39,7 +39,7 @@ TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
   EXPECT_TRUE(contains(both, "needs no network and links to the replay: xdg-open "));
 }
 
-TEST(ResultsText, WithoutAReportThereIsNoneToOpen) {
+TEST(ResultsText, OmitsAMissingReport) {
   const TemporaryFolder folder;
   const std::string text =
       results_text(folder.path(), std::filesystem::file_time_type::clock::now());

@@ -30,14 +30,14 @@ Ended run(const BipedProblem& problem) {
   return ended;
 }
 
-TEST(RunBiped, StandingIsNoFailure) {
+TEST(RunBiped, StandingIsASuccess) {
   const Ended ended = run(FixedSteps({}, 0.03));
   EXPECT_EQ(ended.status, ExitStatus::ok) << ended.printed;
   EXPECT_EQ(ended.summary["failures"], 0);
 }
 
 // A NaN force makes the plant fail, not the solver.
-TEST(RunBiped, APlantThatCannotBeIntegratedIsAFailure) {
+TEST(RunBiped, IntegrationFailureIsAFailure) {
   FixedSteps problem({}, 0.03);
   Push push;
   push.start = 0.01;

@@ -85,14 +85,14 @@ double largest_impulse(const Start& s, double dt) {
   return -result.objective;
 }
 
-TEST(StandingClaim, NoControllerStandsTheClaimedFall) {
+TEST(StandingClaim, NoControllerWithstandsTheLargerPush) {
   const double impulse = largest_impulse(closed_loop_start(), 0.005);
   EXPECT_LT(impulse, claimed_fall);
   EXPECT_NEAR(impulse, 7.03, 0.01);  // as documented
 }
 
 // The controller first moves the CoM above the sole's origin, a little farther from the edge.
-TEST(StandingClaim, NorFromTheTargetOfTheController) {
+TEST(StandingClaim, HoldsFromTheTargetOfTheController) {
   Start start = closed_loop_start();
   start.com_y = 0.0;
   const double impulse = largest_impulse(start, 0.005);
@@ -120,7 +120,7 @@ TEST(StandingClaim, TheClosedFormIsTheLimitOfTheLinearProgram) {
 
 // Limit of the claim: the bound grows for a lower pendulum, so a robot that crouches to 0.5 m
 // before the push could survive it.
-TEST(StandingClaim, IsAboutTheHeightOfThePosture) {
+TEST(StandingClaim, UsesTheHeightOfThePosture) {
   Start start = closed_loop_start();
   start.com_y = 0.0;
   start.height = 0.51;

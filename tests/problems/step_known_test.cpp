@@ -81,7 +81,7 @@ bool are_equal(const std::vector<BipedSample>& a, const std::vector<BipedSample>
                     });
 }
 
-TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
+TEST(StepKnown, FalseHidesThePush) {
   const Push acting = push_at(0.1, 7.0, {0.0, -1.0, 0.0}, 0.1);
   const Push other = push_at(0.05, 3.0, {1.0, 0.0, 0.0}, 0.15);
   for (const char* planner : words_of) {
@@ -97,7 +97,7 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
 }
 
 // The known push is the first one in time, even if others precede it in the list.
-TEST(StepKnown, TellsTheFirstOfManyPushes) {
+TEST(StepKnown, PassesOnTheFirstPush) {
   const Config config = config_of({"preset=paper", "pushes=1.0 7 -90"});
   ASSERT_GT(config.push.start, 2.0);
   Scene scene;
@@ -115,7 +115,7 @@ TEST(StepKnown, TellsTheFirstOfManyPushes) {
   EXPECT_DOUBLE_EQ(plan.steps[0].landing, 1.0 + config.step.duration);
 }
 
-TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
+TEST(StepKnown, IsTrueForThePaperPresetOnly) {
   EXPECT_TRUE(config_of({}).step.known);  // centroidal model: conditions of the paper
   EXPECT_TRUE(config_of({"plant=dart", "preset=paper"}).step.known);
   EXPECT_FALSE(config_of({"plant=dart"}).step.known);
@@ -127,7 +127,7 @@ TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
 }
 
 // Until version 0.4, the keys of version 0.2 keep their meaning.
-TEST(StepKnown, OldKeysMeanWhatTheyDid) {
+TEST(StepKnown, OldKeysKeepTheirMeaning) {
   using Given = std::vector<std::string>;
   struct Case {
     Given given;
@@ -185,7 +185,7 @@ TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
   EXPECT_EQ(other.planner.step, 0.02);
 }
 
-TEST(StepKnown, ContradictionsAreOneSentence) {
+TEST(StepKnown, ContradictionsGiveOneSentence) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
       {{"step.known=true", "step.planner=ocp"}, "is given; remove one of them"},
       {{"step.known=true", "step.trigger=icp"}, "use step.planner=push_formula or"},
@@ -198,7 +198,7 @@ TEST(StepKnown, ContradictionsAreOneSentence) {
     }
 }
 
-TEST(StepKnown, TheTriggerThePushNeedsToBeTold) {
+TEST(StepKnown, PushTriggerNeedsThePushTime) {
   Config config;
   config.step.known = false;
   const RobotDescription robot = icub();
@@ -218,7 +218,7 @@ class StepProgramRun : public testing::Test {
 };
 
 // A push to the stance side, too large without a step. The feet cannot cross.
-TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
+TEST_F(StepProgramRun, ReportsInfeasibleLimitsAndContinues) {
   const ProgramRun hard =
       run({"--step.planner", "ocp", "--step.reach", "settings", "--push.impulse", "10",
            "--push.direction", "[0,1,0]", "--push.start", "0.1"});
@@ -261,7 +261,7 @@ TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
   EXPECT_FALSE(contains(easy.printed, "met all limits"));
 }
 
-TEST_F(StepProgramRun, NamesWhatTheCentroidalModelDoesNotHave) {
+TEST_F(StepProgramRun, NamesSettingsWithoutEffect) {
   const std::vector<std::string> short_run{"--push.impulse", "2", "--push.start", "0.1"};
   EXPECT_EQ(run(short_run).complaint, "");
   std::vector<std::string> words = short_run;
@@ -276,7 +276,7 @@ TEST_F(StepProgramRun, NamesWhatTheCentroidalModelDoesNotHave) {
       << asked.complaint;
 }
 
-TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
+TEST_F(StepProgramRun, RejectsImpossibleSettingsAndWritesNothing) {
   using Words = std::vector<std::string>;
   const std::vector<std::pair<Words, std::string>> cases{
       // an empty reach

@@ -50,7 +50,7 @@ Vec<double, step_states> pushed(const Vector2& capture) {
 const SoleCentres centres{{0.0265, 0.005}, {0.0265, -0.005}};
 const Vector2 stride(0.0, 0.15);
 
-TEST(ProblemOfSteps, HasTheRightDerivatives) {
+TEST(StepProblemTest, HasCorrectDerivatives) {
   for (const bool from_two_feet : {false, true}) {
     const OptimalControlProblem problem = step_problem(model(), 2, from_two_feet);
     for (const PhaseDefinition& phase : problem.phases()) {
@@ -68,7 +68,7 @@ TEST(ProblemOfSteps, HasTheRightDerivatives) {
 
 // With the capture point outside the sole, so far that neither the fastest nor the farthest step
 // reaches it, the minimum violation is known: the centre of pressure stays at the edge.
-TEST(ProblemOfSteps, MissesByWhatThePendulumSays) {
+TEST(StepProblemTest, ViolationMatchesThePendulum) {
   StepModel m = model();
   m.lent = 1e-6;
   m.swing_speed = 5.0;
@@ -88,7 +88,7 @@ TEST(ProblemOfSteps, MissesByWhatThePendulumSays) {
 }
 
 // If only capture has a weight, the step lands at the capture point.
-TEST(ProblemOfSteps, StepsOntoTheCapturePoint) {
+TEST(StepProblemTest, StepsOntoTheCapturePoint) {
   StepModel m = model();
   m.lent = 1e-6;
   m.sole = {1e-4, 1e-4};  // a point foot: no freedom of the centre of pressure
@@ -110,7 +110,7 @@ TEST(ProblemOfSteps, StepsOntoTheCapturePoint) {
 }
 
 // The capture point is outside the sole with reserve of a plan with a step, but on the full sole.
-TEST(ProblemOfSteps, StandsOnTheWholeSole) {
+TEST(StepProblemTest, UsesTheWholeSole) {
   StepModel m = model();
   m.lent = 1e-6;
   m.sole = m.standing_sole - Vec<double, 2>(0.006, 0.006);
@@ -124,7 +124,7 @@ TEST(ProblemOfSteps, StandsOnTheWholeSole) {
 
 class AgainstIpopt : public ::testing::TestWithParam<std::tuple<int, bool>> {};
 
-TEST_P(AgainstIpopt, TheOptimumIsTheSame) {
+TEST_P(AgainstIpopt, FindsTheSameOptimum) {
   const auto [steps, from_two_feet] = GetParam();
   const StepModel m = model();
   StepProgram program(m, steps, from_two_feet);
@@ -168,7 +168,7 @@ PendulumPush push_of(double impulse, double degrees) {
   return {0.2, 0.1, impulse * Vector2(std::cos(angle), std::sin(angle))};
 }
 
-TEST(ChoiceOfSteps, TakesNoStepForLittleAndAFasterOneForMore) {
+TEST(StepChoiceTest, StepsFasterForLargerPushes) {
   StepChoice planner(model(), {}, centres, stride);
   double before = infinity;
   for (const double impulse : {3.0, 6.0, 8.0, 10.0}) {
@@ -185,7 +185,7 @@ TEST(ChoiceOfSteps, TakesNoStepForLittleAndAFasterOneForMore) {
   }
 }
 
-TEST(ChoiceOfSteps, CatchesPushesFromAllSidesOnEitherFootAndOnBoth) {
+TEST(StepChoiceTest, RecoversFromPushesInAllDirections) {
   StepChoice planner(model(), {}, centres, stride);
   for (const auto& [left, right] : {std::pair{true, false}, {false, true}, {true, true}})
     for (int k = 0; k < 16; ++k) {
@@ -206,7 +206,7 @@ StepModel walking_model() {
   return m;
 }
 
-TEST(ChoiceOfSteps, WalksAtTheVelocityAskedForAlsoWhenPushedAndThenStands) {
+TEST(StepChoiceTest, WalksAtTheRequestedVelocityThenStands) {
   constexpr double velocity = 0.1, until = 6.0;
   StepChoice planner(walking_model(), {.velocity = {velocity, 0.0}, .walk_until = until}, centres,
                      stride);
@@ -234,7 +234,7 @@ TEST(ChoiceOfSteps, WalksAtTheVelocityAskedForAlsoWhenPushedAndThenStands) {
   }
 }
 
-TEST(ChoiceOfSteps, BringsAFootBackWhenItIsAskedTo) {
+TEST(StepChoiceTest, BringsAFootBackOnRequest) {
   for (const bool is_asked : {false, true}) {
     StepChoice planner(walking_model(), {.bring_back = is_asked}, centres, stride);
     WalkerOptions options = walker_on(true, true);
@@ -251,7 +251,7 @@ TEST(ChoiceOfSteps, BringsAFootBackWhenItIsAskedTo) {
   }
 }
 
-TEST(ChoiceOfSteps, IsTheSameInTheMirror) {
+TEST(StepChoiceTest, IsSymmetricUnderReflection) {
   StepChoice planner(model(), {}, centres, stride);
   std::array<double, 2> landing{};
   for (int i = 0; i < 2; ++i) {
@@ -264,7 +264,7 @@ TEST(ChoiceOfSteps, IsTheSameInTheMirror) {
   EXPECT_NEAR(landing[0], landing[1], 1e-6);
 }
 
-TEST(ChoiceOfSteps, AllocatesNothingAndDoesNotTrustWhatIsNoNumber) {
+TEST(StepChoiceTest, DoesNotAllocateAndRejectsNan) {
   StepChoice planner(model(), {.most_steps = 3}, centres, stride);
   StepSituation now;
   now.mass = 33.0;
@@ -293,7 +293,7 @@ TEST(ChoiceOfSteps, AllocatesNothingAndDoesNotTrustWhatIsNoNumber) {
   EXPECT_EQ(after.steps[0].place, before.steps[0].place);
 }
 
-TEST(ChoiceOfSteps, SaysWhenNothingHelps) {
+TEST(StepChoiceTest, ReportsInfeasibility) {
   StepChoice planner(model(), {}, centres, stride);
   StepSituation now;
   now.mass = 33.0;

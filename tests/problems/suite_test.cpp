@@ -49,7 +49,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(CheckedValues, DigitsThatAgree) {
+TEST(CheckedValues, CountsAgreeingDigits) {
   const auto reached = [](double value, double reference, int digits) {
     return CheckedValue{"", value, reference, 0.0, digits}.digits_reached();
   };
@@ -63,7 +63,7 @@ TEST(CheckedValues, DigitsThatAgree) {
   EXPECT_EQ(reached(1e-9, 0.0, 16), 9);  // decimals
 }
 
-TEST(CheckedValues, NothingIsMetByWhatIsNoNumber) {
+TEST(CheckedValues, NanNeverPasses) {
   const CheckedValue v{"x", std::nan(""), 1.0, 1e3, 6};
   EXPECT_FALSE(v.is_met());
   EXPECT_EQ(judge({right, v}), Verdict::missed);
@@ -73,7 +73,7 @@ TEST(CheckedValues, NothingIsMetByWhatIsNoNumber) {
   EXPECT_TRUE(std::isnan(values.front().value));
 }
 
-TEST(SuiteCommandLine, TakesFlagsInBothForms) {
+TEST(SuiteCommandLine, AcceptsBothFormsOfFlags) {
   const SuiteRequest request =
       parse({"--only", "bryson", "--set", "solver=sparse", "--json=a.json"});
   EXPECT_EQ(request.only, "bryson");
@@ -83,7 +83,7 @@ TEST(SuiteCommandLine, TakesFlagsInBothForms) {
   EXPECT_EQ(parse({"--set=solver=riccati"}).solver, SolverChoice::riccati);
 }
 
-TEST(SuiteCommandLine, SaysWhatIsWrong) {
+TEST(SuiteCommandLine, ReportsMistakes) {
   const auto complaint = [](std::vector<std::string> words) {
     return complaint_of([&] { parse(words); });
   };
@@ -114,7 +114,7 @@ TEST(Suite, PatternsMatchIdsAndNamesInAnyCase) {
   EXPECT_TRUE(contains(complaint_of([&] { run_suite(all, {.only = "E99", .json = {}}); }), "E99"));
 }
 
-TEST(Suite, ACaseThatMissesItsToleranceIsReported) {
+TEST(Suite, ReportsACaseOutsideItsTolerance) {
   int seen = 0;
   const SuiteReport report =
       run_suite(one_wrong(), {.only = "", .json = {}}, [&](const CaseOutcome&) { ++seen; });
@@ -128,7 +128,7 @@ TEST(Suite, ACaseThatMissesItsToleranceIsReported) {
   EXPECT_TRUE(contains(text, "1 of 2 within tolerance with solver=ipopt, 1 skipped")) << text;
 }
 
-TEST(Suite, SeveralMissesAreOneSentence) {
+TEST(Suite, SeveralMissesGiveOneSentence) {
   CheckedValue residual = residual_of("KKT residual", 0.5, 1e-8);
   const std::vector<SuiteCase> cases{made_up("X04", Verdict::met, {right, wrong, residual, wrong})};
   const SuiteReport report = run_suite(cases, {.only = "", .json = {}});
@@ -137,13 +137,13 @@ TEST(Suite, SeveralMissesAreOneSentence) {
   EXPECT_TRUE(contains(text, "is allowed; also outside: KKT residual and x(3)[0]\n")) << text;
 }
 
-TEST(Suite, SkippedCasesAreNotWrong) {
+TEST(Suite, SkippedCasesAreNotFailures) {
   const SuiteReport report = run_suite(one_wrong(), {.only = "X03", .json = {}});
   EXPECT_EQ(report.exit_status(), ExitStatus::ok);
   EXPECT_TRUE(contains(closing_text(report), "0 of 0 within tolerance"));
 }
 
-TEST(Suite, ACaseThatThrowsHasFailedAndTheOthersGoOn) {
+TEST(Suite, ThrowingCaseFailsAndOthersContinue) {
   std::vector<SuiteCase> cases = one_wrong();
   cases[0].run = [](SolverChoice) -> CaseOutcome { throw std::runtime_error("no such thing"); };
   const SuiteReport report = run_suite(cases, {.only = "", .json = {}});
@@ -152,7 +152,7 @@ TEST(Suite, ACaseThatThrowsHasFailedAndTheOthersGoOn) {
   EXPECT_TRUE(contains(closing_text(report), "X01 X01_name FAILED: no such thing"));
 }
 
-TEST(Suite, LinesStandBelowTheirHead) {
+TEST(Suite, LinesAlignWithTheirHeader) {
   const std::string head = table_head();
   const CaseOutcome outcome = run_suite(one_wrong(), {.only = "X01", .json = {}}).outcomes[0];
   const std::string line = table_line(outcome);
@@ -165,7 +165,7 @@ TEST(Suite, LinesStandBelowTheirHead) {
   EXPECT_EQ(head.find("status"), line.find("ok")) << head << line;
 }
 
-TEST(Suite, WritesJsonWithEverything) {
+TEST(Suite, WritesCompleteJson) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("saltus_suite_" + std::to_string(::getpid()));
   const std::filesystem::path file = folder / "suite.json";
@@ -192,7 +192,7 @@ TEST(Suite, WritesJsonWithEverything) {
 }
 
 // End to end, with a real case whose reference is wrong in the seventh digit.
-TEST(Suite, AWrongReferenceIsFound) {
+TEST(Suite, FindsAWrongReference) {
   ReferenceCase c = reference_case("B22");
   c.optimum *= 1.0 + 1e-5;
   const CaseOutcome outcome = run_case(c);
@@ -212,7 +212,7 @@ TEST(Suite, EveryChoiceOfSolverSolvesALinearQuadraticCase) {
 
 // Our own solvers may find a cheaper optimum of the nodal program that rises above the ceiling
 // between the nodes. Refining the grid there then gives a valid plan.
-TEST(Suite, APlanThatBreaksAPathConstraintBetweenTheNodesIsRefined) {
+TEST(Suite, RefinesAPlanThatViolatesAPathConstraintBetweenNodes) {
   for (const char* id : {"B01", "B02c"})
     for (const SolverChoice solver :
          {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
@@ -224,7 +224,7 @@ TEST(Suite, APlanThatBreaksAPathConstraintBetweenTheNodesIsRefined) {
 }
 
 // In a plain barrier method, multipliers of nearly dependent rows grow to 1e14.
-TEST(Suite, OwnSolversTakeTheRocketToItsOrbit) {
+TEST(Suite, NativeSolversFindTheRocketOrbit) {
   for (const SolverChoice solver : {SolverChoice::sparse, SolverChoice::riccati}) {
     const CaseOutcome outcome = run_case(reference_case("B09"), solver);
     EXPECT_EQ(outcome.verdict, Verdict::met) << name_of(solver);
@@ -233,7 +233,7 @@ TEST(Suite, OwnSolversTakeTheRocketToItsOrbit) {
 }
 
 // The programs of C01 as general nonlinear programs.
-TEST(QuadraticPrograms, DerivativesAreThoseOfTheData) {
+TEST(QuadraticPrograms, DerivativesMatchTheData) {
   SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
               SparsityPattern::from_pairs(2, 3, {{0, 0}, {0, 2}, {1, 1}}));
   qp.hessian << 2.0, -0.7, 0.4, 1.5;
@@ -251,7 +251,7 @@ TEST(QuadraticPrograms, DerivativesAreThoseOfTheData) {
   EXPECT_EQ(f, objective(qp, point.w));
 }
 
-TEST(QuadraticPrograms, AreSkippedWithoutDataAndNotForSolversInStages) {
+TEST(QuadraticPrograms, AreSkippedWithoutDataAndForStagedSolvers) {
   const char* variable = library::reference_data_variable;
   const char* set = std::getenv(variable);
   const std::string before = set == nullptr ? "" : set;

@@ -119,7 +119,7 @@ TEST(Limbs, FeetAreTheLowestBodies) {
   EXPECT_NEAR(limbs.left.origin.y(), 0.1, 1e-12);
 }
 
-TEST(Limbs, JointsAreThoseOfLegsAndArmsAndOfWhatCarriesThem) {
+TEST(Limbs, JointsIncludeLegsArmsAndTheirParents) {
   const Limbs limbs = find_limbs(Biped().model());
   EXPECT_EQ(limbs.joints.size(), 13u);
   EXPECT_EQ(limbs.legs.size(), 10u);
@@ -129,7 +129,7 @@ TEST(Limbs, JointsAreThoseOfLegsAndArmsAndOfWhatCarriesThem) {
   EXPECT_EQ(limbs.trunk, "chest");
 }
 
-TEST(Limbs, MirrorKnowsNamesInTheMiddleAndWhichJointsChangeSign) {
+TEST(Limbs, MirrorFindsNamesAndSigns) {
   const Mirror mirror = find_limbs(Biped().model()).mirror;
   EXPECT_EQ(mirror.namesake("leg_left_knee"), "leg_right_knee");
   EXPECT_EQ(mirror.namesake("leg_right_knee"), "leg_left_knee");
@@ -141,7 +141,7 @@ TEST(Limbs, MirrorKnowsNamesInTheMiddleAndWhichJointsChangeSign) {
     EXPECT_FALSE(holds(mirror.reversed, name)) << name;
 }
 
-TEST(Limbs, MissesAreNamedWithTheirRemedy) {
+TEST(Limbs, NamesMissingPartsWithTheirRemedy) {
   Biped weak;
   weak.effort = "0";
   EXPECT_TRUE(contains(complaint([&] { find_limbs(weak.model()); }), "has no motor"));
@@ -160,7 +160,7 @@ double distance(const LinkCapsule& limb, const Vec<double, 3>& point) {
   return (point - c.from - s * along).norm() - c.radius;
 }
 
-TEST(Capsules, HoldWhatIsDrawnOrElseTheBoxOfTheInertia) {
+TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
   const Biped biped;
   const UrdfModel model = biped.model();
   RobotDescription robot = survey_robot(model).description;
@@ -197,7 +197,7 @@ TEST(Capsules, HoldWhatIsDrawnOrElseTheBoxOfTheInertia) {
   EXPECT_FALSE(apart("thigh_left", "shin_left"));  // joined
 }
 
-TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
+TEST(PostureSearch, ReachesTheRequestedFeetAndCentreOfMass) {
   const UrdfModel model = Biped().model();
   const RobotDescription robot = survey_robot(model).description;
   FloatingRobot body = floating_robot(model, robot);
@@ -221,7 +221,7 @@ TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
 }
 
 // The search starts from the posture on both feet, also if other postures precede it.
-TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
+TEST(FootReach, SearchesFromTheStandingPostureAndWritesAtomically) {
   namespace fs = std::filesystem;
   const UrdfModel model = UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
   RobotDescription robot = survey_robot(model).description;
@@ -245,7 +245,7 @@ TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(SurveyedRobot, IsAFileThatIsReadBackAndChecked) {
+TEST(SurveyedRobot, WritesAFileThatPassesItsCheck) {
   const UrdfModel model = Biped().model();
   const SurveyedRobot robot = survey_robot(model);
   const RobotDescription read = describe(
@@ -261,7 +261,7 @@ TEST(SurveyedRobot, IsAFileThatIsReadBackAndChecked) {
   EXPECT_NEAR(parse_robot_description(to_yaml(robot, model), "robot.yaml").mass, 40.04, 1e-6);
 }
 
-TEST(RobotCheck, SaysWhatIsWrong) {
+TEST(RobotCheck, ReportsErrors) {
   const UrdfModel model = Biped().model();
   const RobotDescription good = survey_robot(model).description;
   const auto wrong = [&](const RobotDescription& robot) {
@@ -286,7 +286,7 @@ TEST(RobotCheck, SaysWhatIsWrong) {
 }
 
 // Each edge of a foot, moved by more and by less than the threshold. Postures have no effect here.
-TEST(RobotCheck, NotesFeetThatAreNoMirrorImages) {
+TEST(RobotCheck, ReportsAsymmetricFeet) {
   const UrdfModel model = Biped().model();
   RobotDescription robot = survey_robot(model).description;
   robot.postures.clear();
@@ -303,7 +303,7 @@ TEST(RobotCheck, NotesFeetThatAreNoMirrorImages) {
       }
 }
 
-TEST(RobotCheck, IsALineForEachFinding) {
+TEST(RobotCheck, PrintsALineForEachFinding) {
   const std::vector<Finding> findings{{Finding::Level::good, "masses", "33.06 kg"},
                                       {Finding::Level::note, "limits", "none"},
                                       {Finding::Level::wrong, "left_stance", "falls"}};
@@ -314,7 +314,7 @@ TEST(RobotCheck, IsALineForEachFinding) {
 }
 
 // The same legs with reversed knee axes.
-TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
+TEST(SurveyedRobot, KneesBendWithinTheirLimits) {
   Biped backwards;
   backwards.knee_axis = "0 -1 0";
   backwards.knee_lower = "-2.4";
@@ -331,7 +331,7 @@ TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
 }
 
 // Half a radian the other way is less than a quarter of the range.
-TEST(SurveyedRobot, AKneeThatCarriesBendsTheWayItHasMoreRoom) {
+TEST(SurveyedRobot, LoadedKneeBendsTowardsItsLargerRange) {
   Biped loose;
   loose.knee_lower = "-0.5";
   for (const StandingPosture& posture : survey_robot(loose.model()).description.postures) {
@@ -341,7 +341,7 @@ TEST(SurveyedRobot, AKneeThatCarriesBendsTheWayItHasMoreRoom) {
   }
 }
 
-TEST(RobotVerb, WithoutWordsSaysHowItIsUsed) {
+TEST(RobotVerb, PrintsUsageWithoutArguments) {
   const Verb robot = robot_verb("walk", *sway::make_sway());
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{}, {"--help"}, {"new", "--help"}}) {
@@ -353,7 +353,7 @@ TEST(RobotVerb, WithoutWordsSaysHowItIsUsed) {
 
 // G1, Talos and JVRC1 of the packages example-robot-data and jvrc-description, if a variable names
 // the folder of their URDFs.
-TEST(SurveyedRobot, StandsHumanoidsThatNobodyDescribed) {
+TEST(SurveyedRobot, FindsPosturesOfOtherHumanoids) {
   const char* files = std::getenv("SALTUS_FOREIGN_URDFS");
   if (files == nullptr) GTEST_SKIP() << "SALTUS_FOREIGN_URDFS names no files";
   std::istringstream list(files);

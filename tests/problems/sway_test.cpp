@@ -33,7 +33,7 @@ RunLog run(ConfigurableBiped& problem, const std::vector<std::string>& words) {
   return simulate(problem, icub());
 }
 
-TEST(Sway, TheCentreOfMassGoesFromSideToSideOnBothFeet) {
+TEST(Sway, CentreOfMassSwaysOnBothFeet) {
   const auto problem = make_sway();
   const RunLog log = run(*problem, {"sway.amplitude=0.02", "sway.period=3", "sway.cycles=2"});
   EXPECT_TRUE(problem->judge(log).recovered) << problem->judge(log).reason;
@@ -53,20 +53,20 @@ TEST(Sway, TheCentreOfMassGoesFromSideToSideOnBothFeet) {
   EXPECT_NEAR(right, -0.02, tracked);
 }
 
-TEST(Sway, ASmallPushMeanwhileIsNoFall) {
+TEST(Sway, WithstandsASmallPush) {
   const auto problem = make_sway();
   const RunLog log = run(*problem, {"push.impulse=2", "push.start=1", "sway.cycles=2"});
   EXPECT_FALSE(log.stopped_early) << log.stop_reason;
   EXPECT_TRUE(problem->judge(log).recovered) << problem->judge(log).reason;
 }
 
-TEST(Sway, ARobotWithoutSuchAPostureIsRefused) {
+TEST(Sway, RejectsARobotWithoutTheStandingPosture) {
   RobotDescription robot = icub();
   std::erase_if(robot.postures, [](const auto& p) { return p.stance == Stance::both; });
   EXPECT_THROW(simulate(*make_sway(), robot), InputError);
 }
 
-TEST(Sway, TheSummaryCountsEveryTickOnce) {
+TEST(Sway, SummaryCountsEveryTickOnce) {
   const auto problem = make_sway();
   const RunLog log = run(*problem, {"sway.period=3", "sway.cycles=1"});
   const auto file = summary(problem->settings(), log, problem->judge(log));
@@ -81,7 +81,7 @@ TEST(Sway, TheSummaryCountsEveryTickOnce) {
 }
 
 // `saltus robot` with this problem as the target of the settings.
-TEST(RobotVerb, WordsThatDoNotFitAreRefused) {
+TEST(RobotVerb, RejectsInvalidArguments) {
   const Verb robot = survey::robot_verb("sway", *make_sway());
   const auto refused = [&](const std::vector<std::string>& words) -> std::string {
     try {

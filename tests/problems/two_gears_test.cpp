@@ -30,7 +30,7 @@ class TwoGears : public testing::Test {
   Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-9}));
 };
 
-TEST_F(TwoGears, KeepsItsConditions) {
+TEST_F(TwoGears, SatisfiesItsConstraints) {
   ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
   EXPECT_LT(solution.kkt.scaled(), 1e-7);
   const Trajectory& trajectory = solution.trajectory;
@@ -43,7 +43,7 @@ TEST_F(TwoGears, KeepsItsConditions) {
   EXPECT_NEAR(trajectory.final_state()[1], 0.0, 1e-8);
 }
 
-TEST_F(TwoGears, HasANodeWhereItsWindowEndsWhateverTheDuration) {
+TEST_F(TwoGears, HasANodeAtTheWindowEndForAnyDuration) {
   bool found = false;
   for (const TrajectoryPiece& piece : solution.trajectory.pieces())
     found =
@@ -51,7 +51,7 @@ TEST_F(TwoGears, HasANodeWhereItsWindowEndsWhateverTheDuration) {
   EXPECT_TRUE(found);
 }
 
-TEST_F(TwoGears, CostsAreTheSharesOfItsTerms) {
+TEST_F(TwoGears, CostIsTheSumOfItsTerms) {
   double sum = 0.0;
   for (const CostContribution& share : solution.costs) {
     sum += share.value;
@@ -62,7 +62,7 @@ TEST_F(TwoGears, CostsAreTheSharesOfItsTerms) {
   EXPECT_NEAR(sum, solution.cost, 1e-9 * solution.cost);
 }
 
-TEST_F(TwoGears, PlanIsTrueUnderATighterIntegrator) {
+TEST_F(TwoGears, PlanHoldsUnderATighterIntegrator) {
   // Four steps of order four per interval are accurate to 1e-10. The replay includes the clutch.
   const ReplayReport report = replay(problem(), solution.trajectory,
                                      cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}));

@@ -27,7 +27,7 @@ walking::UnmetReport report_of(const Config& config, const RunLog& log) {
   return walking::explain_unmet(words, log.unmet_decisions, 60.0);
 }
 
-TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
+TEST(Unmet, ExplainsALateStepOfFixedTime) {
   const Config config = pushed_by(13.0, {0.0, -1.0, 0.0});
   const RunLog log = simulate(config, icub());
   ASSERT_FALSE(log.unmet_decisions.empty());
@@ -59,7 +59,7 @@ TEST(Unmet, AStepOfFixedTimeThatComesTooLateIsTold) {
   EXPECT_TRUE(verdict.recovered) << better.step.duration << " s: " << verdict.reason;
 }
 
-TEST(Unmet, StandingBeyondTheSoleIsToldByThePlannerOfSteps) {
+TEST(Unmet, StepPlannerExplainsAnImpossibleStance) {
   Config config = pushed_by(9.0, {0.0, 1.0, 0.0});  // towards the stance side, where no step helps
   config.step.planner = walking::StepPlannerChoice::ocp;
   const RunLog log = simulate(config, icub());
@@ -75,13 +75,13 @@ TEST(Unmet, StandingBeyondTheSoleIsToldByThePlannerOfSteps) {
   EXPECT_GT(report.json[0]["explanation"]["gives_way"][0]["t_s"].get<double>(), first.time);
 }
 
-TEST(Unmet, ARunThatIsCaughtHasNothingToExplain) {
+TEST(Unmet, RecoveredRunHasNoExplanation) {
   const Config config = pushed_by(6.0, {0.0, -1.0, 0.0});
   const RunLog log = simulate(config, icub());
   EXPECT_TRUE(log.unmet_decisions.empty());
 }
 
-TEST(Unmet, TheFirstAndTheWorstOfAKindAreKept) {
+TEST(Unmet, KeepsTheFirstAndTheWorstOfAKind) {
   Phase<1, 1> phase{"p", [](const auto&, const auto&, const auto& u) { return u; }, exactly(1.0)};
   OptimalControlProblem problem("kept");
   problem.start_at({0.0}).then(phase);

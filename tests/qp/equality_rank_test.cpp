@@ -53,7 +53,7 @@ TEST(EqualityRank, AgreesWithADenseRank) {
   EXPECT_GT(dependent, 100);
 }
 
-TEST(EqualityRank, ContradictionsAreFound) {
+TEST(EqualityRank, FindsContradictions) {
   int tried = 0;
   for (int seed = 1; seed <= 300; ++seed) {
     const InfeasibleQp random = infeasible_qp(seed, {.equality_rows = 0.5, .rank_deficient = 0.0});
@@ -66,7 +66,7 @@ TEST(EqualityRank, ContradictionsAreFound) {
 }
 
 // x_1 = x_0 + u_0, x_2 = x_1 + u_1: with a row on each state and input, one row is redundant.
-TEST(EqualityRank, RowsAreNamed) {
+TEST(EqualityRank, NamesRows) {
   StageQp qp({{1, 1, {{1, 2, false}}}, {1, 1, {{2, 2, false}}}, {1, 0, {{1, 1, false}}}});
   for (int k = 0; k < 2; ++k) qp.stages[k].A(0, 0) = qp.stages[k].B(0, 0) = 1.0;
   const auto demand = [&](int k, int row, double on_x, double on_u, double value) {

@@ -76,7 +76,7 @@ void expect_local_minimum(const StageQp& qp, const StagePoint& found, int seed) 
 // sparse form. A method that ignores negative curvature solves 2 of them at most.
 constexpr int solved_at_least = 25;
 
-TEST(IndefinitePrograms, WhatStagesFindIsALocalSolution) {
+TEST(IndefinitePrograms, StagedSolverFindsALocalSolution) {
   int solved = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const StageQp qp = indefinite_qp(seed);
@@ -92,7 +92,7 @@ TEST(IndefinitePrograms, WhatStagesFindIsALocalSolution) {
   EXPECT_GE(solved, solved_at_least);
 }
 
-TEST(IndefinitePrograms, WhatTheSparseSolverFindsIsALocalSolution) {
+TEST(IndefinitePrograms, SparseSolverFindsALocalSolution) {
   int solved = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const StageQp qp = indefinite_qp(seed);

@@ -58,7 +58,7 @@ Iterate started(const SparseQp& qp) {
 
 // min 1/2 v^2 with v >= 1. In between v = 1/2 misses by 1/2; slacks are shifted by 3/4, then by
 // half of the products over the multipliers, and multipliers likewise.
-TEST(LeastSquaresStart, IsMehrotras) {
+TEST(LeastSquaresStart, MatchesMehrotra) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 1.0;
   const Iterate point = started(qp);
@@ -68,7 +68,7 @@ TEST(LeastSquaresStart, IsMehrotras) {
 }
 
 // A bound that is never active changes neither the point nor the slacks of the others.
-TEST(LeastSquaresStart, DoesNotHeedIdleSides) {
+TEST(LeastSquaresStart, IgnoresInactiveBounds) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 1.0;
   qp.upper[0] = 1e9;
@@ -81,7 +81,7 @@ TEST(LeastSquaresStart, DoesNotHeedIdleSides) {
 }
 
 // v = 1/4 has 1/4 of room: multipliers are shifted by 3/8.
-TEST(LeastSquaresStart, WithRoomShiftsMultipliers) {
+TEST(LeastSquaresStart, InteriorPointShiftsMultipliers) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(-0.5));
   qp.lower[0] = 0.0;
   const Iterate point = started(qp);
@@ -92,7 +92,7 @@ TEST(LeastSquaresStart, WithRoomShiftsMultipliers) {
 }
 
 // Slacks and multipliers stay positive even if all sides hold with equality.
-TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
+TEST(LeastSquaresStart, PointOnABoundMovesInside) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 0.0;
   const Iterate point = started(qp);
@@ -102,7 +102,7 @@ TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
 
 // Products equal the barrier parameter. On soft sides, violation and slack account for the gap.
 // Multipliers balance the slope of the penalty, or their own product is the barrier parameter.
-TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
+TEST(StartAtGuess, IsNearTheCentralPath) {
   constexpr double barrier = 1e-2, least = 0.1;
   int balanced = 0, soft = 0;
   for (int seed = 1; seed <= 40; ++seed) {
@@ -145,7 +145,7 @@ TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
 
 // With a very small multiplier, the slack becomes a tenth of its row. With a large multiplier, it
 // becomes three times the barrier parameter divided by the multiplier.
-TEST(WarmStart, SlacksAreAsLargeAsTheBarrierAndTheRowLet) {
+TEST(WarmStart, SlacksFollowBarrierAndRows) {
   for (const double row : {0.1, 1.0, 5.0}) {
     SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
                 SparsityPattern::from_pairs(1, 1, {{0, 0}}));
@@ -198,7 +198,7 @@ bool is_reached(double level, double product) {
   return convergence.reached(at.system, at.point, residuals);
 }
 
-TEST(Convergence, TheGapCountsRelativeToTheCost) {
+TEST(Convergence, GapIsRelativeToTheCost) {
   EXPECT_TRUE(is_reached(1.0, 9e-11));   // a gap of 9e-9 of a cost of 50
   EXPECT_FALSE(is_reached(0.1, 9e-11));  // and of a cost of 0.5
   EXPECT_TRUE(is_reached(0.1, 2e-11));
@@ -208,7 +208,7 @@ TEST(Convergence, TheGapCountsRelativeToTheCost) {
 // --- certificates of infeasibility and unboundedness --------------------------------------------
 
 // One variable between two contradictory sides, with any cost.
-TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
+TEST(Certificates, CrossedBoundsAreACertificate) {
   for (const double cost : {0.0, 1.0, 1e3}) {
     SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
                 SparsityPattern::from_pairs(2, 1, {{0, 0}, {1, 0}}));
@@ -232,7 +232,7 @@ TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
   }
 }
 
-TEST(Certificates, FarAwayDownhillWithoutCurvatureIsUnbounded) {
+TEST(Certificates, LinearDescentIsUnbounded) {
   const auto is_unbounded_at = [](double gradient, double hessian, double upper, double at_v) {
     SparseQp qp = bounds_alone(Vec<double, 1>(hessian), Vec<double, 1>(gradient));
     qp.upper[0] = upper;

@@ -120,7 +120,7 @@ class KktSystemOf : public ::testing::Test {
 using Programs = ::testing::Types<Staged, Sparse>;
 TYPED_TEST_SUITE(KktSystemOf, Programs);
 
-TYPED_TEST(KktSystemOf, ProductsFitTogether) {
+TYPED_TEST(KktSystemOf, ProductsAreConsistent) {
   this->for_programs([](TypeParam& given, Random& random) {
     auto& system = given.system;
     const Point a = given.draw(random), b = given.draw(random), zero(system);
@@ -167,7 +167,7 @@ TYPED_TEST(KktSystemOf, ProductsFitTogether) {
   });
 }
 
-TYPED_TEST(KktSystemOf, RowsAreAsLongAsTheyAre) {
+TYPED_TEST(KktSystemOf, RowNormsAreExact) {
   this->for_programs([](TypeParam& given, Random&) {
     auto& system = given.system;
     AlignedArray sizes(system.sides());
@@ -298,7 +298,7 @@ TYPED_TEST(NewtonStepOf, SolvesTheLinearisedConditions) {
 }
 
 // An accurate step is not refined further.
-TYPED_TEST(NewtonStepOf, IsRefinedOnlyWhereItHasTo) {
+TYPED_TEST(NewtonStepOf, IsRefinedOnlyIfNecessary) {
   int solves = 0;
   this->for_programs([&](TypeParam& given, Random& random) {
     auto& system = given.system;

@@ -121,7 +121,7 @@ TEST_P(NewtonSystemOf, SolvesItsEquations) {
 }
 
 // Every factorisation gives the same step and is tried once. Stages have one more factorisation.
-TEST_P(NewtonSystemOf, OtherwiseFactoredItSolvesTheSame) {
+TEST_P(NewtonSystemOf, OtherFactorisationGivesTheSameSolution) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     RandomStaged staged(seed, /*whole_diagonal=*/true);
@@ -143,7 +143,7 @@ TEST_P(NewtonSystemOf, OtherwiseFactoredItSolvesTheSame) {
 }
 
 // The step ignores an equation between fixed variables, with every factorisation.
-TEST(SparseNewton, AnEquationOfFixedVariablesAloneIsNoObstacle) {
+TEST(SparseNewton, HandlesAnEquationOfFixedVariables) {
   SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
               SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}));
   qp.hessian << 1.0, 2.0;
@@ -166,7 +166,7 @@ TEST(SparseNewton, AnEquationOfFixedVariablesAloneIsNoObstacle) {
 }
 
 // A restart discards the settings learned from one program.
-TEST(SparseNewton, RestartedItTakesTheSameStep) {
+TEST(SparseNewton, RestartTakesTheSameStep) {
   RandomStaged staged(3, /*whole_diagonal=*/true);
   Random random(3);
   const SparseQp& qp = staged.qp;
@@ -187,7 +187,7 @@ TEST(SparseNewton, RestartedItTakesTheSameStep) {
 }
 
 // The curvature of a slack eliminates the slack.
-TEST(RiccatiNewton, ASlackThatCostsNothingIsRefused) {
+TEST(RiccatiNewton, RejectsASlackWithoutCost) {
   RandomStaged staged(8, /*whole_diagonal=*/true);
   Random random(8);
   Weights weights(staged.qp, random);
@@ -205,7 +205,7 @@ TEST(RiccatiNewton, ASlackThatCostsNothingIsRefused) {
   EXPECT_FALSE(works());
 }
 
-TEST_P(NewtonSystemOf, RefusesWhatIsNotFiniteAndWhatIsNotConvex) {
+TEST_P(NewtonSystemOf, RejectsNonFiniteAndNonConvexSystems) {
   RandomStaged staged(3, /*whole_diagonal=*/true);
   Random random(3);
   SparseQp& qp = staged.qp;

@@ -51,7 +51,7 @@ double largest_difference(const StageQp& qp, const StagePoint& a, const StagePoi
 
 // With a fixed start, rows on the start alone are not part of the packed program, so they have no
 // multipliers to return.
-TEST(PackedQp, PointsComeBackAsTheyWere) {
+TEST(PackedQp, PointsRoundTrip) {
   for (int seed = 1; seed <= 200; ++seed) {
     const RandomQp random = random_qp(seed, {.free_start = 1.0});
     PackedQp packed(random.qp, {});
@@ -64,7 +64,7 @@ TEST(PackedQp, PointsComeBackAsTheyWere) {
   }
 }
 
-TEST(PackedQp, MovingAndPackingAgainChangeNothing) {
+TEST(PackedQp, RepackingChangesNothing) {
   for (int seed = 1; seed <= 50; ++seed) {
     const RandomQp random = random_qp(seed);
     PackedQp first(random.qp, {});
@@ -85,7 +85,7 @@ TEST(PackedQp, MovingAndPackingAgainChangeNothing) {
   }
 }
 
-TEST(PackedQp, WhatIsNoProgramIsRefused) {
+TEST(PackedQp, RejectsInvalidPrograms) {
   const RandomQp random = random_qp(1);
   PackedQp packed(random.qp, {});
   StageQp crossed = random.qp;

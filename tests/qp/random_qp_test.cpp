@@ -28,7 +28,7 @@ double largest_multiplier(const StagePoint& point) {
   return largest;
 }
 
-TEST(RandomQp, OptimaAreOptimalAndMarginsAreKept) {
+TEST(RandomQp, OptimaAreOptimalWithMargins) {
   int degenerate = 0, rank_deficient = 0, active = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const RandomQp random = random_qp(seed);
@@ -48,12 +48,12 @@ TEST(RandomQp, OptimaAreOptimalAndMarginsAreKept) {
   EXPECT_GT(active, seeds);
 }
 
-TEST(RandomQp, TheSeedDecides) {
+TEST(RandomQp, IsSeeded) {
   EXPECT_EQ(random_qp(5).cost, random_qp(5).cost);
   EXPECT_NE(random_qp(5).cost, random_qp(6).cost);
 }
 
-TEST(UnboundedQp, CostFallsAlongTheDirectionWithinTheRows) {
+TEST(UnboundedQp, DirectionDecreasesTheCostAndIsFeasible) {
   std::map<std::string, int> kinds;
   for (int seed = 1; seed <= seeds; ++seed) {
     const UnboundedQp random = unbounded_qp(seed);

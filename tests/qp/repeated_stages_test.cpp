@@ -117,7 +117,7 @@ TEST_P(RepeatedStages, HaveTheOptimumOfTheSparseProgram) {
 }
 
 // Equal stages from the last solve must be compared again with the present numbers.
-TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
+TEST_P(RepeatedStages, AreReadAgainInTheNextSolve) {
   for (int seed = 1; seed <= programs; seed += 10) {
     const StageQp first = repeated_stages(seed, GetParam());
     StageQp next = first;
@@ -194,12 +194,12 @@ StageQp almost_repeated_stages(int seed) {
   return qp;
 }
 
-TEST(AlmostRepeatedStages, AreNotTakenForTheOneBefore) {
+TEST(AlmostRepeatedStages, AreNotTreatedAsRepeated) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(almost_repeated_stages(seed), seed);
 }
 
 // The same rows in stages of other sizes. Each stage has its own positions for their entries.
-TEST(RowsThatRepeat, InStagesOfOtherSizesHavePlacesOfTheirOwn) {
+TEST(RepeatedRows, StagesOfOtherSizesHaveSeparateStorage) {
   constexpr int nx = 7;
   for (int seed = 1; seed <= 40; ++seed) {
     Random random(seed);
@@ -228,7 +228,7 @@ TEST(RowsThatRepeat, InStagesOfOtherSizesHavePlacesOfTheirOwn) {
   }
 }
 
-TEST(QpStatus, EachHasASentenceOfItsOwn) {
+TEST(QpStatus, EachStatusHasItsSentence) {
   std::set<std::string> sentences;
   for (const QpStatus status :
        {QpStatus::optimal, QpStatus::infeasible, QpStatus::unbounded, QpStatus::iteration_limit,

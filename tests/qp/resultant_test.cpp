@@ -41,7 +41,7 @@ struct Maps {
   }
 };
 
-TEST(Resultant, MapsAndInversesAreFoundWithoutAllocation) {
+TEST(Resultant, FindsMapsAndInversesWithoutAllocation) {
   for (int seed = 1; seed <= 100; ++seed) {
     const Resultant r = random_resultant(seed);
     Maps maps;
@@ -59,13 +59,13 @@ TEST(Resultant, MapsAndInversesAreFoundWithoutAllocation) {
   }
 }
 
-TEST(Resultant, GroupsThatMoveTheStateDifferentlyHaveNone) {
+TEST(Resultant, GroupsWithDifferentEffectsHaveNoResultant) {
   Resultant r = random_resultant(1);
   r.B(0, 2 * size) += 1e-6;  // outside the range of B_1
   EXPECT_FALSE(Maps().find(r.B));
 }
 
-TEST(Resultant, InputsWithoutEffectHaveNone) {
+TEST(Resultant, InputsWithoutEffectHaveNoResultant) {
   Resultant dependent = random_resultant(2);
   dependent.B.col(1) = dependent.B.col(0);  // B_1 loses rank
   EXPECT_FALSE(Maps().find(dependent.B));
@@ -74,7 +74,7 @@ TEST(Resultant, InputsWithoutEffectHaveNone) {
   EXPECT_FALSE(Maps().find(singular.B));
 }
 
-TEST(Resultant, MoreThanTheCapacityIsRefused) {
+TEST(Resultant, RejectsMoreThanTheCapacity) {
   constexpr int many = max_resultant_rows + 1;
   const MatrixXd B = MatrixXd::Identity(many, 2).replicate(1, 2);
   AlignedArray T(64), inverse(64);

@@ -142,7 +142,7 @@ TEST(SparseSolver, RecognisesInfeasiblePrograms) {
 }
 
 // Some iterates lose accuracy before the solver detects unboundedness.
-TEST(RiccatiSolver, NeverCallsAnUnboundedProgramSolved) {
+TEST(RiccatiSolver, NeverReportsAnUnboundedProgramAsSolved) {
   int structured = 0, sparse = 0, asked = 0;
   for (int seed = 1; seed <= unsolvable; ++seed) {
     const UnboundedQp random = unbounded_qp(seed);
@@ -173,7 +173,7 @@ TEST_P(EveryKind, FindsKnownOptima) {
   for (int seed = 1; seed <= 300; ++seed) expect_optimum(random_qp(seed, GetParam().options), seed);
 }
 
-TEST_P(EveryKind, AWarmStartFromTheSolutionStays) {
+TEST_P(EveryKind, WarmStartFromTheSolutionStays) {
   int iterations = 0;
   for (int seed = 1; seed <= 300; ++seed) {
     const RandomQp random = random_qp(seed, GetParam().options);
@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Rows of one entry each in increasing columns are stored as entries. The same rows in reverse
 // order are not.
-TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
+TEST(RiccatiSolver, RowsOfOneEntryAreGeneralRows) {
   constexpr int nx = 4, nu = 5, limited = 3;
   for (int seed = 1; seed <= 60; ++seed) {
     Random random(seed);
@@ -282,7 +282,7 @@ std::array<StagePoint, 2> solve_both_ways(const StageQp& declared) {
   return points;
 }
 
-TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
+TEST(RiccatiSolver, ResultantDoesNotChangeTheOptimum) {
   for (const int groups : {2, 3})
     for (int seed = 1; seed <= 40; ++seed) {
       const StageQp declared = program_with_groups(groups, seed, /*equality=*/0.3);
@@ -299,7 +299,7 @@ TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
 
 // All stages have the same rows and costs, but in some stages the groups act through other maps or
 // have no declared map. Data stored for one stage must not be reused for the next.
-TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
+TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreDifferent) {
   constexpr int groups = 2, size = 3;
   for (int seed = 1; seed <= 40; ++seed) {
     StageQp qp = program_with_groups(groups, seed);
@@ -323,7 +323,7 @@ TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
 }
 
 // The same coefficients on other inputs of a group form different rows.
-TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
+TEST(RiccatiSolver, EqualRowsOnOtherInputsAreDifferent) {
   constexpr int groups = 2, size = 3, nx = 4;
   for (int seed = 1; seed <= 20; ++seed) {
     StageQp qp = program_with_groups(groups, seed);
@@ -340,7 +340,7 @@ TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
 }
 
 // Rows are padded to full vectors. Padding from an earlier solve must not be read.
-TEST(RiccatiSolver, FewerEqualitiesThanBeforeLeaveNothingBehind) {
+TEST(RiccatiSolver, RemovedEqualitiesHaveNoEffect) {
   constexpr int nx = 2, nu = 5, intervals = 3;
   std::vector<StageCapacity> capacity(intervals, {nx, nu, {{3, nu, false}}});
   capacity.push_back({nx, 0, {}});
@@ -384,7 +384,7 @@ TEST(RiccatiSolver, GroupsThatShareACostAreNotReduced) {
   EXPECT_LE(kkt_residual(qp, point).largest(), required * multiplier_scale(point));
 }
 
-TEST(RiccatiSolver, SizesKnownToTheCompilerGiveTheSame) {
+TEST(RiccatiSolver, FixedSizesGiveTheSameResult) {
   const qp::RiccatiKernel kernels[] = {qp::riccati_kernel<4, 3, 4>(), qp::riccati_kernel<0, 3, 4>(),
                                        qp::riccati_kernel<4, 0, 0>()};
   for (int seed = 1; seed <= 40; ++seed) {
@@ -398,7 +398,7 @@ TEST(RiccatiSolver, SizesKnownToTheCompilerGiveTheSame) {
   }
 }
 
-TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrContradict) {
+TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrAreInfeasible) {
   StageQp qp({{1, 1, {{1, 1, false}}}, {1, 0, {}}});
   qp.start = VectorXd::Constant(1, 2.0);
   qp.stages[0].R(0, 0) = 1.0;
@@ -415,7 +415,7 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrContradict) {
 }
 
 // min 1/2 (u - a)^2 + h(u), with Huber's penalty h on u > 0 as in stage_qp.hpp.
-TEST(RiccatiSolver, AFurtherInputMakesAHuberPenaltyOfAQuadraticOne) {
+TEST(RiccatiSolver, AdditionalInputGivesAHuberPenalty) {
   constexpr double c = 4.0, w = 2.0;
   for (const double a : {-1.0, 0.5, 2.4, 2.6, 5.0, 50.0}) {
     StageQp qp({{1, 2, {{1, 2, true}}}, {1, 0, {}}});
@@ -440,7 +440,7 @@ TEST(RiccatiSolver, AFurtherInputMakesAHuberPenaltyOfAQuadraticOne) {
 
 // Near the solution the active set is almost that of the optimum. Active-set rounds end at the same
 // optimum as the method without them, and usually sooner.
-TEST(RiccatiSolver, RoundsOfTheActiveSetEndAtTheSameOptimum) {
+TEST(RiccatiSolver, ActiveSetRoundsReachTheSameOptimum) {
   int with_rounds = 0, without = 0;
   for (int seed = 1; seed <= 300; ++seed) {
     for (const bool soft : {false, true}) {
@@ -467,7 +467,7 @@ TEST(RiccatiSolver, RoundsOfTheActiveSetEndAtTheSameOptimum) {
 
 // Far from the solution the active-set rounds stop at once, and the method starts from the result
 // of the first round. This recovers the cost of the round.
-TEST(RiccatiSolver, TheMethodBeginsWhereTheFirstRoundHasComeTo) {
+TEST(RiccatiSolver, InteriorPointStartsFromTheFirstRound) {
   int with_rounds = 0, without = 0;
   for (int seed = 1; seed <= 300; ++seed) {
     RandomQp random = random_qp(seed, plain);
@@ -503,7 +503,7 @@ class OneStagedProgram : public ::testing::Test {
   std::unique_ptr<StageQpSolver> solver;
 };
 
-TEST_F(OneStagedProgram, NothingIsAllocatedAfterConstruction) {
+TEST_F(OneStagedProgram, DoesNotAllocateAfterConstruction) {
   const InfeasibleQp without = infeasible_qp(3);
   const RandomQp stiff = random_qp(479);  // its steps are refined
   const auto for_infeasible = make_riccati_solver(without.qp),
@@ -521,7 +521,7 @@ TEST_F(OneStagedProgram, NothingIsAllocatedAfterConstruction) {
   EXPECT_EQ(optimal, QpStatus::optimal);
 }
 
-TEST_F(OneStagedProgram, TheDeadlineIsKept) {
+TEST_F(OneStagedProgram, RespectsTheDeadline) {
   solve();
   solver->set_deadline(WallClock::now() - std::chrono::seconds(1));
   for (double& slope : qp.stages[0].r) slope += 0.1;
@@ -534,7 +534,7 @@ TEST_F(OneStagedProgram, TheDeadlineIsKept) {
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
-TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
+TEST_F(OneStagedProgram, RejectsInvalidData) {
   const StageQp right = qp;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refuses = [&](const char* what) {
@@ -565,7 +565,7 @@ TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
 }
 
 // One stage with a hard row without columns whose value must be 1.
-TEST(RiccatiSolver, AHardRowOfNothingHoldsOrContradicts) {
+TEST(RiccatiSolver, EmptyHardRowHoldsOrIsInfeasible) {
   for (const bool fixed : {true, false}) {
     StageQp qp({{1, 1, {{1, 1, false}}}, {1, 1, {{1, 1, false}}}, {1, 0, {}}});
     qp.fixed_start = fixed;
@@ -585,7 +585,7 @@ TEST(RiccatiSolver, AHardRowOfNothingHoldsOrContradicts) {
   }
 }
 
-TEST(RiccatiSolver, ProgramsWithoutStagesAreRefused) {
+TEST(RiccatiSolver, RejectsProgramsWithoutStages) {
   const StageQp nothing;
   StagePoint point;
   EXPECT_EQ(solve_cold(nothing, point).status, QpStatus::invalid_problem);
@@ -604,7 +604,7 @@ StageQp pushed_mass(double mass, double weight) {
   return qp;
 }
 
-TEST(RiccatiSolver, LargeForcesProveNothing) {
+TEST(RiccatiSolver, LargeForcesAreNoInfeasibilityProof) {
   StageQp heavy = pushed_mass(1e5, 1.0);  // requires 5e7 N
   for (Stage& s : heavy.stages) {
     s.u_lower[0] = -1e9;
@@ -621,7 +621,7 @@ TEST(RiccatiSolver, LargeForcesProveNothing) {
   EXPECT_EQ(solve_cold(cheap, point).status, QpStatus::optimal);
 }
 
-TEST(RiccatiSolver, RoundsOfTheActiveSetAreIterationsToo) {
+TEST(RiccatiSolver, ActiveSetRoundsCountAsIterations) {
   const RandomQp random = random_qp(7);
   for (const int most : {0, 1, 2}) {
     RiccatiOptions options;

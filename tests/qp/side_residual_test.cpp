@@ -17,7 +17,7 @@ Hard hard(double value, double lower, double upper, double multiplier) {
   return r;
 }
 
-TEST(HardRow, ItsMultiplierCountsByTheDistanceToItsSide) {
+TEST(HardRow, MultiplierIsWeightedByTheDistanceToItsBound) {
   EXPECT_EQ(hard(0.5, 0.0, 2.0, 0.0).complementarity, 0.0);
   EXPECT_EQ(hard(0.5, 0.0, 2.0, 4.0).complementarity, 6.0);
   EXPECT_EQ(hard(0.5, 0.0, 2.0, -4.0).complementarity, 2.0);
@@ -27,7 +27,7 @@ TEST(HardRow, ItsMultiplierCountsByTheDistanceToItsSide) {
   EXPECT_EQ(hard(0.5, -infinity, 2.0, -4.0).complementarity, 4.0);
 }
 
-TEST(HardRow, WhatItMissesIsItsViolation) {
+TEST(HardRow, ViolationIsTheDistanceToItsBound) {
   EXPECT_EQ(hard(0.5, 0.0, 2.0, 1.0).feasibility, 0.0);
   EXPECT_EQ(hard(2.25, 0.0, 2.0, 0.0).feasibility, 0.25);
   EXPECT_EQ(hard(-0.5, 0.0, 2.0, 0.0).feasibility, 0.5);
@@ -68,7 +68,7 @@ TEST(SoftRow, IsOptimalWhereTheMultiplierIsTheSlopeOfThePenalty) {
   }
 }
 
-TEST(SoftRow, AMultiplierBeyondTheSlopeIsTheSmallerOfTwoErrors) {
+TEST(SoftRow, MultiplierBeyondTheSlopeCountsTheSmallerError) {
   // Violated by 0.5 with a multiplier m below l2: complementarity m * 0.5 / l2.
   EXPECT_DOUBLE_EQ(soft(2.0, 1.0, 6.0, 1.5).complementarity, 0.125);
   EXPECT_EQ(soft(2.0, 1.0, 6.0, 1.5).stationarity, 0.0);
@@ -90,7 +90,7 @@ TEST(SoftRow, ItsSlackPermitsTheMultiplierWhereThatIsTheSmallerError) {
   EXPECT_EQ(soft_slack(0.0, 0.0, 0.0, -1.0), 0.0);  // free, and the other side pushes
 }
 
-TEST(SoftRow, WithoutASideAMultiplierCountsAsItIs) {
+TEST(SoftRow, MultiplierWithoutABoundIsAnError) {
   EXPECT_EQ(soft(1.0, 3.0, 2.0, 2.5, 0.0, infinity).complementarity, 2.5);
   EXPECT_EQ(soft(1.0, 3.0, 2.0, -2.5, -infinity, 2.0).complementarity, 2.5);
 }

@@ -66,7 +66,7 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
 }
 
 // Pivots are measured relative to their rows and columns.
-TEST(SparseIndefinite, UnitsDoNotDecideWhatIsSingular) {
+TEST(SparseIndefinite, SingularityIsIndependentOfUnits) {
   Random random(3);
   for (const double unit : {1e-20, 1.0, 1e20}) {
     Saddle saddle(random, 12, 4);
@@ -84,7 +84,7 @@ TEST(SparseIndefinite, UnitsDoNotDecideWhatIsSingular) {
   }
 }
 
-TEST(SparseIndefinite, SaysThatRowsDependOnOneAnother) {
+TEST(SparseIndefinite, ReportsDependentRows) {
   // The row x0 + x1 occurs twice.
   const SparsityPattern pattern = SparsityPattern::from_pairs(
       4, 4, {{0, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {3, 0}, {3, 1}, {3, 3}});

@@ -29,13 +29,13 @@ class TwoVariables : public ::testing::Test {
   PrimalDualPoint point;
 };
 
-TEST_F(TwoVariables, EverythingVanishesAtTheOptimum) {
+TEST_F(TwoVariables, ResidualsVanishAtTheOptimum) {
   EXPECT_LT(kkt_residual(qp, point).largest(), rounding);
   qp.constant = 2.0;
   EXPECT_NEAR(objective(qp, point.w), 2.0 + 0.25 - 0.125 + 0.0625 - 1.5, rounding);
 }
 
-TEST_F(TwoVariables, EachErrorIsSeenInItsPart) {
+TEST_F(TwoVariables, EachErrorShowsInItsComponent) {
   point.z[0] = 2.0;
   EXPECT_NEAR(kkt_residual(qp, point).stationarity, 0.25, rounding);
   point.z[0] = 2.25;
@@ -57,7 +57,7 @@ TEST_F(TwoVariables, MultipliersOfEqualitiesAreFree) {
   EXPECT_LT(kkt_residual(qp, point).largest(), rounding);
 }
 
-TEST(SparseQpResidual, LargeProgramsAreSeenToTheirEnds) {
+TEST(SparseQpResidual, CoversLargePrograms) {
   constexpr int n = 1000;  // more than the function processes at once
   std::vector<std::pair<int, int>> diagonal, chain;
   for (int i = 0; i < n; ++i) diagonal.push_back({i, i});

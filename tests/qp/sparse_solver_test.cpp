@@ -115,7 +115,7 @@ class OneProgram : public ::testing::Test {
       make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options);
 };
 
-TEST_F(OneProgram, NothingIsAllocatedAfterConstruction) {
+TEST_F(OneProgram, DoesNotAllocateAfterConstruction) {
   const AllocationCount count;
   solve();
   solve(/*warm=*/true);
@@ -127,14 +127,14 @@ TEST_F(OneProgram, NothingIsAllocatedAfterConstruction) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST_F(OneProgram, TheDeadlineIsKept) {
+TEST_F(OneProgram, RespectsTheDeadline) {
   solver->set_deadline(WallClock::now() - std::chrono::seconds(1));
   EXPECT_EQ(solve().status, QpStatus::deadline);
   solver->set_deadline(WallClock::time_point::max());
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
-TEST_F(OneProgram, DataThatAreNoProgramAreRefused) {
+TEST_F(OneProgram, RejectsInvalidData) {
   const SparseQp right = qp;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   qp.gradient[1] = nan;
@@ -159,7 +159,7 @@ TEST_F(OneProgram, DataThatAreNoProgramAreRefused) {
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
-TEST(SparseSolver, ProgramsOfOnlyEquationsAndOfNothing) {
+TEST(SparseSolver, SolvesEqualityOnlyAndEmptyPrograms) {
   // min 1/2 (a^2 + b^2) with a + b = 2, once and twice.
   for (const int copies : {0, 1, 2}) {
     SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
@@ -187,7 +187,7 @@ SparseQp in_the_plane(double h, double gx, double gy, const std::vector<double>&
 }
 
 // A distant optimum, or one that a row with small coefficients determines, is still an optimum.
-TEST(SparseSolver, DistanceProvesNothing) {
+TEST(SparseSolver, DistanceIsNoInfeasibilityProof) {
   SparseQp far = in_the_plane(1.0, 0.0, 0.0, {0.1, 0.0});  // x >= 3e5, twice
   far.lower[0] = 3e5;
   far.row_lower[0] = 3e4;
@@ -222,7 +222,7 @@ TEST(SparseSolver, DistanceProvesNothing) {
 
 // Strongly convex, and strictly feasible around a point of size 1e6. Certificates from differences
 // of large gradients once reported one in three of these programs infeasible.
-TEST(SparseSolver, LargeProgramsAreFeasibleToo) {
+TEST(SparseSolver, LargeFeasibleProgramsAreSolved) {
   for (int seed = 1; seed <= seeds; ++seed) {
     Random random(seed);
     constexpr int n = 3;
@@ -247,7 +247,7 @@ TEST(SparseSolver, LargeProgramsAreFeasibleToo) {
 }
 
 // 1/2 x^2 - 1/2 y^2 + y decreases without bound along y.
-TEST(SparseSolver, NegativeCurvatureWithoutASideIsUnbounded) {
+TEST(SparseSolver, NegativeCurvatureWithoutABoundIsUnbounded) {
   SparseQp qp = in_the_plane(1.0, 0.0, 1.0, {});
   qp.hessian[1] = -1.0;
   PrimalDualPoint point = origin(qp);

@@ -96,7 +96,7 @@ double difference(const VectorXd& a, const VectorXd& b) {
 }
 
 // The data of the last solution are valid for its program only.
-TEST(SparseSystem, RowsOfAnotherProgramAreMultipliedAnew) {
+TEST(SparseSystem, RecomputesProductsForAnotherProgram) {
   const std::vector<std::pair<int, int>> squares{{0, 0}, {1, 1}}, entries{{0, 0}, {0, 1}};
   SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),
               SparsityPattern::from_pairs(1, 2, entries));
@@ -177,7 +177,7 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
   }
 }
 
-TEST(SparseSystem, NothingIsAllocatedAfterConstruction) {
+TEST(SparseSystem, DoesNotAllocateAfterConstruction) {
   const RandomQp random = random_qp(7, {.equality_rows = 1.0, .soft_rows = 1.0});
   SparseQp qp = to_sparse(random.qp);
   qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
@@ -203,7 +203,7 @@ TEST(SparseSystem, NothingIsAllocatedAfterConstruction) {
 
 // A very small cost. The first regularisation dominates it, and refinement does not recover enough
 // accuracy. The solver must take the next regularisation and return its solution.
-TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
+TEST(SparseSystem, ReplacesAPoorFactor) {
   constexpr double small = 4e-13;
   const SparsityPattern hessian = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}});
   SparseQp qp(hessian, SparsityPattern::from_pairs(0, 2, {}));
@@ -223,7 +223,7 @@ TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
 
 #if defined(__GLIBC__)
 // SparseLdl frees the memory of CHOLMOD. A leak of one factor each time would be 300 kB.
-TEST(SparseLdl, GivesItsMemoryBack) {
+TEST(SparseLdl, FreesItsMemory) {
   constexpr int n = 200;
   std::vector<std::pair<int, int>> diagonal;
   for (int i = 0; i < n; ++i) diagonal.emplace_back(i, i);
@@ -238,7 +238,7 @@ TEST(SparseLdl, GivesItsMemoryBack) {
 }
 #endif
 
-TEST(SparseLdl, SignsOfThePivotsAreChecked) {
+TEST(SparseLdl, ChecksSignsOfPivots) {
   qp::SparseLdl ldl(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}), {1, -1});
   const auto factor = [&](double a, double b, double c) {
     ldl.set(0, a);

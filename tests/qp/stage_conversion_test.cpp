@@ -39,7 +39,7 @@ TEST(StageConversion, KeepsOptimaAndTheirCost) {
 }
 
 // Errors also agree at points that are not optimal.
-TEST(StageConversion, KeepsCostsOfOtherPoints) {
+TEST(StageConversion, KeepsCostsOfAllPoints) {
   for (int seed = 1; seed <= seeds; ++seed) {
     const RandomQp program = random_qp(seed);
     Random random(seed);
@@ -59,7 +59,7 @@ TEST(StageConversion, KeepsCostsOfOtherPoints) {
   }
 }
 
-TEST(StageConversion, NewNumbersDoNotAllocateAndOtherSizesAreRefused) {
+TEST(StageConversion, UpdatesWithoutAllocationAndRejectsOtherSizes) {
   const RandomQp random = random_qp(3, {.equality_rows = 1.0, .soft_rows = 1.0});
   StageQp qp = random.qp;
   StageConversion conversion(qp);

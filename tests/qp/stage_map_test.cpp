@@ -25,7 +25,7 @@ using namespace testing_support;
 
 class RandomStages : public ::testing::TestWithParam<unsigned> {};
 
-TEST_P(RandomStages, AreEquivalentAndPointsGoThereAndBack) {
+TEST_P(RandomStages, AreEquivalentAndPointsRoundTrip) {
   RandomStaged staged(GetParam());
   StageMap map(staged.qp, staged.structure);
   std::mt19937 random(GetParam());
@@ -42,7 +42,7 @@ TEST_P(RandomStages, AreEquivalentAndPointsGoThereAndBack) {
   }
 }
 
-TEST_P(RandomStages, AreFilledAndReadWithoutAllocation) {
+TEST_P(RandomStages, DoNotAllocate) {
   RandomStaged first(GetParam());
   std::vector<SparseQp> draws{first.qp};
   for (int i = 0; i < 3; ++i) {
@@ -88,7 +88,7 @@ struct Written final : DirectRows {
 };
 
 // Factor of the dynamics: 1, -1 or another number.
-TEST(DirectRows, AreThoseOfTheStagesThatAreFilledBySparseOnes) {
+TEST(DirectRows, MatchStagesFilledFromSparseRows) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStaged staged(seed);
@@ -159,7 +159,7 @@ std::string refusal(const Small& small) {
   }
 }
 
-TEST(StageMap, NamesWhatDoesNotFit) {
+TEST(StageMap, NamesMismatches) {
   EXPECT_EQ(refusal(Small()), "accepted");
   Small without_row;
   without_row.structure.stages[0].groups.clear();
@@ -186,7 +186,7 @@ TEST(StageMap, NamesWhatDoesNotFit) {
   EXPECT_NE(refusal(early).find("contains variable 1 of stage 1"), std::string::npos);
 }
 
-TEST(StageMap, RowOfVanishedVariablesIsCheckedAndLeftOut) {
+TEST(StageMap, ChecksAndDropsARowOfVanishedVariables) {
   Small small;
   StageMap map(small.qp, small.structure);
   small.qp.lower[1] = small.qp.upper[1] = 0.5;
@@ -198,7 +198,7 @@ TEST(StageMap, RowOfVanishedVariablesIsCheckedAndLeftOut) {
   EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
 }
 
-TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
+TEST(StageMap, RejectsTwoVariablesCarriedAsOneState) {
   Small small;  // x0 and u couple with x1 and share a state
   small.structure.carried = {{0, 1}};
   small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}, {2, 0}, {2, 1}}),
@@ -222,7 +222,7 @@ TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
 }
 
 // This also holds if the cost is the first entry of the Hessian.
-TEST(StageMap, AStateIsCarriedWhileItsCostMeetsALaterOne) {
+TEST(StageMap, CarriesAStateUntilItsLastCost) {
   Small small;
   small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{2, 0}, {2, 2}}), small.qp.row_pattern);
   small.qp.rows << 1.0, -1.0, -1.0, 1.0, 1.0;
@@ -236,7 +236,7 @@ TEST(StageMap, AStateIsCarriedWhileItsCostMeetsALaterOne) {
   }
 }
 
-TEST(StageMap, DynamicsThatAreNoEqualityAreRefused) {
+TEST(StageMap, RejectsDynamicsWithoutEquality) {
   Small small;
   StageMap map(small.qp, small.structure);
   small.qp.row_upper[1] = 1.0;
@@ -247,7 +247,7 @@ TEST(StageMap, DynamicsThatAreNoEqualityAreRefused) {
 
 // A soft row of the second stage depends on the input of the first: x1 = 1/2 + u, 1 <= u + x1 <= 5.
 // The input is carried as long as one of its sides exists.
-TEST(StageMap, ASoftRowThatLosesASideKeepsWhatItReads) {
+TEST(StageMap, SoftRowWithoutABoundKeepsItsColumns) {
   const auto pattern = SparsityPattern::from_pairs;
   const std::vector<std::pair<int, int>> squares{{1, 1}, {2, 2}},
       entries{{0, 0}, {1, 0}, {1, 1}, {1, 2}, {2, 1}, {2, 2}, {2, 3}, {2, 4}};
@@ -296,7 +296,7 @@ class DenseStages final : public StageQpSolver {
   void set_deadline(WallClock::time_point) override {}
 };
 
-TEST(StagedSolver, SolvesSparseProgramsByTheirStages) {
+TEST(StagedSolver, SolvesSparseProgramsByStages) {
   const Small small;
   const auto solver = make_sparse_solver_by_stages(
       small.qp, small.structure, [](const StageQp&) { return std::make_unique<DenseStages>(); });
@@ -315,7 +315,7 @@ TEST(StagedSolver, SolvesSparseProgramsByTheirStages) {
   EXPECT_EQ(solver->solve(other, point, true).status, QpStatus::invalid_problem);
 }
 
-TEST(StageMap, AGivenStartOutsideTheBoundsOfItsVariableIsInfeasible) {
+TEST(StageMap, GivenStartOutsideItsBoundsIsInfeasible) {
   for (const double sign : {1.0, -1.0}) {
     Small small;  // x0 = 1/2
     small.qp.rows[0] = sign;

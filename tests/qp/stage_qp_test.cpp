@@ -56,7 +56,7 @@ TEST_F(OneStep, FreeOptimum) {
   EXPECT_NEAR(objective(qp, point), 3.25, rounding);
 }
 
-TEST_F(OneStep, EachErrorIsSeenInItsPart) {
+TEST_F(OneStep, EachErrorShowsInItsComponent) {
   input_at(-0.5, 0.5);
   point.stages[0].costate[0] = 0.75;
   EXPECT_NEAR(residual().stationarity, 0.25, rounding);
@@ -130,7 +130,7 @@ TEST_F(OneStep, QuadraticPrice) {
   EXPECT_NEAR(residual().complementarity, 0.06 * (0.06 - right), rounding);
 }
 
-TEST_F(OneStep, DearSoftRowHoldsExactly) {
+TEST_F(OneStep, ExpensiveSoftRowHoldsExactly) {
   row_at_least(-0.25);
   soften(1.0, 0.0);
   input_at(-0.25, 0.75);
@@ -140,7 +140,7 @@ TEST_F(OneStep, DearSoftRowHoldsExactly) {
   EXPECT_NEAR(residual().stationarity, 0.1, rounding);
 }
 
-TEST_F(OneStep, NanIsNotFlattered) {
+TEST_F(OneStep, NanIsDetected) {
   input_at(-0.5, 0.5);
   point.stages[0].u[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(std::isinf(residual().stationarity));
@@ -168,7 +168,7 @@ TEST_F(OneStep, SizesBelowTheCapacityAreRespected) {
   EXPECT_EQ(objective(roomy, there), objective(qp, point));
 }
 
-TEST_F(OneStep, NothingIsAllocated) {
+TEST_F(OneStep, DoesNotAllocate) {
   row_at_least(-0.25);
   soften(0.3, 1.0);
   const testing::AllocationCount count;

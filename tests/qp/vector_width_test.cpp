@@ -37,7 +37,7 @@ TEST_F(VectorWidth, SolvesRandomPrograms) {
   expect_solved(solve_random_programs(2000, /*fixed_sizes=*/false));
 }
 
-TEST_F(VectorWidth, SolvesThemWithSizesKnownToTheCompiler) {
+TEST_F(VectorWidth, SolvesRandomProgramsWithFixedSizes) {
   expect_solved(solve_random_programs(100, /*fixed_sizes=*/true));
 }
 

@@ -30,7 +30,7 @@ class RecordedRun : public ::testing::Test {
 
 // The recording has nine digits and was made with DART. Torques of up to 50 Nm differ by 7e-5 Nm at
 // the landing. The tolerance is four times that.
-TEST_F(RecordedRun, IsAnsweredAsItWasRecorded) {
+TEST_F(RecordedRun, MatchesTheRecording) {
   ASSERT_EQ(lines.size(), 250u);
   BalanceController c = controller();
   c.start(biped.start, lines.front().readings);
@@ -47,7 +47,7 @@ TEST_F(RecordedRun, IsAnsweredAsItWasRecorded) {
   EXPECT_EQ(c.statistics().failures, 0);
 }
 
-TEST_F(RecordedRun, PartsRunAtRatesOfTheirOwn) {
+TEST_F(RecordedRun, PartsRunAtSeparateRates) {
   BalanceController c = controller();
   c.start(biped.start, lines.front().readings);
   for (std::size_t k = 0; k < 40; ++k) {
@@ -58,7 +58,7 @@ TEST_F(RecordedRun, PartsRunAtRatesOfTheirOwn) {
   EXPECT_EQ(c.statistics().calls, 20);
 }
 
-TEST_F(RecordedRun, NothingIsAllocated) {
+TEST_F(RecordedRun, DoesNotAllocate) {
   BalanceController c = controller();
   c.start(biped.start, lines.front().readings);
   for (const RecordedLine& line : lines) {
@@ -69,7 +69,7 @@ TEST_F(RecordedRun, NothingIsAllocated) {
 }
 
 // The torques equal those of a single thread, and neither thread allocates.
-TEST_F(RecordedRun, NothingIsAllocatedWhenAnotherThreadPrepares) {
+TEST_F(RecordedRun, DoesNotAllocateWithAPreparingThread) {
   BalanceController alone = controller(), c = controller();
   alone.start(biped.start, lines.front().readings);
   c.start(biped.start, lines.front().readings);
@@ -104,7 +104,7 @@ TEST_F(RecordedRun, NothingIsAllocatedWhenAnotherThreadPrepares) {
   EXPECT_GE(c.planner().planner().controller().statistics().prepared_ahead, 23);
 }
 
-TEST_F(RecordedRun, BadPartsAndPeriodsAreRefused) {
+TEST_F(RecordedRun, RejectsInvalidPartsAndPeriods) {
   const auto parts = [&] {
     return biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
   };
@@ -119,7 +119,7 @@ TEST_F(RecordedRun, BadPartsAndPeriodsAreRefused) {
   EXPECT_THROW(BalanceController(parts(), options), DefinitionError);
 }
 
-TEST_F(RecordedRun, AnIdealEstimatorRefusesMeasuredReadings) {
+TEST_F(RecordedRun, IdealEstimatorRejectsMeasuredReadings) {
   const std::unique_ptr<Estimator> estimator = make_ideal_estimator();
   EXPECT_THROW(estimator.update(lines.front().readings), DefinitionError);
 }

@@ -35,7 +35,7 @@ class BipedSimulation : public testing::Test {
 // If SALTUS_RECORD_RUN names a file, the test writes the recording there. Otherwise the recording
 // must match the present simulation: the first samples to all digits, later ones approximately,
 // because another version of the engine amplifies differences.
-TEST_F(BipedSimulation, MakesTheRecordedRun) {
+TEST_F(BipedSimulation, ReproducesTheRecordedRun) {
   PlantSettings settings;
   settings.sensors = SensorChoice::measured;
   SimulatedRobot robot = simulated(settings);
@@ -62,7 +62,7 @@ TEST_F(BipedSimulation, MakesTheRecordedRun) {
 }
 
 // The planner's wrenches have level axes. A tilted sole must not rotate them.
-TEST_F(BipedSimulation, WrenchesAreTurnedIntoSolesThatTilt) {
+TEST_F(BipedSimulation, RotatesWrenchesIntoTiltedSoles) {
   // 20 N s; the robot falls.
   const Pulse push{20.0, Vec<double, 3>(0.0, -1.0, 0.0), 0.02, 0.1};
   SimulatedRobot robot = simulated({});
@@ -114,7 +114,7 @@ class SyntheticProblem : public testing::Test {
 };
 
 // Control period 2 ms, engine step 1 ms, planner period 10 ms.
-TEST_F(SyntheticProblem, SamplesAreThoseOfTheWholeBodyController) {
+TEST_F(SyntheticProblem, SamplesMatchTheWholeBodyController) {
   const RunLog log = simulate(problem, robot);
   ASSERT_EQ(log.samples.size(), 25u);
   ASSERT_EQ(log.body.size(), 25u);
@@ -127,7 +127,7 @@ TEST_F(SyntheticProblem, SamplesAreThoseOfTheWholeBodyController) {
 }
 
 // The recorded impulse is exact for any length and start of the push between two samples.
-TEST_F(SyntheticProblem, ThePushOfSamplesHasItsImpulse) {
+TEST_F(SyntheticProblem, SampledPushHasItsImpulse) {
   problem.settings().control.period = 0.005;
   for (const PlantChoice plant : {PlantChoice::dart, PlantChoice::centroidal})
     for (const double start : {0.020, 0.021})
@@ -147,7 +147,7 @@ TEST_F(SyntheticProblem, ThePushOfSamplesHasItsImpulse) {
 }
 
 // No foot may initially be on the ground's step.
-TEST_F(SyntheticProblem, AStepOfTheGroundUnderAFootIsRefused) {
+TEST_F(SyntheticProblem, RejectsAGroundStepUnderAFoot) {
   const double beside = std::abs(initial_scene(problem, robot).swing.position[1]);
   DartOptions& ground = problem.settings().plant.engine;
   ground.ground_step = 0.03;
@@ -161,7 +161,7 @@ TEST_F(SyntheticProblem, AStepOfTheGroundUnderAFootIsRefused) {
 }
 
 // On two feet the lever arms divide the weight; on one foot it carries all of it.
-TEST(Scene, WhatFeetBearOfABodyThatStandsStill) {
+TEST(Scene, FootLoadsOfAStandingBody) {
   Scene scene;
   scene.swing = flat_sole({0.0, -0.2, 0.0});
   const double weight = 30.0 * standard_gravity;

@@ -38,7 +38,7 @@ std::vector<Point> surface(const Capsule& capsule, int count, Random& random) {
 }
 
 // On a grid of one hundredth of the lengths, no other pair of points of the segments is closer.
-TEST(Capsule, ClosestPointsAreClosest) {
+TEST(Capsule, ClosestPointsHaveMinimumDistance) {
   Random random(seed);
   for (int k = 0; k < 200; ++k) {
     Capsule a{random_point(random), random_point(random), 0.0};
@@ -62,7 +62,7 @@ TEST(Capsule, ClosestPointsAreClosest) {
   }
 }
 
-TEST(Capsule, FitOfACapsuleIsItself) {
+TEST(Capsule, FitOfACapsuleReturnsIt) {
   Random random(seed);
   const Capsule limb{{0.1, -0.2, 0.05}, {0.1, -0.1, 0.3}, 0.06};
   const std::vector<Capsule> fit = fit_capsules(surface(limb, 20000, random));
@@ -74,7 +74,7 @@ TEST(Capsule, FitOfACapsuleIsItself) {
   EXPECT_LT((fit[0].middle() - limb.middle()).norm(), near);
 }
 
-TEST(Capsule, FitsHoldAllPoints) {
+TEST(Capsule, FitsContainAllPoints) {
   Random random(seed);
   for (int k = 0; k < 10; ++k) {
     std::vector<Point> points;
@@ -90,7 +90,7 @@ TEST(Capsule, FitsHoldAllPoints) {
 }
 
 // A bend of two limbs, 0.4 m each, is split; one capsule would need a radius above 0.2 m.
-TEST(Capsule, WhatIsBentIsCut) {
+TEST(Capsule, SplitsBentShapes) {
   Random random(seed);
   const Capsule one{{0.0, 0.0, 0.0}, {0.4, 0.0, 0.0}, 0.04},
       two{{0.0, 0.0, 0.0}, {0.0, 0.4, 0.0}, 0.04};
@@ -104,7 +104,7 @@ TEST(Capsule, WhatIsBentIsCut) {
   EXPECT_EQ(fit_capsules(points, 1).size(), 1U);
 }
 
-TEST(Capsule, FlatAndSinglePointsHaveAFit) {
+TEST(Capsule, FitsFlatSetsAndSinglePoints) {
   const Point p(1.0, 2.0, 3.0);
   const std::vector<Capsule> ball = fit_capsules({p});
   ASSERT_EQ(ball.size(), 1U);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double exact = 1e-12;  // the reference numbers have 15 digits
 
-TEST(CapturePoint, OfThePendulumAtRestHeight) {
+TEST(CapturePoint, MatchesThePendulumAtRestHeight) {
   const double omega = pendulum_frequency(0.53);
   EXPECT_NEAR(omega, 4.30225916958337, exact);
   const PendulumState<double> start{-0.05, 0.4};
@@ -29,7 +29,7 @@ TEST(CapturePoint, PropagatesWithThePendulum) {
   EXPECT_NEAR(orbital_energy(end, 0.0, omega), 0.0568632075471698, exact);
 }
 
-TEST(CapturePoint, IsTakenAboutTheCentreOfPressure) {
+TEST(CapturePoint, IsRelativeToTheCentreOfPressure) {
   const double omega = pendulum_frequency(0.6);
   const double p = 0.13;
   const PendulumState<double> end = propagate_pendulum({0.1, -0.2}, p, omega, 0.4);
@@ -47,7 +47,7 @@ TEST(CapturePoint, IsTakenAboutTheCentreOfPressure) {
 
 // A horizontal ground impulse J below the CoM adds angular momentum, dH = (0, 0, -z) x J, and
 // velocity, J / m. It does not change the capture point at rest.
-TEST(CapturePoint, AtRestTakesBackWhatAFlywheelLent) {
+TEST(CapturePoint, RestRemovesTheFlywheelContribution) {
   constexpr double mass = 33.0;  // kg
   const Vec<double, 3> com(0.02, -0.03, 0.55), velocity(0.2, -0.4, 0.1);
   const double omega = pendulum_frequency(com[2]);

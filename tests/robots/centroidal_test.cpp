@@ -56,7 +56,7 @@ TEST(Centroidal, StandingStillIsAnEquilibrium) {
   EXPECT_NEAR(pushed.norm(), 2.0, 1e-13);  // no other component changes
 }
 
-TEST(Centroidal, ForceThroughTheSoleTurnsAboutTheCom) {
+TEST(Centroidal, ForceAtTheSoleHasAMomentAboutTheCom) {
   // 100 N along x at a point 0.5 m below the CoM: H' = (0, 0, -0.5) x (100, 0, 0) = (0, -50, 0).
   Vec<double, 6> f = Vec<double, 6>::Zero();
   f[0] = 100.0;
@@ -67,7 +67,7 @@ TEST(Centroidal, ForceThroughTheSoleTurnsAboutTheCom) {
   EXPECT_LT((angular_momentum_rate(Vec3(0, 0, 0.5), turned) - Vec3(50, 0, 0)).norm(), 1e-12);
 }
 
-TEST(Centroidal, LinearisedFormIsThePaperMatrixForm) {
+TEST(Centroidal, LinearisedFormMatchesThePaper) {
   const double mass = 33.0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     Sample s(seed);
@@ -114,7 +114,7 @@ TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
   }
 }
 
-TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
+TEST(Centroidal, MomentumAboutAFixedPointObeysTheMomentBalance) {
   // d/dt (H + c x m v) = sum tau_i + x_i x f_i + c x m g about the origin, for any motion of the
   // CoM c.
   const double mass = 33.0;
@@ -132,7 +132,7 @@ TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
 
 // The left foot is rotated by 90 degrees: its x axis is the world's y axis. The right foot is in
 // the air.
-TEST(CentroidalPlant, AFootThatStandsExertsWhatIsCommandedInItsOwnAxes) {
+TEST(CentroidalPlant, StanceFootExertsTheCommandedWrenchInItsAxes) {
   const double mass = 2.0;
   Vec<double, 9> start = Vec<double, 9>::Zero();
   start[2] = 0.5;
@@ -162,7 +162,7 @@ TEST(CentroidalPlant, AFootThatStandsExertsWhatIsCommandedInItsOwnAxes) {
   EXPECT_LT((plant.state().tail<3>() - momentum).norm(), rounding);
 }
 
-TEST(Centroidal, AFlatFootKeepsTheSparsityOfThePaper) {
+TEST(Centroidal, FlatFootHasTheSparsityOfThePaper) {
   Vec<Tracer, 9> gamma;
   Vec<Tracer, 6> wrench;
   Vec<Tracer, 3> com_0, force_0;
@@ -194,7 +194,7 @@ TEST(Centroidal, AFlatFootKeepsTheSparsityOfThePaper) {
         [](int i, int j) { EXPECT_TRUE(i >= 15 && j < i) << i << ", " << j; });
 }
 
-TEST(Centroidal, AYawedFootCouplesTheHorizontalForces) {
+TEST(Centroidal, YawedFootCouplesHorizontalForces) {
   Vec<Tracer, 6> wrench;
   for (int i = 0; i < 6; ++i) wrench[i] = Tracer::input(i);
   const Contact<Tracer> yawed = contact(flat_sole({0, 0, 0}, 0.3), wrench);

@@ -47,7 +47,7 @@ double distance_of(const FloatingRobot& robot, const Approach& pair, WholeBodySt
   return infinity;
 }
 
-TEST_F(Limbs, SpeedsAreThoseOfTheDistance) {
+TEST_F(Limbs, SpeedsMatchTheDistance) {
   Random random(seed);
   Clearance clearance(robot, 8);
   VectorXd row(robot.joints());
@@ -71,7 +71,7 @@ TEST_F(Limbs, SpeedsAreThoseOfTheDistance) {
 
 // The closest points of balls do not move: at rest the second derivative is exact, in motion the
 // omitted term is not negative.
-TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
+TEST_F(Limbs, AccelerationsMatchTheDistanceOfBalls) {
   for (FloatingRobot::Body& body : robot.bodies)
     for (LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
   Random random(seed);
@@ -102,7 +102,7 @@ TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
 }
 
 // Compares with a plain loop over all pairs: the nearest come first, and none is missing.
-TEST_F(Limbs, TheNearestAreKept) {
+TEST_F(Limbs, KeepsTheNearestPairs) {
   Random random(seed);
   const WholeBodyState state = random_state(random);
   Clearance all(robot, 2000), few(robot, 5);
@@ -117,7 +117,7 @@ TEST_F(Limbs, TheNearestAreKept) {
   EXPECT_THROW(Clearance(robot, 0), DefinitionError);
 }
 
-TEST_F(Limbs, ThoseThatAreBuiltCloseKeepHalfOfIt) {
+TEST_F(Limbs, CloseLimbsKeepHalfTheirDistance) {
   Clearance clearance(robot, 4);
   clearance.update(start);
   ASSERT_EQ(clearance.count(), 4);
@@ -151,7 +151,7 @@ TEST_F(Limbs, NeighboursMayTouchAndOthersMayNot) {
   EXPECT_FALSE(apart("l_hip_1", "l_upper_leg"));      // overlap by construction
 }
 
-TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
+TEST_F(Limbs, RejectsACollidingPosture) {
   for (const char* name : {"left_stance", "right_stance", "two_feet"}) {
     const StandingPosture& posture = description.posture(name);
     EXPECT_NO_THROW(expect_apart(robot, standing_state(robot, *urdf, description, posture), name))
@@ -172,7 +172,7 @@ TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
 }
 
 // Compares the built-in file with the meshes if they are available.
-TEST_F(Limbs, CapsulesOfTheFileAreThoseOfTheMeshes) {
+TEST_F(Limbs, CapsulesOfTheFileMatchTheMeshes) {
   for (const UrdfLink& link : urdf->links())
     for (const UrdfShape& visual : link.visuals)
       if (visual.shape == UrdfShape::Shape::mesh && !find_mesh(visual.mesh, urdf_path))

@@ -42,7 +42,7 @@ TEST(ContactCone, HasTheFourteenRowsOfTheReferenceController) {
   EXPECT_EQ(cone.names[13], "normal force max");
 }
 
-TEST(ContactCone, WritesTheRowsOfItsFormula) {
+TEST(ContactCone, WritesTheRowsOfTheFormula) {
   const ContactCone cone = contact_cone({.friction = 0.4,
                                          .edges = 8,
                                          .foot = {between(-0.07, 0.10), between(-0.03, 0.02)},
@@ -69,7 +69,7 @@ TEST(ContactCone, WritesTheRowsOfItsFormula) {
   EXPECT_EQ(cone.b[14], -10.0);
 }
 
-TEST(ContactCone, FourCircumscribedEdgesAreTwoBoxes) {
+TEST(ContactCone, FourCircumscribedEdgesGiveTwoBoxes) {
   const ContactCone cone = contact_cone({.friction = 0.5,
                                          .edges = 4,
                                          .pyramid = FrictionPyramid::circumscribed,
@@ -80,7 +80,7 @@ TEST(ContactCone, FourCircumscribedEdgesAreTwoBoxes) {
   EXPECT_EQ(cone.normal_force, between(10.0, 1000.0));
 }
 
-TEST(ContactCone, InscribedPyramidLiesInTheCoulombConeAndCircumscribedAroundIt) {
+TEST(ContactCone, PyramidsAreInscribedAndCircumscribed) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
   for (int edges : {3, 4, 6, 8, 16}) {
@@ -100,7 +100,7 @@ TEST(ContactCone, InscribedPyramidLiesInTheCoulombConeAndCircumscribedAroundIt) 
   }
 }
 
-TEST(ContactCone, CentreOfPressureAtTheEdgeIsTheLimit) {
+TEST(ContactCone, CentreOfPressureIsLimitedToTheEdge) {
   const ContactCone cone = contact_cone({.foot = {between(-0.05, 0.1), between(-0.03, 0.04)}});
   // A vertical force of 200 N at (x, y) has the torque (y fz, -x fz, 0) about the origin.
   const auto at = [](double x, double y) { return wrench(0, 0, 200, 200 * y, -200 * x); };
@@ -113,7 +113,7 @@ TEST(ContactCone, CentreOfPressureAtTheEdgeIsTheLimit) {
     }
 }
 
-TEST(ContactCone, CornersExertAllThatItsCornersCanAndNoMore) {
+TEST(ContactCone, MatchesTheWrenchesOfItsCorners) {
   const FootRectangle foot{between(-0.05, 0.11), between(-0.03, 0.04)};
   const double mu = 0.4;
   ContactConeOptions options{.friction = mu,
@@ -155,7 +155,7 @@ TEST(ContactCone, CornersExertAllThatItsCornersCanAndNoMore) {
   EXPECT_NEAR(cone.violation(middle - wrench(0, 0, 0, 0, 0, most)), 0.0, 1e-12);
 }
 
-TEST(ContactCone, GivesItsMatrixWithAFixedSize) {
+TEST(ContactCone, HasAFixedSizeMatrix) {
   const ContactCone cone = contact_cone();
   const Vec<double, 6> w = wrench(3, -2, 150, 1, 2, 0.5);
   const Mat<double, 14, 6> rows = cone.fixed<14>();
@@ -174,7 +174,7 @@ TEST(ContactCone, IsSparseInATerm) {
       EXPECT_EQ(values[r].inputs().contains(c), rows(r, c) != 0.0) << "row " << r << ", " << c;
 }
 
-TEST(ContactCone, RefusesWhatIsNotACone) {
+TEST(ContactCone, RejectsInvalidCones) {
   EXPECT_NE(complaint({.friction = 0.0}).find("friction coefficient must be positive, not 0"),
             std::string::npos);
   EXPECT_NE(complaint({.friction = nan}).find("friction"), std::string::npos);

@@ -53,7 +53,7 @@ State some_state(Random& random) {
   return s;
 }
 
-TEST(ContactInertialState, AnErrorIsFoundAgain) {
+TEST(ContactInertialState, ErrorRoundTrip) {
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const State truth = some_state(random);
@@ -65,7 +65,7 @@ TEST(ContactInertialState, AnErrorIsFoundAgain) {
 
 // Central differences of h = 1e-5 err by h^2 = 1e-10 and by rounding, 1e-16 / h = 1e-11; the
 // transition is of first order in dt: its own error is (|omega| dt)^2 and (|a| dt)^2, about 4e-4.
-TEST(ContactInertialState, ErrorsGrowAsTheTransitionSays) {
+TEST(ContactInertialState, ErrorsFollowTheTransitionMatrix) {
   constexpr double h = 1e-5, first_order = 4.0 * dt * dt;
   const double third = 4.0 * standard_gravity * dt * dt;  // of accelerations
   for (int seed = 1; seed <= 5; ++seed) {
@@ -98,7 +98,7 @@ TEST(ContactInertialState, ErrorsGrowAsTheTransitionSays) {
   }
 }
 
-TEST(ContactInertialState, TheMismatchOfASoleIsLinearInTheError) {
+TEST(ContactInertialState, SoleResidualIsLinearInTheError) {
   constexpr double h = 1e-5, second_order = 10.0 * h;
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
@@ -207,7 +207,7 @@ FilterRun run_filter(int seed, double seconds) {
 // 40 runs with 15 entries each (base and biases): the mean of the normalised squares has the
 // deviation sqrt(2 / 600) = 5.8 %. The band is four times that, and wider below because the
 // initial velocity is better than the filter assumes.
-TEST(BaseEstimator, ErrorsAreAsLargeAsItSays) {
+TEST(BaseEstimator, ErrorsMatchTheCovariance) {
   constexpr int runs = 40;
   std::vector<int> entries;
   entries.reserve(static_cast<std::size_t>(State::size));
@@ -228,7 +228,7 @@ TEST(BaseEstimator, ErrorsAreAsLargeAsItSays) {
   EXPECT_LT(sum / runs, 1.25);
 }
 
-TEST(BaseEstimator, ThePinStaysWhereItIs) {
+TEST(BaseEstimator, PinnedFootDoesNotMove) {
   const FilterRun run = run_filter(3, 2.0);
   EXPECT_LT(run.estimate.sole(Side::left).translation().norm(), 1e-12);  // rounding
   const Mat<double, 3, 3> R = run.estimate.sole(Side::left).linear();
@@ -238,7 +238,7 @@ TEST(BaseEstimator, ThePinStaysWhereItIs) {
 
 // q = a t^2 / 2: the velocity is that of the lag before.
 // At rest on one foot, with an unknown gyroscope bias.
-TEST(BaseEstimator, ASoleThatRestsTellsTheBiasOfTheGyroscope) {
+TEST(BaseEstimator, RestingSoleDeterminesGyroscopeBias) {
   const auto error_after_a_second = [](bool rests) {
     Random random(4);
     BaseEstimator filter;
@@ -262,7 +262,7 @@ TEST(BaseEstimator, ASoleThatRestsTellsTheBiasOfTheGyroscope) {
   EXPECT_GT(error_after_a_second(false), 3e-3);
 }
 
-TEST(JointVelocityFilter, IsLateByTheLag) {
+TEST(JointVelocityFilter, DelaysByTheLag) {
   constexpr double T = 1e-3, a = 30.0;
   for (const double lag : {0.5e-3, 2e-3, 10e-3, 90e-3}) {
     JointVelocityFilter filter(1, T, lag);
@@ -277,7 +277,7 @@ TEST(JointVelocityFilter, IsLateByTheLag) {
   }
 }
 
-TEST(SensorDevice, SamplesAtItsRateAndIsLate) {
+TEST(SensorDevice, SamplesAtItsRateWithDelay) {
   SensorDevice::Options options{250.0, 0.006, 0.0, VectorXd::Zero(1), VectorXd::Zero(1)};
   for (const bool averages : {false, true}) {
     options.averages = averages;
@@ -294,7 +294,7 @@ TEST(SensorDevice, SamplesAtItsRateAndIsLate) {
   }
 }
 
-TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
+TEST(SensorDevice, NoiseBiasAndResolutionMatchTheOptions) {
   constexpr int entries = 200, samples = 200;
   const double deviation = 0.3, bias = 2.0;
   SensorDevice::Options options{1000.0, 0.0, 0.0, VectorXd::Constant(entries, deviation),
@@ -323,7 +323,7 @@ TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
 }
 
 // The noise of a sample follows from the actual sampling rate, which the engine step limits.
-TEST_F(IcubBody, NoiseOfRatesIsThatOfTheSamplesThatThereAre) {
+TEST_F(IcubBody, RateNoiseMatchesTheSamples) {
   SensorOptions options;
   options.gyroscope = {.rate = 1e5, .noise = 1e-3, .bias = 0.0, .delay = 0.0};
   Sensors sensors(robot, options, dt);
@@ -418,7 +418,7 @@ class Estimated : public IcubBody {
   }
 };
 
-TEST_F(Estimated, TheSeedDecidesAndAResetStartsAgain) {
+TEST_F(Estimated, IsSeededAndResettable) {
   EstimatedRobot first = still(1), second = still(1), another = still(2);
   EXPECT_EQ(first.state().q, second.state().q);
   EXPECT_NE(first.state().q, another.state().q);
@@ -443,7 +443,7 @@ TEST_F(Estimated, DoesNotAllocate) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST_F(Estimated, SolesByTheLegsAreThoseOfTheModel) {
+TEST_F(Estimated, SolePosesMatchTheModel) {
   const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot);
   Random random(5);
   WholeBodyState state = start;
@@ -463,7 +463,7 @@ TEST_F(Estimated, SolesByTheLegsAreThoseOfTheModel) {
 
 // The centre of pressure decides whether a sole can rotate, and so whether the gyroscope's bias is
 // observable: 5 mm inside each edge.
-TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
+TEST_F(Estimated, LoadedSoleDeterminesGyroscopeBias) {
   SensorOptions sensors;
   sensors.gyroscope.bias = 0.01;  // rad/s
   sensors.force_torque = {
@@ -495,7 +495,7 @@ TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
 }
 
 // The same sole as a box rotated onto its side, and with a wider box above it.
-TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
+TEST_F(Estimated, IsIndependentOfSoleBoxes) {
   FloatingRobot turned = robot, topped = robot;
   for (const FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
     for (UrdfBox& box : turned.bodies[sole->body].boxes) {
@@ -521,7 +521,7 @@ TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
 }
 
 // A delay of the forces does not end the contact of the stance foot.
-TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
+TEST_F(Estimated, AssumesContactUntilTheFirstForceReading) {
   SensorOptions sensors;
   sensors.force_torque.delay = 0.1;
   EstimatedRobot plant(std::make_unique<PuppetPlant>(start), robot, sensors, {});
@@ -531,7 +531,7 @@ TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
   }
 }
 
-TEST_F(Estimated, NonsenseIsRefused) {
+TEST_F(Estimated, RejectsInvalidOptions) {
   SensorOptions sensors;
   sensors.gyroscope.noise = -1.0;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
@@ -548,7 +548,7 @@ TEST_F(Estimated, NonsenseIsRefused) {
 
 // One foot, one push, sensors only. Compares the estimate with the simulated state relative to the
 // sole.
-TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
+TEST_F(Estimated, StandsInDartWithMeasuredSensors) {
   std::unique_ptr<Plant> engine = make_dart_plant(robot, {});
   const Plant& truth = *engine;
   EstimatedRobot plant(std::move(engine), robot, {}, {});

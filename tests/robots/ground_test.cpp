@@ -28,7 +28,7 @@ TEST(Ground, IsLevelByDefault) {
 }
 
 // Walking speed 0.25 m/s.
-TEST(Ground, IsThereAfterAnHourOfWalking) {
+TEST(Ground, IsLargeEnoughForAnHourOfWalking) {
   for (const double y : {-900.0, 900.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
   EXPECT_EQ(ground_boxes({}).front().size[0], ground_boxes({}).front().size[1]);
 }
@@ -67,7 +67,7 @@ TEST(Ground, StepDoesNotChangeItsSize) {
   }
 }
 
-TEST(Ground, NonsenseIsRefused) {
+TEST(Ground, RejectsInvalidValues) {
   PlantOptions options;
   options.ground_step = 0.01;
   options.ground_edge = 0.0;

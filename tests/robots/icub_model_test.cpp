@@ -38,7 +38,7 @@ class IcubModel : public testing::Test {
   std::vector<std::pair<std::string, std::string>> before_;
 };
 
-TEST_F(IcubModel, IsTheOneThatTheVariableNames) {
+TEST_F(IcubModel, IsTakenFromTheVariable) {
   fs::create_directories(cache_);
   const fs::path urdf = cache_ / "mine.urdf";
   std::ofstream(urdf) << "<robot/>\n";
@@ -46,13 +46,13 @@ TEST_F(IcubModel, IsTheOneThatTheVariableNames) {
   EXPECT_EQ(find_icub_urdf(), urdf);
 }
 
-TEST_F(IcubModel, NamedButAbsentIsAnErrorAndNotFetched) {
+TEST_F(IcubModel, MissingNamedModelIsAnError) {
   setenv("SALTUS_ICUB_URDF", "/nowhere/model.urdf", 1);
   EXPECT_EQ(find_icub_urdf(), std::nullopt);
   EXPECT_THROW(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), InputError);
 }
 
-TEST_F(IcubModel, IsTakenFromTheCacheWithoutAWord) {
+TEST_F(IcubModel, IsTakenFromTheCacheSilently) {
   EXPECT_EQ(find_icub_urdf(), std::nullopt);
   const fs::path urdf =
       cache_ / "saltus/icub-models-3.2.0/share/iCub/robots/iCubGazeboV2_5/model.urdf";
@@ -63,7 +63,7 @@ TEST_F(IcubModel, IsTakenFromTheCacheWithoutAWord) {
 }
 
 // A failed download gives one sentence with a remedy.
-TEST_F(IcubModel, WithoutTheScriptOrTheNetworkOneSentence) {
+TEST_F(IcubModel, MissingScriptOrNetworkGivesOneSentence) {
   fs::create_directories(cache_ / "robots/icub");
   const fs::path script = cache_ / "robots/icub/fetch_icub_model";
   std::ofstream(script) << "#!/bin/sh\nexit 1\n";

@@ -43,14 +43,14 @@ Vec<double, 3> largest(const std::vector<Vec<double, 3>>& points) {
   return most;
 }
 
-TEST(Mesh, CornersAreThoseOfTheFile) {
+TEST(Mesh, CornersMatchTheFile) {
   const TemporaryFolder folder;
   const auto corners = mesh_corners(folder.file("t.stl", tetrahedron));
   ASSERT_EQ(corners.size(), 4u);
   EXPECT_EQ(largest(corners), (Vec<double, 3>(1.0, 2.0, 3.0)));
 }
 
-TEST(Mesh, IsFoundBelowItsPackageAndBesideTheUrdf) {
+TEST(Mesh, IsFoundInItsPackageOrNextToTheUrdf) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "share/biped/meshes");
   std::filesystem::create_directories(folder / "share/biped/urdf");
@@ -64,7 +64,7 @@ TEST(Mesh, IsFoundBelowItsPackageAndBesideTheUrdf) {
   EXPECT_FALSE(find_mesh("package://biped", urdf));
 }
 
-TEST(Mesh, OutsideOfTheRobotsFoldersIsOpenedOnlyWhenAsked) {
+TEST(Mesh, OpensFilesOutsideTheRobotFoldersOnRequestOnly) {
   const TemporaryFolder folder;
   for (const char* inner : {"share/biped/meshes", "share/biped/urdf", "elsewhere"})
     std::filesystem::create_directories(folder / inner);
@@ -82,7 +82,7 @@ TEST(Mesh, OutsideOfTheRobotsFoldersIsOpenedOnlyWhenAsked) {
 }
 
 // The root of the file system is not in any robot's folders, for any package name.
-TEST(Mesh, APackageIsNotAtTheTopOfTheFileSystem) {
+TEST(Mesh, RejectsAPackageAtTheRoot) {
   const TemporaryFolder folder;
   const auto file = folder.file("t.stl", tetrahedron);
   EXPECT_FALSE(find_mesh("package://etc/hostname", folder / "robot.urdf"));
@@ -90,7 +90,7 @@ TEST(Mesh, APackageIsNotAtTheTopOfTheFileSystem) {
   EXPECT_TRUE(find_mesh("t.stl", folder / "robot.urdf"));
 }
 
-TEST(Mesh, CornersAreReadFromThreeFormatsAndFromNothingElse) {
+TEST(Mesh, ReadsThreeFormats) {
   const TemporaryFolder folder;
   const auto outside = folder.file("outside.mtl", "newmtl x\n");
   const auto corners = mesh_corners(
@@ -118,7 +118,7 @@ TEST(Mesh, CornersAreReadFromThreeFormatsAndFromNothingElse) {
 }
 
 // Found by fuzzing: Assimp's OBJ reader writes out of bounds.
-TEST(Mesh, AReaderThatBreaksDownIsASentence) {
+TEST(Mesh, CrashedReaderGivesASentence) {
   const TemporaryFolder folder;
   const std::filesystem::path input =
       std::filesystem::path(SALTUS_FUZZ_CORPUS) / "mesh/leads_assimp_astray.obj";
@@ -126,7 +126,7 @@ TEST(Mesh, AReaderThatBreaksDownIsASentence) {
   EXPECT_TRUE(contains(complaint_of([&] { mesh_corners(folder / "m.obj"); }), "m.obj: the mesh"));
 }
 
-TEST(Mesh, WhatCannotBeReadIsNamed) {
+TEST(Mesh, NamesUnreadableFiles) {
   const TemporaryFolder folder;
   const auto broken = folder.file("broken.stl", "solid nothing\nendsolid\n");
   for (const auto& file : {broken, folder / "absent.stl"}) {
@@ -139,7 +139,7 @@ TEST(Mesh, WhatCannotBeReadIsNamed) {
   }
 }
 
-TEST(Mesh, HullsOfShapesReachAsFarAsTheyDo) {
+TEST(Mesh, HullsOfShapesHaveTheirExtent) {
   const TemporaryFolder folder;
   const auto urdf = folder / "robot.urdf";
   folder.file("t.stl", tetrahedron);

@@ -36,7 +36,7 @@ TEST(Motors, FollowWithTheirBandwidth) {
 
 // A first-order lag follows a ramp with the delay 1 / (2 pi bandwidth), for any engine step. A
 // command in steps adds half a step on average.
-TEST(Motors, AreBehindARampByTheLag) {
+TEST(Motors, LagBehindARamp) {
   constexpr double rate = 100.0;  // Nm/s
   for (const double bandwidth : {20.0, 50.0, 200.0}) {
     double acting = 0.0;
@@ -52,7 +52,7 @@ TEST(Motors, AreBehindARampByTheLag) {
   }
 }
 
-TEST(Motors, ChangeNoFasterThanTheirRate) {
+TEST(Motors, AreRateLimited) {
   constexpr double rate = 100.0;
   EXPECT_NEAR(after({0.0, rate}, 7), 1.65, rounding);
   EXPECT_NEAR(after({0.0, rate}, 25), 3.0, rounding);
@@ -63,7 +63,7 @@ TEST(Motors, AreIdealByDefault) {
   EXPECT_EQ(after({}, 1), 3.0);
 }
 
-TEST(Motors, RefuseWhatMakesNoSense) {
+TEST(Motors, RejectInvalidOptions) {
   const auto make = [](const MotorOptions& options, double h) { Motors(options, 1, h); };
   EXPECT_THROW(make({-1.0, 0.0}, step), DefinitionError);
   EXPECT_THROW(make({0.0, infinity}, step), DefinitionError);

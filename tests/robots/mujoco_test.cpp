@@ -71,7 +71,7 @@ TEST_F(Mujoco, HasTheMassMatrixOfDart) {
   }
 }
 
-TEST_F(Mujoco, GivesBackTheStateItWasGiven) {
+TEST_F(Mujoco, ReturnsTheGivenState) {
   const auto plant = make_mujoco_plant(robot, {});
   const WholeBodyState given = flying();
   plant->reset(given);
@@ -222,7 +222,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   EXPECT_LT((pressure + sole.head<2>() - dynamics->com().head<2>()).norm(), 1e-4);
 }
 
-TEST_F(Mujoco, FailsWithoutASoundAndSaysSo) {
+TEST_F(Mujoco, FailsSilentlyWithAMessage) {
   const auto plant = make_mujoco_plant(robot, {});
   plant->reset(start);
   ::testing::internal::CaptureStderr();
@@ -247,7 +247,7 @@ TEST_F(Mujoco, FailsWithoutASoundAndSaysSo) {
   }
 }
 
-TEST(WithoutMujoco, ThePlantSaysSo) {
+TEST(WithoutMujoco, ThePlantReportsIt) {
   if (has_mujoco()) GTEST_SKIP() << "built with MuJoCo";
   try {
     make_mujoco_plant({}, {});
@@ -258,7 +258,7 @@ TEST(WithoutMujoco, ThePlantSaysSo) {
 }
 
 // Both engines, with capsules.
-class LimbsOfBothEngines : public Mujoco {
+class LimbsInBothEngines : public Mujoco {
  protected:
   void SetUp() override {
     Mujoco::SetUp();
@@ -278,7 +278,7 @@ class LimbsOfBothEngines : public Mujoco {
 
 // In the air, torques pull the right arm to the body. Limbs in contact stop, and their contact
 // forces do not change the momentum.
-TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
+TEST_F(LimbsInBothEngines, LimbsStopAtEachOther) {
   WholeBodyState state = start;
   state.base.translation()[2] += 3.0;
   VectorXd torques = VectorXd::Zero(robot.joints());
@@ -306,7 +306,7 @@ TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
     }
 }
 
-TEST_F(LimbsOfBothEngines, DetectorsWithoutCapsulesAreRefused) {
+TEST_F(LimbsInBothEngines, RejectDetectorsWithoutCapsules) {
   for (const DartCollision detector : {DartCollision::dart, DartCollision::fcl}) {
     DartOptions options;
     options.collision = detector;
@@ -317,7 +317,7 @@ TEST_F(LimbsOfBothEngines, DetectorsWithoutCapsulesAreRefused) {
 }
 
 // Soles are boxes. A foot's capsule only touches other limbs, however low it is.
-TEST_F(LimbsOfBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
+TEST_F(LimbsInBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
   FloatingRobot low = robot;
   const FloatingRobot::Frame& sole = low.left_sole;
   LinkCapsule capsule;
@@ -339,7 +339,7 @@ TEST_F(LimbsOfBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
 }
 
 // Without torques the robot falls forward. Then only its feet may be below the ground.
-TEST_F(LimbsOfBothEngines, WhatFallsLiesOnTheGround) {
+TEST_F(LimbsInBothEngines, FallenLimbsRestOnTheGround) {
   const VectorXd torques = VectorXd::Zero(robot.joints());
   for (const auto& plant : plants(true)) {
     plant->reset(start);

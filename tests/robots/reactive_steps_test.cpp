@@ -44,7 +44,7 @@ Step following() {
   return options;
 }
 
-TEST(Contacts, FollowThePlanFromWhatStands) {
+TEST(Contacts, FollowThePlanFromThePresentContacts) {
   Schedule contacts = two_feet_throughout(events_ahead);
   const std::array<PlannedStep, 2> steps{
       PlannedStep{.foot = Side::left, .lift_off = 1.0, .landing = 1.4},
@@ -65,13 +65,13 @@ TEST(Contacts, FollowThePlanFromWhatStands) {
   EXPECT_EQ(landing_time(contacts), -infinity);
 }
 
-TEST(ReactiveSteps, StandsWhileTheCapturePointIsAboveTheGround) {
+TEST(ReactiveSteps, StandsWhileTheCapturePointIsSupported) {
   ReactiveSteps steps(following(), on_two_feet());
   for (const double x : {-0.04, 0.0, 0.09})
     EXPECT_FALSE(steps.plan(with_capture_point(x, -0.07)).is_stepping()) << x;
 }
 
-TEST(ReactiveSteps, StepsToWhereTheCapturePointWillBe) {
+TEST(ReactiveSteps, StepsToThePredictedCapturePoint) {
   for (const double direction : {1.0, -1.0}) {
     ReactiveSteps steps(following(), on_two_feet());
     const double x = direction > 0.0 ? 0.11 : -0.06;
@@ -89,7 +89,7 @@ TEST(ReactiveSteps, StepsToWhereTheCapturePointWillBe) {
   }
 }
 
-TEST(ReactiveSteps, AGreaterPushIsMetByAShorterStep) {
+TEST(ReactiveSteps, LargerPushGivesAShorterStep) {
   double before = infinity;
   for (const double x : {0.105, 0.12, 0.14}) {
     ReactiveSteps steps(following(), on_two_feet());
@@ -100,7 +100,7 @@ TEST(ReactiveSteps, AGreaterPushIsMetByAShorterStep) {
   }
 }
 
-TEST(ReactiveSteps, TheFootThatSwingsIsFollowedUntilShortlyBeforeItsLanding) {
+TEST(ReactiveSteps, FollowsTheSwingFootUntilShortlyBeforeItsLanding) {
   ReactiveSteps steps(following(), on_two_feet());
   StepPlan plan = steps.plan(with_capture_point(0.11, -0.07));
   ASSERT_TRUE(plan.is_stepping());
@@ -121,7 +121,7 @@ TEST(ReactiveSteps, TheFootThatSwingsIsFollowedUntilShortlyBeforeItsLanding) {
   EXPECT_EQ(plan.steps[0].landing, fixed.landing);
 }
 
-TEST(Pushes, AListAddsToTheFirst) {
+TEST(Pushes, ListAddsToTheFirstPush) {
   MorePushes more;
   more.list = "5 6 90; 3.5 2 0 0.2";
   const std::vector<Push> pushes = all_pushes(Push{}, more);
@@ -133,7 +133,7 @@ TEST(Pushes, AListAddsToTheFirst) {
 }
 
 // push.impulse=0 means that there is no first push. Its time then has no effect on other pushes.
-TEST(Pushes, OfNothingIsNoneUnlessThereIsNoOther) {
+TEST(Pushes, ZeroImpulseIsNoPush) {
   Push none;
   none.impulse = 0.0;
   EXPECT_EQ(all_pushes(none, {}).size(), 1u);
@@ -145,7 +145,7 @@ TEST(Pushes, OfNothingIsNoneUnlessThereIsNoOther) {
   EXPECT_EQ(pushes[1].start, 3.0);
 }
 
-TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
+TEST(Pushes, RandomPushesKeepTheirDistanceAndAreSeeded) {
   MorePushes more;
   more.rate = 1.0 / 6.0;
   const std::vector<Push> pushes = all_pushes(Push{}, more), again = all_pushes(Push{}, more);
@@ -163,7 +163,7 @@ TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
   EXPECT_NE(all_pushes(Push{}, more)[0].start, pushes[0].start);
 }
 
-TEST(Pushes, RandomOnesAreSpreadOverTheirIntervals) {
+TEST(Pushes, RandomPushesCoverTheirIntervals) {
   MorePushes more;
   more.rate = 1.0 / 6.0;
   more.until = 6000.0;  // s
@@ -187,7 +187,7 @@ TEST(Pushes, RandomOnesAreSpreadOverTheirIntervals) {
   EXPECT_NEAR(pushes[500].start, 3000.0, 5.0 * 32.0);
 }
 
-TEST(Pushes, WhatCannotBeIsRefused) {
+TEST(Pushes, RejectsImpossiblePushes) {
   for (const char* list : {"5 6", "5 6 90 0.1 3", "5 six 90", "5 6 nan", "-1 6 90", "2.45 6 90"}) {
     MorePushes more;
     more.list = list;

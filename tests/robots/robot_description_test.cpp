@@ -74,7 +74,7 @@ TEST(RobotDescription, ReadsEveryKey) {
   }
 }
 
-TEST(RobotDescription, RefusesBadFiles) {
+TEST(RobotDescription, RejectsInvalidFiles) {
   expect_has(complaint(""), "robot.yaml: the file is empty");
   expect_has(complaint("name: [1, 2"), "not valid YAML");
   expect_has(complaint("- 1\n- 2\n"), "must be a set of keys");
@@ -99,7 +99,7 @@ TEST(RobotDescription, RefusesBadFiles) {
   EXPECT_THROW(read_robot_description("/nowhere/robot.yaml"), InputError);
 }
 
-TEST(RobotDescription, FiguresMayBeLeftToTheUrdf) {
+TEST(RobotDescription, DataMayComeFromTheUrdf) {
   const std::string mass = "mass: 30\n", place = "    com: [0, -0.07, 0.5]\n";
   std::string text = changed(mass, "");
   text.replace(text.find(place), place.size(), "");
@@ -113,7 +113,7 @@ TEST(RobotDescription, FiguresMayBeLeftToTheUrdf) {
 const std::string mirror = "mirror: {left: l_, right: r_, reversed: [waist]}\npostures:";
 const std::string joints = "{waist: 0.1, chest: 0.2, l_knee: -0.3, r_ankle: 0.4}";
 
-TEST(RobotDescription, MirrorImageSwapsSidesAndReversesTheJointsNamed) {
+TEST(RobotDescription, MirrorImageSwapsSidesAndReversesNamedJoints) {
   std::string text = changed("postures:", mirror);
   text.replace(text.find("{}"), 2, joints);
   const RobotDescription robot =
@@ -130,7 +130,7 @@ TEST(RobotDescription, MirrorImageSwapsSidesAndReversesTheJointsNamed) {
   EXPECT_EQ(back.joints, robot.posture("crouch").joints);
 }
 
-TEST(RobotDescription, RefusesMirrorImagesWithoutRuleOrOriginal) {
+TEST(RobotDescription, RejectsMirrorImagesWithoutRuleOrOriginal) {
   const std::string image = "  other: {mirror_of: crouch}\n";
   expect_has(complaint(sample + image), "postures.other.mirror_of needs the key mirror");
   const std::string ruled = changed("postures:", mirror);
@@ -155,7 +155,7 @@ TEST(RobotDescription, ReadsFiles) {
   std::filesystem::remove(file);
 }
 
-TEST(Icub, HasTheOfficialFigures) {
+TEST(Icub, HasTheOfficialData) {
   const RobotDescription robot = icub();
   EXPECT_NEAR(robot.mass, 33.0617, 1e-4);
   EXPECT_EQ(robot.left_foot, (FootRectangle{between(-0.0535, 0.1065), between(-0.031, 0.041)}));
@@ -214,7 +214,7 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
 }
 
 // A joint at a time, so that a wrong sign cannot hide.
-TEST(Icub, MirroredJointsMoveTheBodyLikeItsMirrorImage) {
+TEST(Icub, MirroredJointsGiveTheMirroredBody) {
   const char* urdf = std::getenv("SALTUS_ICUB_URDF");
   if (!urdf || !*urdf) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF";
   const RobotDescription robot = icub();
@@ -234,7 +234,7 @@ TEST(Icub, MirroredJointsMoveTheBodyLikeItsMirrorImage) {
   }
 }
 
-TEST(Icub, SaysWhatTheUrdfLacks) {
+TEST(Icub, ReportsMissingUrdfData) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "saltus_no.urdf";
   std::ofstream(file) << R"(<robot name="other"><link name="left_sole"><inertial><mass value="1"/>
     <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>)";

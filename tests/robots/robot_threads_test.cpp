@@ -35,7 +35,7 @@ postures:
   stand: {stance: both, com: [0, -0.07, 0.5], other_foot: [0, -0.14, 0], joints: {knee: -0.5}}
 )";
 
-TEST(RobotThreads, AModelAndADescriptionAreReadByFourThreads) {
+TEST(RobotThreads, FourThreadsReadAModelAndADescription) {
   const UrdfModel model = UrdfModel::parse(urdf, "robot.urdf");
   const RobotDescription robot = parse_robot_description(description, "robot.yaml");
   const auto com_of = [&](int k) {
@@ -59,7 +59,7 @@ TEST(RobotThreads, AModelAndADescriptionAreReadByFourThreads) {
   EXPECT_EQ(others, 0);
 }
 
-TEST(RobotDescription, WithoutPosturesHasNoDefault) {
+TEST(RobotDescription, HasNoDefaultWithoutPostures) {
   EXPECT_THROW((void)RobotDescription().default_posture(), DefinitionError);
 }
 

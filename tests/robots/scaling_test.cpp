@@ -7,7 +7,7 @@
 namespace saltus::walking {
 namespace {
 
-TEST(Scaling, TheRobotOfTheDefaultsIsOfSizeOne) {
+TEST(Scaling, DefaultRobotHasScaleOne) {
   RobotDescription robot = icub();
   EXPECT_EQ(scale_of(robot).mass, 1.0);
   EXPECT_EQ(scale_of(robot).length, 1.0);
@@ -18,7 +18,7 @@ TEST(Scaling, TheRobotOfTheDefaultsIsOfSizeOne) {
 }
 
 // Powers of two: nothing is rounded.
-TEST(Scaling, WeightsOfSquaresGoWithTheSquareOfWhatTheyWeigh) {
+TEST(Scaling, WeightsScaleInverselyWithSquaredQuantities) {
   constexpr double M = 4.0, L = 2.0;
   const BipedSettings before;
   BipedSettings after;

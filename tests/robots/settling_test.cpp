@@ -36,7 +36,7 @@ Signal sampled(double end, const F& f) {
   return s;
 }
 
-TEST(Settling, ADecayIsInTheBandWhenTheExponentialSays) {
+TEST(Settling, ExponentialDecaySettlesAtTheExpectedTime) {
   const Signal s = sampled(12.0, [](double t) { return 100.0 + 50.0 * std::exp(-t); });
   // 50 exp(-t) = 5 at t = ln 10; the mean of the last second is 100 but for 6e-4.
   EXPECT_NEAR(s.settling(0.0, 5.0), std::log(10.0), period);
@@ -44,13 +44,13 @@ TEST(Settling, ADecayIsInTheBandWhenTheExponentialSays) {
   EXPECT_EQ(s.settling(0.0, 60.0), 0.0);
 }
 
-TEST(Settling, TheLastTimeInTheBandCounts) {
+TEST(Settling, UsesTheLastEntryIntoTheBand) {
   // Inside the band, outside for one sample at 3.0 s, inside again.
   const Signal s = sampled(6.0, [](double t) { return std::abs(t - 3.0) < 1e-6 ? 2.0 : 0.0; });
   EXPECT_NEAR(s.settling(1.0, 1.0), 2.0 + period, rounding);
 }
 
-TEST(Settling, TheMeanIsWeightedWithTheTimeThatAValueIsHeld) {
+TEST(Settling, MeanIsWeightedByDuration) {
   // 0 is held for 0.9 s and 10 for 0.1 s: the mean is 1, and 0 lies within 2 of it. The plain mean
   // of the samples would be far away.
   Signal s{{0.0, 1.0, 2.0, 2.9, 2.95, 3.0}, {0.0, 0.0, 0.0, 10.0, 10.0, 0.0}};
@@ -58,13 +58,13 @@ TEST(Settling, TheMeanIsWeightedWithTheTimeThatAValueIsHeld) {
   EXPECT_EQ(s.settling(0.0, 8.9), infinity);
 }
 
-TEST(Settling, NeverIsInfinite) {
+TEST(Settling, NeverSettlingIsInfinite) {
   const Signal s = sampled(6.0, [](double t) { return std::sin(20.0 * t); });
   EXPECT_EQ(s.settling(1.0, 0.5), infinity);
   EXPECT_EQ((Signal{{0.0}, {1.0}}).settling(0.0, 1.0), infinity);
 }
 
-TEST(Settling, AsManyTimesAsValues) {
+TEST(Settling, RejectsMismatchedSizes) {
   EXPECT_THROW((Signal{{0.0, 1.0}, {1.0}}).settling(0.0, 1.0), DefinitionError);
 }
 
@@ -88,7 +88,7 @@ RunLog landing_at(double touchdown) {
   return log;
 }
 
-TEST(Settling, ForcesOfACentroidalRunCountFromTheInstantThatIsGiven) {
+TEST(Settling, ForcesOfACentroidalRunCountFromTheGivenTime) {
   RunLog log = landing_at(2.0);
   ForceSettling settling = force_settling(log, 2.0);
   EXPECT_NEAR(settling.planned[0], 0.5, rounding);
@@ -112,7 +112,7 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheInstantThatIsGiven) {
 
 // The log of a whole body contains planned forces, and measured ones as filtered means. The torques
 // and all other forces never settle.
-TEST(Settling, ForcesOfAWholeBodyArePlannedAndMeasured) {
+TEST(Settling, WholeBodyHasPlannedAndMeasuredForces) {
   RunLog log = landing_at(2.0);
   for (std::size_t i = 0; i < log.samples.size(); ++i) {
     const double t = log.samples[i].time, restless = i % 2 == 0 ? 1e3 : -1e3;
@@ -138,7 +138,7 @@ TEST(Settling, ForcesOfAWholeBodyArePlannedAndMeasured) {
   EXPECT_NEAR(settling.measured[1], 0.6 + period, rounding);
 }
 
-TEST(Progress, LineSaysOnWhichSideOfTheEdgeTheCapturePointIs) {
+TEST(Progress, LineShowsTheSideOfTheCapturePoint) {
   EXPECT_EQ(progress_line({3.1, 0.534, -0.0213, Footing::stepping}, 2.0),
             "t =  3.10 s |  1.6 x real time | CoM 0.534 m | capture point  21 mm outside | "
             "stepping");
@@ -160,7 +160,7 @@ std::string shown(bool terminal) {
   return all;
 }
 
-TEST(Progress, OneLinePerSimulatedSecondWhereNobodyCanOverwrite) {
+TEST(Progress, OneLinePerSimulatedSecondWithoutATerminal) {
   const std::string text = shown(false);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);  // at 0, 1, 2 and the end, 2.5 s
   EXPECT_EQ(text.find('\r'), std::string::npos);

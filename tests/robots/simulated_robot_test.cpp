@@ -77,7 +77,7 @@ struct Spread {
   double mean() const { return sum / count; }
 };
 
-TEST(SimulatedRobot, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
+TEST(SimulatedRobot, NoiseHasTheRequestedDeviation) {
   const MeasurementNoise noise = some_noise();
   SimulatedRobot robot = robot_with(noise);
   const StillPlant still;
@@ -120,7 +120,7 @@ TEST(SimulatedRobot, NoiseHasTheDeviationAskedForAndTheTruthHasNone) {
   check(force, noise.force, "wrench");
 }
 
-TEST(SimulatedRobot, TheSeedDecidesAndAResetStartsAgain) {
+TEST(SimulatedRobot, IsSeededAndResettable) {
   MeasurementNoise noise = some_noise();
   SimulatedRobot first = robot_with(noise), second = robot_with(noise);
   noise.seed = 2;
@@ -135,7 +135,7 @@ TEST(SimulatedRobot, TheSeedDecidesAndAResetStartsAgain) {
   EXPECT_EQ(measured(first).q, at_start);
 }
 
-TEST(SimulatedRobot, WithoutNoiseEverythingIsExact) {
+TEST(SimulatedRobot, IsExactWithoutNoise) {
   SimulatedRobot robot = robot_with({});
   robot.wait();
   const StillPlant still;
@@ -144,7 +144,7 @@ TEST(SimulatedRobot, WithoutNoiseEverythingIsExact) {
   EXPECT_EQ(robot.read().ideal->left.wrench, still.contact(Side::left).wrench);
 }
 
-TEST(SimulatedRobot, TorquesActWholeTicksLate) {
+TEST(SimulatedRobot, DelaysTorquesByWholeTicks) {
   for (const int delay : {0, 1, 3}) {
     std::vector<double> acting;
     SimulatedRobot robot = robot_with({}, delay, &acting);
@@ -162,14 +162,14 @@ TEST(SimulatedRobot, TorquesActWholeTicksLate) {
   }
 }
 
-TEST(SimulatedRobot, NonsenseIsRefused) {
+TEST(SimulatedRobot, RejectsInvalidOptions) {
   MeasurementNoise noise;
   noise.angle = -1.0;
   EXPECT_THROW(robot_with(noise), DefinitionError);
   EXPECT_THROW(robot_with({}, -1), DefinitionError);
 }
 
-TEST(MassError, ScalesMassesAndInertiasAndLeavesTheGeometry) {
+TEST(MassError, ScalesMassesAndInertiasOnly) {
   FloatingRobot robot;
   FloatingRobot::Body body;
   body.mass = 2.0;

@@ -78,7 +78,7 @@ TEST(StandingBound, IsTheLimitOfTheLinearProgram) {
   }
 }
 
-TEST(StandingBound, AgreesExactlyWhereTheGridHoldsTheSwitches) {
+TEST(StandingBound, IsExactWithSwitchesOnTheGrid) {
   // With the peak chosen so that H is full after exactly 3 intervals of 10 ms, the best continuous
   // H is one of the discretised ones.
   const double peak = icub.torque * 0.03;
@@ -87,13 +87,13 @@ TEST(StandingBound, AgreesExactlyWhereTheGridHoldsTheSwitches) {
   EXPECT_NEAR(by_linear_program(impulse, icub, 200), peak, 1e-6);  // the solver's accuracy
 }
 
-TEST(StandingBound, OneNewtonMetreSecondIsWorthAboutTwoNewtonSeconds) {
+TEST(StandingBound, OneNmsEqualsAboutTwoNewtonSeconds) {
   EXPECT_NEAR(largest_impulse_standing(0.0, icub), 5.4, 0.05);
   EXPECT_NEAR(largest_impulse_standing(1.0, icub), 7.5, 0.1);
   EXPECT_GT(least_peak_angular_momentum(8.0, icub), 1.0);
 }
 
-TEST(StandingBound, WithoutFlywheelIsThePendulum) {
+TEST(StandingBound, EqualsThePendulumWithoutFlywheel) {
   const double none = largest_impulse_standing(0.0, icub);
   EXPECT_EQ(least_peak_angular_momentum(0.999 * none, icub), 0.0);
   EXPECT_GT(least_peak_angular_momentum(1.001 * none, icub), 0.0);
@@ -115,13 +115,13 @@ TEST(StandingBound, ImpulseAndPeakAreInverse) {
   }
 }
 
-TEST(StandingBound, SaysWhenNoFlywheelSuffices) {
+TEST(StandingBound, ReportsWhenNoFlywheelSuffices) {
   StandingPush weak = icub;
   weak.torque = 5.0;
   EXPECT_EQ(least_peak_angular_momentum(50.0, weak), infinity);
 }
 
-TEST(StandingBound, WithAStep) {
+TEST(StandingBound, BoundsAPushWithAStep) {
   // Published: 7.3 and 9.5 N s for the foot at -0.14 and -0.30 m, landing 0.6 s after the push
   // begins. The right sole ends 0.041 m outside its origin, the left one 0.031 m inside; the
   // formula then gives 7.40 and 9.53.
@@ -139,7 +139,7 @@ TEST(StandingBound, WithAStep) {
               1e-12);
 }
 
-TEST(StandingBound, RefusesWhatIsNotAPush) {
+TEST(StandingBound, RejectsInvalidPushes) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto with = [](auto change) {
     StandingPush push = icub;

@@ -55,7 +55,7 @@ TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
   EXPECT_TRUE(polygon.contains({0.101, 0.0}, -0.002));
 }
 
-TEST(SupportPolygon, OfTurnedFeetHasUnitNormalsAndPadsToEightRows) {
+TEST(SupportPolygon, OfRotatedFeetHasUnitNormalsAndEightRows) {
   const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
   const SupportPolygon polygon = SupportPolygon::under(
       {{flat_sole({0, 0.07, 0}, 0.3), foot}, {flat_sole({0.05, -0.15, 0}, -0.5), foot.mirrored()}});
@@ -70,7 +70,7 @@ TEST(SupportPolygon, OfTurnedFeetHasUnitNormalsAndPadsToEightRows) {
   EXPECT_THROW(polygon.half_planes(polygon.size() - 1), DefinitionError);
 }
 
-TEST(SupportPolygon, ContainsEveryPointItWasMadeOf) {
+TEST(SupportPolygon, ContainsItsPoints) {
   std::mt19937 random(11);
   std::normal_distribution<double> coordinate(0.0, 0.2);
   for (int trial = 0; trial < 200; ++trial) {
@@ -97,7 +97,7 @@ TEST(SupportPolygon, DropsRepeatedAndCollinearPoints) {
   EXPECT_EQ(polygon.area(), 1.0);
 }
 
-TEST(SupportPolygon, RefusesLinesAndNaN) {
+TEST(SupportPolygon, RejectsLinesAndNan) {
   Points line(4, 2);
   line << 0, 0, 1, 1, 2, 2, 0.3, 0.3;
   EXPECT_THROW(SupportPolygon::hull(line), DefinitionError);

@@ -70,7 +70,7 @@ void expect_has(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in: " << text;
 }
 
-TEST(UrdfModel, KeepsWhatIsSeen) {
+TEST(UrdfModel, KeepsVisualShapes) {
   const auto visual = [](const std::string& shape, const std::string& more = "") {
     return "<visual><origin xyz=\"0 0 0.1\"/><geometry>" + shape + "</geometry>" + more +
            "</visual>";
@@ -97,7 +97,7 @@ TEST(UrdfModel, KeepsWhatIsSeen) {
   EXPECT_EQ(visuals[3].size, Vec3(1.0, 1.0, 1.0));
 }
 
-TEST(UrdfModel, AddsUpTheMass) {
+TEST(UrdfModel, SumsTheMass) {
   const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
   EXPECT_EQ(model.name(), "one leg");
   EXPECT_EQ(model.total_mass(), 4.0);
@@ -125,7 +125,7 @@ TEST(UrdfModel, FollowsTheJointsToTheCentreOfMass) {
   EXPECT_LT((model.centre_of_mass("sole", bent) - Vec3(-0.15, 0, 0.504 - 0.0625)).norm(), 1e-15);
 }
 
-TEST(UrdfModel, TurnsTheInertiaToLinkAxes) {
+TEST(UrdfModel, RotatesTheInertiaToLinkAxes) {
   std::string text = one_leg();
   const std::string before = "<origin xyz=\"0 0 0.2\"/>";
   text.replace(text.find(before), before.size(),
@@ -160,7 +160,7 @@ TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
   EXPECT_NEAR(foot.contact_plane_offset, -0.016, 1e-15);
 }
 
-TEST(UrdfModel, RefusesAFootWithoutRectangle) {
+TEST(UrdfModel, RejectsAFootWithoutRectangle) {
   const auto foot_complaint = [](const std::string& inside) {
     return input_error([&] { UrdfModel::parse(one_leg(inside), "robot.urdf").foot("sole"); });
   };
@@ -191,7 +191,7 @@ TEST(UrdfModel, SuggestsTheNearestName) {
              "position of joint \"knee\" is nan");
 }
 
-TEST(UrdfModel, RefusesBodiesThatCannotBe) {
+TEST(UrdfModel, RejectsImpossibleBodies) {
   const auto inertia = [](const char* xx, const char* yy, const char* zz) {
     return std::string("<inertia ixx=\"") + xx + "\" iyy=\"" + yy + "\" izz=\"" + zz +
            "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
@@ -214,7 +214,7 @@ TEST(UrdfModel, RefusesBodiesThatCannotBe) {
   expect_has(complaint("<robot name=\"ghost\"><link name=\"a\"/></robot>"), "has no mass");
 }
 
-TEST(UrdfModel, WeldsPointsWithoutInertiaToTheirBody) {
+TEST(UrdfModel, MergesMasslessLinksIntoTheirBody) {
   const auto robot = [](const char* joint_type) {
     return fmt::format(
         "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"2\"/><inertia ixx=\"0.1\" "
@@ -229,7 +229,7 @@ TEST(UrdfModel, WeldsPointsWithoutInertiaToTheirBody) {
              "link \"sensor\", together with the links fixed to it, has an");
 }
 
-TEST(UrdfModel, RefusesCyclesAndMassesWithoutSense) {
+TEST(UrdfModel, RejectsCyclesAndImplausibleMasses) {
   const auto link = [](const char* name) { return fmt::format("<link name=\"{}\"/>", name); };
   const auto joint = [](const char* parent, const char* child) {
     return fmt::format(
@@ -243,7 +243,7 @@ TEST(UrdfModel, RefusesCyclesAndMassesWithoutSense) {
   expect_has(complaint(one_leg(foot_box, good_inertia, "1e100")), "implausible mass");
 }
 
-TEST(UrdfModel, RefusesWhatIsNotAUrdfWithoutPrinting) {
+TEST(UrdfModel, RejectsOtherFilesWithoutPrinting) {
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   expect_has(complaint(""), "robot.urdf: the file is empty");
@@ -262,7 +262,7 @@ TEST(UrdfModel, RefusesWhatIsNotAUrdfWithoutPrinting) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(UrdfModel, ReadsFilesAndNamesThemInComplaints) {
+TEST(UrdfModel, NamesFilesInErrors) {
   const std::filesystem::path folder = ::testing::TempDir();
   const std::filesystem::path file = folder / "saltus_one_leg.urdf";
   std::ofstream(file) << one_leg();

@@ -76,7 +76,7 @@ class Controllers : public IcubBody {
 };
 
 // At rest the torques balance gravity on every link: h minus the contact forces.
-TEST_F(Controllers, AtRestTorquesBalanceGravity) {
+TEST_F(Controllers, TorquesBalanceGravityAtRest) {
   for (const bool both : {false, true}) {
     const WholeBodyState state = stand(both ? "two_feet" : "left_stance");
     const WholeBodyTasks tasks = rest_tasks(state, both);
@@ -101,7 +101,7 @@ TEST_F(Controllers, AtRestTorquesBalanceGravity) {
   }
 }
 
-TEST_F(Controllers, NothingAllocates) {
+TEST_F(Controllers, DoNotAllocate) {
   for (const bool both : {false, true, false}) {
     const WholeBodyState state = moving(both ? "two_feet" : "left_stance");
     const WholeBodyTasks tasks = rest_tasks(state, both);
@@ -117,7 +117,7 @@ TEST_F(Controllers, NothingAllocates) {
 // The motors can exert half of the required torque. In the first call no torque has a row, and
 // those above their limits get one. In the second call these rows exist from the start, and the
 // program is the same.
-TEST_F(Controllers, TorquesThatWouldPassTheirLimitsAreBoundedWhenTheyDo) {
+TEST_F(Controllers, BoundTorquesAtTheirLimits) {
   const WholeBodyState state = moving("two_feet");
   WholeBodyTasks tasks = rest_tasks(state, true);
   tasks.posture[robot.joint_index("l_knee")] += 0.5;
@@ -152,7 +152,7 @@ TEST_F(Controllers, TorquesThatWouldPassTheirLimitsAreBoundedWhenTheyDo) {
 }
 
 // The equation of the paper, from the whole mass matrix and a pseudo-inverse by singular values.
-TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
+TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
   MomentumOptions options;
   options.stance_regularisation = options.swing_regularisation = 1e-6;
   options.posture = 1.0;  // small enough for the torques to stay within their limits
@@ -208,7 +208,7 @@ TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
   }
 }
 
-TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
+TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
   const WholeBodyState state = moving("two_feet");
   WholeBodyTasks tasks = rest_tasks(state, true);
   tasks.force = {20.0, -30.0, 40.0};
@@ -244,7 +244,7 @@ TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
   EXPECT_EQ(command.wrenches.tail<6>().norm(), 0.0);
 }
 
-TEST_F(Controllers, MomentumTorquesAreCutAndCounted) {
+TEST_F(Controllers, MomentumTorquesAreClippedAndCounted) {
   const WholeBodyState state = stand("left_stance");
   WholeBodyTasks tasks = rest_tasks(state, false);
   for (const int i : {0, 5, 20}) tasks.posture[i] += 6.0;  // rad; 300 rad/s^2 at once
@@ -259,7 +259,7 @@ TEST_F(Controllers, MomentumTorquesAreCutAndCounted) {
   EXPECT_GT(command.stance_slip, 0.1);  // m/s^2: conflicting foot tasks are reported
 }
 
-TEST_F(Controllers, MomentumOptionsThatMakeNoSenseAreRefused) {
+TEST_F(Controllers, RejectsInvalidMomentumOptions) {
   MomentumOptions options;
   options.wrench = 0.0;
   EXPECT_THROW(make_momentum_controller(robot, left, right, options), DefinitionError);
@@ -282,7 +282,7 @@ TEST_F(Controllers, MomentumControlBalancesAPush) {
 
 // A sole that has tipped about an edge is turned back if the wrench acts on a corner: the centre of
 // pressure keeps a distance to that edge. In the middle of the edge it may stay.
-TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
+TEST_F(Controllers, LevelsATippedSole) {
   WholeBodyGains gains;
   gains.tipped_reserve = 10.0;
   const Bounds ends = left.foot.x;
@@ -316,7 +316,7 @@ TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
 }
 
 // All tasks at rest, except for moving joints and approaching limbs.
-TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
+TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
   add_capsules(robot, *urdf, description);
   WholeBodyGains gains;
   gains.speed_limits = gains.clearance = true;
@@ -358,7 +358,7 @@ TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
 
 // At six times its speed limit, the elbow brakes with the full motor torque. The constraints of its
 // position limit and of its speed limit exclude each other.
-TEST_F(Controllers, AJointFarAboveItsLargestSpeedIsBraked) {
+TEST_F(Controllers, BrakesAJointAboveItsSpeedLimit) {
   WholeBodyGains gains;
   gains.speed_limits = true;
   const auto keeping = make_inverse_dynamics_controller(robot, left, right, {}, gains);

@@ -15,7 +15,7 @@ namespace {
 
 using WholeBody = IcubBody;
 
-TEST_F(WholeBody, HasItsMotorsAndNoMassIsLost) {
+TEST_F(WholeBody, HasItsMotorsAndTotalMass) {
   EXPECT_EQ(robot.joints(), 23);
   double mass = 0.0;
   for (const FloatingRobot::Body& b : robot.bodies) mass += b.mass;
@@ -23,7 +23,7 @@ TEST_F(WholeBody, HasItsMotorsAndNoMassIsLost) {
   EXPECT_NEAR(mass, urdf->total_mass(), 1e-12);
 }
 
-TEST_F(WholeBody, HasTheLooksOfTheLinksThatAreDrawn) {
+TEST_F(WholeBody, HasVisualShapes) {
   std::size_t looks = 0, links = 0;
   for (const FloatingRobot::Body& b : robot.bodies)
     for (const FloatingRobot::Look& look : b.looks) {
@@ -51,7 +51,7 @@ TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
 }
 
 // Compares twists and drifts with differences along a motion.
-TEST_F(WholeBody, SolesMoveAsTheirJacobiansSay) {
+TEST_F(WholeBody, SolesMoveAccordingToTheirJacobians) {
   const auto model = make_dart_dynamics(robot);
   WholeBodyState state = start;
   for (int i = 0; i < robot.joints(); ++i) state.dq[i] = 0.3 * std::sin(1.0 + i);
@@ -86,7 +86,7 @@ TEST_F(WholeBody, AnyLinkOfTheUrdfHasAFrame) {
 }
 
 // In the air, the force changes the linear and the angular momentum exactly.
-TEST_F(WholeBody, APushActsAtItsPoint) {
+TEST_F(WholeBody, PushActsAtItsPoint) {
   const auto model = make_dart_dynamics(robot);
   const auto plant = make_dart_plant(robot, {});
   start.base.translation()[2] += 2.0;
@@ -156,7 +156,7 @@ TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
   }
 }
 
-TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
+TEST_F(WholeBody, StandsOnOneFootAndReactsToAPush) {
   const auto model = make_dart_dynamics(robot);
   const auto plant = make_dart_plant(robot, {});
   plant->reset(start);
@@ -173,7 +173,7 @@ TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   EXPECT_NEAR(plant->contact(Side::left).wrench[2], model->mass() * standard_gravity, 2.0);
 }
 
-TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
+TEST(SwingFoot, RisesAndLandsOnTimeAtRest) {
   SwingFoot swing;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << 0.0, -0.13, 0.005;
@@ -195,7 +195,7 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
 }
 
 // On the way down, the foot does not rise again if the landing is slightly delayed.
-TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
+TEST(SwingFoot, DoesNotRiseAgainForALaterLanding) {
   SwingFoot swing;
   swing.hold(Eigen::Isometry3d::Identity());
   swing.start(0.0, 0.4);
@@ -211,7 +211,7 @@ TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
 }
 
 // The foot stays above the ground for any late change of the landing time.
-TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
+TEST(SwingFoot, StaysAboveTheGroundForAMuchLaterLanding) {
   for (const int told : {110, 130, 150, 170, 185, 195, 199})
     for (const double later : {0.02, 0.1, 0.3, 1.0}) {
       SwingFoot swing;
@@ -231,7 +231,7 @@ TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
 }
 
 // If the remaining time is halved during the swing, the landing is as slow as with an early plan.
-TEST(SwingFoot, TurnsDownSoonerWhenItShallLandSooner) {
+TEST(SwingFoot, DescendsSoonerForAnEarlierLanding) {
   const auto fastest_descent = [](double first_landing) {
     SwingFoot swing;
     swing.hold(Eigen::Isometry3d::Identity());

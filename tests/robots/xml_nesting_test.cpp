@@ -28,7 +28,7 @@ TEST(XmlNesting, CountsOpenElements) {
 }
 
 // Text that looks like a closing tag but does not close an element.
-TEST(XmlNesting, IsNotToldOtherwiseByWhatIsNoTag) {
+TEST(XmlNesting, IgnoresNonTags) {
   for (const char* other : {"<![CDATA[</a></a>]]>", "<!-- </a></a> -->", "<!--> </a></a> -->",
                             "<a b='</a></a>'/>", "<a b=\"/>\"></a>"})
     EXPECT_TRUE(xml_nesting_error("<r>" + times(allowed + 1, std::string("<a>") + other))) << other;
@@ -39,14 +39,14 @@ TEST(XmlNesting, IsNotToldOtherwiseByWhatIsNoTag) {
     EXPECT_FALSE(xml_nesting_error("<r>" + times(allowed + 1, other))) << other;
 }
 
-TEST(XmlNesting, WhatParsersReadDifferentlyIsRefused) {
+TEST(XmlNesting, RejectsAmbiguousXml) {
   EXPECT_TRUE(contains(*xml_nesting_error("<r><?a > </r> ?></r>"), "declaration (<?)"));
   EXPECT_TRUE(contains(*xml_nesting_error("<r><!a [ > ]></r>"), "declaration (<!)"));
   for (const char* other : {"<1 '>", "<:a>", "< a>", "<"})
     EXPECT_TRUE(contains(*xml_nesting_error(std::string("<r>") + other), "&lt;")) << other;
 }
 
-TEST(XmlNesting, WhatHasNoEndIsForTheParserToSay) {
+TEST(XmlNesting, LeavesUnclosedElementsToTheParser) {
   for (const char* text : {"<r", "<r a='", "<!-- ", "<![CDATA[", "<?xml", "</r"})
     EXPECT_FALSE(xml_nesting_error(text)) << text;
 }

@@ -237,7 +237,7 @@ void expect_agreement(int seed, Tally& tally) {
   }
 }
 
-TEST(EveryArgument, OfEveryFeatureTheSearchAgreesWithTheProblem) {
+TEST(SearchFeatures, SearchAgreesWithTheProblemForEveryFeature) {
   Tally tally;
   for (int seed = 1; seed <= 400; ++seed) expect_agreement(seed, tally);
   EXPECT_GE(tally.convex, 100);
@@ -251,7 +251,7 @@ TEST(EveryArgument, OfEveryFeatureTheSearchAgreesWithTheProblem) {
 
 // Solves every sequence of two modes separately. The search finds the cheapest, and its bound is
 // below all of them. Costs may be negative.
-TEST(EveryArgument, TheSearchIsAsGoodAsAllSequencesTogether) {
+TEST(SearchFeatures, SearchMatchesEnumeration) {
   constexpr int phases = 3;
   int compared = 0, infeasible = 0;
   for (int seed = 1; seed <= 150; ++seed) {
@@ -307,7 +307,7 @@ ModeGraph chased(double reach_offset) {
 }
 
 // After 4 phases of 0.5 s the target is at the start. After 1 s it would be out of reach.
-TEST(EveryArgument, TheEndIsWhereTheHorizonEnds) {
+TEST(SearchFeatures, EndIsAtTheEndOfTheHorizon) {
   const SequenceResult found = search(chased(4.0), {.phases = 4});
   EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
   EXPECT_NEAR(found.cost, 0.0, 1e-9);
@@ -318,7 +318,7 @@ TEST(EveryArgument, TheEndIsWhereTheHorizonEnds) {
 
 // The input is bounded from the third phase on, or in the first two phases only; the modes are the
 // same. A mode alone, counted from the start, never contains the start or end of the window.
-TEST(EveryArgument, WindowsOfBoundsCountFromTheStartOfTheSequence) {
+TEST(SearchFeatures, BoundWindowsAreRelativeToTheSequenceStart) {
   const double third = 1.0 + 2.0 * sample;
   for (const bool late : {true, false}) {
     Phase<1, 1> mode{"only", [](const auto&, const auto&, const auto& u) { return u; },
@@ -340,7 +340,7 @@ TEST(EveryArgument, WindowsOfBoundsCountFromTheStartOfTheSequence) {
 }
 
 // The end moves later in every tick.
-TEST(EveryArgument, TheEndMovesOnFromTickToTick) {
+TEST(SearchFeatures, EndMovesWithEachTick) {
   ModeGraph graph = chased(4.0);
   SequenceSearch loop(graph, {.phases = 4}), fresh(graph, {.phases = 4});
   SequenceResult next = loop.solve(graph.start());
@@ -358,7 +358,7 @@ TEST(EveryArgument, TheEndMovesOnFromTickToTick) {
 // --- certificates --------------------------------------------------------------------------------
 
 // Quadratic costs times any factor give the same sequence and the same relative gap.
-TEST(Certificates, DoNotDependOnTheUnitOfTheCost) {
+TEST(Certificates, AreIndependentOfCostUnits) {
   std::vector<int> sequence;
   double cost = 0.0;
   for (const double unit : {1.0, 1e-6, 1e-3, 1e3, 1e6}) {
@@ -390,7 +390,7 @@ TEST(Certificates, DoNotDependOnTheUnitOfTheCost) {
 }
 
 // Inputs and states have no bounds. The curvature of the cost provides the lower bounds.
-TEST(Certificates, HoldWithoutBoundsOfStatesAndInputs) {
+TEST(Certificates, HoldWithoutStateAndInputBounds) {
   ModeGraph graph("free");
   for (const double push : {0.0, 2.0}) {
     Phase<2, 1> mode{push == 0.0 ? "rest" : "push",
@@ -442,7 +442,7 @@ SequenceSearch moving_search(const std::shared_ptr<double>& shift) {
   return SequenceSearch(graph, {.phases = 3});
 }
 
-TEST(Certificates, AContradictionIsSaidAndIsNoCertificate) {
+TEST(Certificates, ReportsContradictionsWithoutCertificate) {
   const auto shift = std::make_shared<double>(1.0);  // at x >= 1: no input, no cost
   SequenceSearch holds = moving_search(shift);
   EXPECT_EQ(holds.solve(VectorXd{{1.0}}).guarantee, Guarantee::optimal);
@@ -462,7 +462,7 @@ TEST(Certificates, AContradictionIsSaidAndIsNoCertificate) {
 }
 
 // A failure of a local solver does not prove that no plan exists.
-TEST(Certificates, AFailureOfALocalSolverIsInconclusive) {
+TEST(Certificates, LocalSolverFailureIsInconclusive) {
   Phase<1, 1> mode{"only",
                    [](const auto&, const auto& x, const auto& u) {
                      return std::decay_t<decltype(x)>(u[0] + 0.0 * x[0]);
@@ -482,7 +482,7 @@ TEST(Certificates, AFailureOfALocalSolverIsInconclusive) {
 }
 
 // The assumption of nonnegative costs, which allows pruning, is checked where possible.
-TEST(Certificates, ABrokenPromiseOfNonnegativeCostsIsSaid) {
+TEST(Certificates, ReportsNegativeCostsDespiteTheOption) {
   Phase<1, 1> mode{"only",
                    [](const auto&, const auto& x, const auto& u) {
                      return std::decay_t<decltype(x)>(u[0] - x[0] * x[0] * x[0]);

@@ -46,7 +46,7 @@ void expect_words(const std::string& message, const std::vector<std::string>& wo
     EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
 }
 
-TEST(ModeGraph, APathIsAnOptimalControlProblem) {
+TEST(ModeGraph, PathIsAnOptimalControlProblem) {
   const Jump twice = jump<1>(
       "twice", [](const auto&, const auto& x) -> std::decay_t<decltype(x)> { return 2 * x; });
   ModeGraph graph = up_and_down();
@@ -72,7 +72,7 @@ TEST(ModeGraph, RunningCostsAreIntegralsByDefault) {
   EXPECT_EQ(graph.problem(std::vector<int>{0}).cost_rule(), CostRule::nodes);
 }
 
-TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
+TEST(ModeGraph, DwellAndEntriesLimitAppending) {
   ModeGraph graph = up_and_down();
   graph.all_transitions().dwell("up", 2).enter_at_most("down", 1);
   ASSERT_EQ(message_of(graph), "");
@@ -87,19 +87,19 @@ TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
   EXPECT_FALSE(may({1, 0, 0}, 1));                      // a second one
 }
 
-TEST(ModeGraph, AModeThatNothingLeadsTo) {
+TEST(ModeGraph, RejectsAnUnreachableMode) {
   ModeGraph graph = up_and_down();
   graph.begin_in({"up"}).transition("up", "up").transition("down", "up");
   expect_words(message_of(graph), {"'down'", "cannot be reached", "'up'"});
 }
 
-TEST(ModeGraph, AModeWithoutAWayToTheEnd) {
+TEST(ModeGraph, RejectsAModeWithoutAPathToTheEnd) {
   ModeGraph graph = up_and_down();
   graph.end_in({"up"}).transition("up", "down").transition("down", "down");
   expect_words(message_of(graph), {"'down'", "end"});
 }
 
-TEST(ModeGraph, ACycleInWhichNoTimeNeedPass) {
+TEST(ModeGraph, RejectsACycleOfZeroTime) {
   ModeGraph graph = up_and_down(between(0.0, 2.0));
   graph.transition("up", "down").transition("down", "up").total_time(exactly(2.0));
   expect_words(message_of(graph, false), {"'up' -> 'down' -> 'up'", "Zeno"});
@@ -115,7 +115,7 @@ TEST(ModeGraph, ACycleInWhichNoTimeNeedPass) {
 }
 
 // A field that changes sign at 10 s passes the guard then, in every phase of a sequence.
-TEST(ModeGraph, AGuardThatIsPassedLateIsAGuard) {
+TEST(ModeGraph, AcceptsALateGuard) {
   const auto turning = [](const auto& t, const auto& x) {
     return select(t - 10.0, 0.0 * x[0] - 1.0, 0.0 * x[0] + 1.0);
   };
@@ -129,7 +129,7 @@ TEST(ModeGraph, AGuardThatIsPassedLateIsAGuard) {
   EXPECT_EQ(message_of(graph), "");
 }
 
-TEST(ModeGraph, RulesThatContradictOneAnother) {
+TEST(ModeGraph, RejectsContradictoryRules) {
   ModeGraph excluded = up_and_down();
   excluded.all_transitions().transition("up", "down").no_transition("up", "down");
   expect_words(message_of(excluded), {"'up'", "'down'", "declared and excluded"});
@@ -147,7 +147,7 @@ TEST(ModeGraph, RulesThatContradictOneAnother) {
   expect_words(message_of(useless), {"'up'", "nothing allows it"});
 }
 
-TEST(ModeGraph, NamesAndSizesThatDoNotFit) {
+TEST(ModeGraph, RejectsMismatchedNamesAndSizes) {
   ModeGraph unknown = up_and_down();
   unknown.transition("up", "sideways");
   expect_words(message_of(unknown), {"'sideways'", "'up', 'down'"});

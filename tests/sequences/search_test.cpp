@@ -16,7 +16,7 @@ namespace {
 // (a08_fishing_relaxed.cpp).
 constexpr double relaxed_fishing = 1.344081198;
 
-TEST(Search, FishesInAsManyTripsAsAllowed) {
+TEST(Search, UsesAllAllowedFishingTrips) {
   double last = infinity;
   for (const int at_most : {2, 5, 9}) {
     const SequenceResult found =
@@ -63,7 +63,7 @@ ModeGraph pushes() {
   return graph;
 }
 
-TEST(Search, RulesOutBeginningsThatCostMoreThanTheBest) {
+TEST(Search, ExcludesPrefixesAboveTheBestCost) {
   const SearchOptions every{.phases = 4, .intervals_per_phase = 3};
   SearchOptions pruned = every;
   pruned.costs_are_nonnegative = true;
@@ -135,7 +135,7 @@ TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
 
 // Three ticks of 0.1 s leave 0.2 s for the rest except for rounding, and the rest lasts 0.2 s at
 // least.
-TEST(Search, TimesThatMissABoundByRoundingAreMet) {
+TEST(Search, AcceptsTimesWithinRounding) {
   const auto drift = [](double speed) {
     return [speed](const auto&, const auto& x) { return speed + 0.0 * x[0]; };
   };
@@ -159,7 +159,7 @@ TEST(Search, TimesThatMissABoundByRoundingAreMet) {
   EXPECT_NEAR(found.cost, (0.3 * 0.3 * 0.3 + 0.2 * 0.2 * 0.2) / 3.0, 1e-9);
 }
 
-TEST(Search, StoppedItClaimsNothing) {
+TEST(Search, StoppedSearchHasNoCertificate) {
   const SequenceResult found = search(
       pushes(),
       {.phases = 4, .max_nodes = 6, .intervals_per_phase = 3, .costs_are_nonnegative = true});

@@ -135,7 +135,7 @@ TEST(SequenceSearch, FindsTheOptimaOfAMixedIntegerSolver) {
 }
 
 // 200 nodes take at most the time of 250 of their programs.
-TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
+TEST(SequenceSearch, HasLittleOverhead) {
 #ifndef NDEBUG
   GTEST_SKIP() << "measured where the compiler optimises";
 #endif
@@ -155,7 +155,7 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
 }
 
 // Warm and cold starts search the same tree. The warm start takes fewer iterations.
-TEST(SequenceSearch, WarmNodesFindTheSameInFewerIterations) {
+TEST(SequenceSearch, WarmNodesNeedFewerIterations) {
   const VectorXd x = Vec<double, 2>(0.1, 0.3);
   SequenceSearch warm(two_tanks(x), {.phases = 8, .confirm = false});
   SequenceSearch cold(two_tanks(x), {.phases = 8, .warm = false, .confirm = false});
@@ -164,7 +164,7 @@ TEST(SequenceSearch, WarmNodesFindTheSameInFewerIterations) {
   EXPECT_LT(a.iterations, b.iterations);
 }
 
-TEST(SequenceSearch, StoppedItHasABoundAndTheBestSoFar) {
+TEST(SequenceSearch, StoppedSearchHasABoundAndTheBestSoFar) {
   const VectorXd x = Vec<double, 2>(0.1, 0.3);
   const SequenceResult all = search(two_tanks(x), {.phases = 8});
   ASSERT_EQ(all.guarantee, Guarantee::optimal);
@@ -209,7 +209,7 @@ void expect_loop(ModeGraph (*graph)(const VectorXd&), VectorXd x, int phases, in
   EXPECT_LT(static_cast<double>(nodes), fewer * static_cast<double>(from_nothing));
 }
 
-TEST(SequenceSearch, TakesOverTheTreeOfTheLastTick) {
+TEST(SequenceSearch, ReusesTheTreeOfTheLastTick) {
   // Most nodes prove again that the same sequences are infeasible.
   expect_loop(cart_between_walls, Vec<double, 4>(0.3, 0.02, -0.3, 0.0), 6, 10, 1e-3, 0.5);
   expect_loop(two_tanks, Vec<double, 2>(0.1, 0.3), 6, 10, 1e-3, 1.0);
@@ -241,7 +241,7 @@ void expect_throws(ModeGraph (*graph)(const VectorXd&), const VectorXd& low, con
   EXPECT_GE(moved, ticks / 4) << "or nothing was shown";
 }
 
-TEST(SequenceSearch, BoundsOfTheLastTickHoldWhereverTheStateIsThrown) {
+TEST(SequenceSearch, BoundsOfTheLastTickHoldForAnyState) {
   const VectorXd far = Vec<double, 4>(0.45, 0.12, 0.4, 0.4);
   expect_throws(cart_between_walls, -far, far, 5, 40);
   expect_throws(two_tanks, Vec<double, 2>(0.06, 0.06), Vec<double, 2>(0.55, 0.55), 5, 20);
@@ -252,7 +252,7 @@ TEST(SequenceSearch, BoundsOfTheLastTickHoldWhereverTheStateIsThrown) {
 // Every second tick is stopped early. Unvisited leaves contain shifted data of the previous tick,
 // whose last phase is invented. Two of these seeds are those of 700 in which such data once counted
 // as a bound; two are others.
-TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
+TEST(SequenceSearch, BoundsHoldAfterStoppedTicks) {
   for (const int seed : {229, 230, 423, 424}) {
     Random random(seed);
     VectorXd x = Vec<double, 2>(random.uniform(0.1, 0.5), random.uniform(0.15, 0.55));
@@ -276,7 +276,7 @@ TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
 }
 
 // The applied mode and its elapsed duration are kept after a tick without a result.
-TEST(SequenceSearch, RemembersWhatWasAppliedAfterATickWithoutAResult) {
+TEST(SequenceSearch, RemembersTheAppliedInputAfterATickWithoutResult) {
   const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0), hopeless = Vec<double, 3>(10.0, 10.0, 10.0);
   SequenceSearch loop(thermostats(x), {.phases = 5, .confirm = false});
   ASSERT_TRUE(loop.solve(x, {.mode = 0, .phases = 1}).found());
@@ -288,7 +288,7 @@ TEST(SequenceSearch, RemembersWhatWasAppliedAfterATickWithoutAResult) {
   EXPECT_EQ(loop.before().phases, before.phases);
 }
 
-TEST(SequenceSearch, RefusesAStateThatIsNone) {
+TEST(SequenceSearch, RejectsAnInvalidState) {
   const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0);
   SequenceSearch loop(thermostats(x), {.phases = 3, .confirm = false});
   const auto message = [&](const VectorXd& state) -> std::string {
@@ -314,7 +314,7 @@ TEST(SequenceSearch, RefusesAStateThatIsNone) {
 }
 
 // x' = -x + u or x' = x - u, |u| <= 1. A non-convex problem is rejected with its name.
-TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
+TEST(SequenceSearch, ReportsWhyAProblemIsNotConvexInSampledTime) {
   const auto reason = [](auto dynamics, Bounds duration,
                          Bounds total = unbounded()) -> std::string {
     Phase<1, 1> phase{"only", dynamics, duration};

@@ -70,7 +70,7 @@ struct SampledRegulator {
   }
 };
 
-TEST(ClosedLoop, LinearQuadraticControlIsTheDiscreteClosedLoop) {
+TEST(ClosedLoop, LinearQuadraticControlMatchesTheDiscreteClosedLoop) {
   RecedingHorizonController controller = controller_for(regulator());
   IntegratorPlant plant = nominal_plant(regulator(), zero_order_hold());
   const LoopLog log =
@@ -93,7 +93,7 @@ TEST(ClosedLoop, LinearQuadraticControlIsTheDiscreteClosedLoop) {
   }
 }
 
-TEST(ClosedLoop, AFeedbackLawIsTheDiscreteClosedLoop) {
+TEST(ClosedLoop, FeedbackLawMatchesTheDiscreteClosedLoop) {
   const SampledRegulator known;
   IntegratorPlant plant = make_plant<2, 1>(Cart{}, zero_order_hold(), VectorXd{{1.0, -0.5}});
   const LoopLog log =
@@ -117,7 +117,7 @@ IntegratorPlant drift(double p = 1.0) {
 }
 const FeedbackLaw down = [](double, const VectorRef&, VectorOut u) { u[0] = -1.0; };
 
-TEST(ClosedLoop, ThePlantHasParametersOfItsOwn) {
+TEST(ClosedLoop, PlantMayHaveOtherParameters) {
   IntegratorPlant plant = drift(1.5);
   EXPECT_NEAR(simulate_closed_loop(down, plant, {.duration = 0.4}).final_state()[0], 0.4, 1e-12);
   plant.set_parameters(VectorXd{{0.5}});
@@ -126,7 +126,7 @@ TEST(ClosedLoop, ThePlantHasParametersOfItsOwn) {
   EXPECT_NEAR(log.final_state()[0], 0.2, 1e-12);
 }
 
-TEST(ClosedLoop, InputsArriveLateInFullLength) {
+TEST(ClosedLoop, DelayedInputsKeepTheirLength) {
   IntegratorPlant plant = drift();
   LoopOptions options{.duration = 0.5, .period = step};
   options.disturbances.input_delay = 0.13;
@@ -138,7 +138,7 @@ TEST(ClosedLoop, InputsArriveLateInFullLength) {
   EXPECT_TRUE(seen);
 }
 
-TEST(ClosedLoop, MeasurementsComeLate) {
+TEST(ClosedLoop, DelaysMeasurements) {
   IntegratorPlant plant = drift();
   LoopOptions options{.duration = 1.0, .period = step};
   options.disturbances.measurement_delay = 3 * step;
@@ -160,7 +160,7 @@ TEST(ClosedLoop, DisturbancesAddUp) {
   EXPECT_NEAR(log.final_state()[0], 1.0 - 1.0 + 0.25 + 7.0, 1e-12);
 }
 
-TEST(ClosedLoop, NoiseIsWhiteAndTheSeedDecides) {
+TEST(ClosedLoop, NoiseIsWhiteAndSeeded) {
   const auto run = [](std::uint64_t seed) {
     IntegratorPlant plant = drift();
     LoopOptions options{.duration = 200.0, .period = step};
@@ -205,7 +205,7 @@ Automaton<2, 1> ball() {
   return automaton;
 }
 
-TEST(ClosedLoop, EventsOfTheplantHaveTheirTimes) {
+TEST(ClosedLoop, ReportsTimesOfPlantEvents) {
   IntegratorPlant plant = make_plant(
       ball(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11}), VectorXd{{1.0, 0.0}});
   EXPECT_EQ(plant.mode(), "flight");
@@ -229,7 +229,7 @@ TEST(ClosedLoop, EventsOfTheplantHaveTheirTimes) {
   }
 }
 
-TEST(ClosedLoop, APlantThatCannotGoOnEndsTheRun) {
+TEST(ClosedLoop, FailingPlantEndsTheRun) {
   IntegratorPlant plant = make_plant(ball(), runge_kutta4(), VectorXd{{1.0, 0.0}});
   const LoopLog log =
       simulate_closed_loop([](double, const VectorRef&, VectorOut u) { u[0] = 0.0; }, plant,
@@ -257,7 +257,7 @@ Automaton<1, 1, 1> thermostat() {
   return automaton;
 }
 
-TEST(ClosedLoop, ASetPointThatJumpsOverTheStateSwitches) {
+TEST(ClosedLoop, JumpOfTheSetPointSwitches) {
   const auto set_point = [](double t) { return t < 0.25 ? 20.0 : t < 0.95 ? 19.0 : 25.0; };
   const auto expect = [](const LoopLog& log) {
     ASSERT_TRUE(log.completed) << log.message;
@@ -285,7 +285,7 @@ TEST(ClosedLoop, ASetPointThatJumpsOverTheStateSwitches) {
 
 // Without hysteresis the state slides on the set-point until the set-point moves away or a push
 // occurs.
-TEST(ClosedLoop, ASurfaceThatJumpsAwayIsNotSlidOn) {
+TEST(ClosedLoop, DoesNotSlideOnAJumpingSurface) {
   Automaton<1, 1> relay;
   relay.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
       .mode("above", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
@@ -320,7 +320,7 @@ struct Fragile {
   }
 };
 
-TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
+TEST(ClosedLoop, ThrowingFormulaEndsTheRunWithAMessage) {
   const FeedbackLaw up = [](double, const VectorRef&, VectorOut u) { u[0] = 1.0; };
   const auto expect = [](const LoopLog& log, std::initializer_list<const char*> parts) {
     armed = false;
@@ -349,7 +349,7 @@ TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
 }
 
 // If the formula of the controller's model throws, the fallback continues.
-TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
+TEST(ClosedLoop, ThrowingModelUsesTheFallback) {
   Phase<1, 1> phase{"drift", Fragile{}, exactly(step * intervals)};
   phase.minimise("effort", [](const auto&, const auto& x, const auto& u) {
     return x[0] * x[0] * x[0] * x[0] + u[0] * u[0];
@@ -373,7 +373,7 @@ TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
   EXPECT_NEAR(log.final_state()[0], 0.75, 1e-12);
 }
 
-TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
+TEST(ClosedLoop, InfeasibleStartUsesTheFallback) {
   OptimalControlProblem ocp = regulator();
   const auto position = [](const auto&, const auto& x) { return x[0]; };
   Phase<2, 1> phase{"stop in time", Cart{}, exactly(step * intervals)};
@@ -398,7 +398,7 @@ TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   EXPECT_LT(log.final_state()[0], 2.0);
 }
 
-TEST(ClosedLoop, APlantDoesNotGoBack) {
+TEST(ClosedLoop, RejectsBackwardTime) {
   IntegratorPlant plant = drift();
   for (const double length : {-0.1, std::nan("")}) {
     EXPECT_FALSE(plant.advance(VectorXd::Ones(1), length));
@@ -425,7 +425,7 @@ class Counter final : public LoopPlant {
   double time_ = 0.0, count_ = 0.0;
 };
 
-TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
+TEST(ClosedLoop, DrivesACustomPlant) {
   Counter plant;
   const FeedbackLaw up = [](double, const VectorRef&, VectorOut u) { u[0] = 1.0; };
   EXPECT_EQ(simulate_closed_loop(up, plant, {.duration = 0.03}).final_state()[0], 3.0);
@@ -464,7 +464,7 @@ class CountDown final : public LoopController {
   HeldInput input_{1, 1};
 };
 
-TEST(ClosedLoop, DrivesWithAControllerOfTheUsersOwn) {
+TEST(ClosedLoop, DrivesWithACustomController) {
   IntegratorPlant plant = drift(), again = drift();
   CountDown controller, silent;
   const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 1.0});
@@ -571,7 +571,7 @@ TEST(ClosedLoop, APlantMayApplyPulsesItself) {
   EXPECT_EQ(plant.received[0].impulse, 7.0);
 }
 
-TEST(ClosedLoop, EndsWhenTheUserSaysSo) {
+TEST(ClosedLoop, EndsWhenUntilReturnsTrue) {
   IntegratorPlant plant = drift();
   LoopOptions options{.duration = 5.0, .period = step};
   options.until = [](double, const VectorRef& x) { return x[0] < 0.25; };
@@ -581,7 +581,7 @@ TEST(ClosedLoop, EndsWhenTheUserSaysSo) {
   EXPECT_NE(log.message.find("t = 0.8 s"), std::string::npos) << log.message;
 }
 
-TEST(ClosedLoop, AnInputThatIsNoNumberEndsTheRun) {
+TEST(ClosedLoop, NanInputEndsTheRun) {
   IntegratorPlant plant = drift();
   const LoopLog log = simulate_closed_loop(
       [](double t, const VectorRef&, VectorOut u) { u[0] = t < 0.25 ? 1.0 : std::nan(""); }, plant,
@@ -591,7 +591,7 @@ TEST(ClosedLoop, AnInputThatIsNoNumberEndsTheRun) {
   EXPECT_NEAR(log.final_state()[0], 1.3, 1e-12);
 }
 
-TEST(ClosedLoop, RefusesWhatDoesNotFit) {
+TEST(ClosedLoop, RejectsMismatchedSizes) {
   IntegratorPlant plant = drift();
   const auto refused = [&](const LoopOptions& options) {
     EXPECT_THROW(simulate_closed_loop(down, plant, options), DefinitionError);

@@ -56,7 +56,7 @@ std::string refusal(const auto& act) {
   return "nothing was refused";
 }
 
-TEST(FirstHour, BoundsPerRow) {
+TEST(UserTasks, BoundsPerRow) {
   const Solution plan = solve(dash());
   ASSERT_TRUE(plan.ok()) << plan.message;
   // 1/2 int u^2 is 6 for u = 6 - 12 t, and 6 n^2 / (n^2 - 1) with n constant pieces.
@@ -71,7 +71,7 @@ TEST(FirstHour, BoundsPerRow) {
   EXPECT_EQ(wrong, "phase 'dash', term 'rows': the formula has 2 rows, but 3 bounds were given");
 }
 
-TEST(FirstHour, CostsAtAStart) {
+TEST(UserTasks, CostsAtTheStart) {
   for (const bool squares : {false, true}) {
     Phase<1, 1> phase{"move", Rate{}, exactly(1.0)};
     phase.track("effort", input, VectorXd::Ones(1)).reach("there", state, exactly({2.0}));
@@ -110,7 +110,7 @@ OptimalControlProblem two_moves(bool equal_lengths) {
   return problem;
 }
 
-TEST(FirstHour, CostsAndBoundsOverLinks) {
+TEST(UserTasks, CostsAndBoundsOverLinks) {
   const Solution alone = solve(two_moves(false));
   ASSERT_TRUE(alone.ok()) << alone.message;
   EXPECT_NEAR(alone.durations[0], 1.0, 1e-5);
@@ -129,7 +129,7 @@ TEST(FirstHour, CostsAndBoundsOverLinks) {
             "problem 'two moves', link 'lengths': the formula has 2 rows, but 3 bounds were given");
 }
 
-TEST(FirstHour, OptionsOfASolveAndOfAGridConvert) {
+TEST(UserTasks, SolveAndGridOptionsConvert) {
   const ShootingOptions grid{.intervals_per_phase = 10, .integrator = runge_kutta4()};
   const Solution by_grid = solve(dash(), grid);
   const SolveOptions options{.intervals_per_phase = 10, .integrator = runge_kutta4()};
@@ -141,7 +141,7 @@ TEST(FirstHour, OptionsOfASolveAndOfAGridConvert) {
   EXPECT_TRUE(solve(dash(), ShootingOptions{}).ok());  // the integrator of solve()
 }
 
-TEST(FirstHour, APlanIsSaved) {
+TEST(UserTasks, SavesAPlan) {
   const auto folder = std::filesystem::temp_directory_path() /
                       ("saltus_first_hour_" + std::to_string(::getpid())) / "plan";
   const Solution plan = solve(dash());
@@ -168,7 +168,7 @@ ShrinkingHorizonController controller_of(const OptimalControlProblem& problem, d
 }
 
 // One metre from rest to rest in minimum time: full throttle, then full brake.
-TEST(FirstHour, AnEndIsReachedWithAPlantOfOnesOwn) {
+TEST(UserTasks, ReachesTheEndWithACustomPlant) {
   Phase<2, 1> throttle{"throttle", Cart{}, between(0.1, 5.0)},
       brake{"brake", Cart{}, between(0.1, 5.0)};
   for (auto* phase : {&throttle, &brake})
@@ -239,7 +239,7 @@ class BouncingBall final : public LoopPlant {
   std::vector<HybridEvent> events_;
 };
 
-TEST(FirstHour, APhaseOfAPlantOfOnesOwnEndsByItsEventOrByTheGuard) {
+TEST(UserTasks, PhaseOfACustomPlantEndsByEventOrGuard) {
   Phase<2, 1> fall{"fall", Ball{}, between(0.1, 0.9)}, rise{"rise", Ball{}, between(0.1, 0.9)};
   fall.ends_when("impact", height, Crossing::falling).minimise("effort", effort);
   rise.minimise("effort", effort).reach("back", state, exactly({1.0, 0.0}));
@@ -261,7 +261,7 @@ TEST(FirstHour, APhaseOfAPlantOfOnesOwnEndsByItsEventOrByTheGuard) {
   }
 }
 
-TEST(FirstHour, APlantOfOnesOwnThatDoesNotFitIsOneSentence) {
+TEST(UserTasks, MismatchedCustomPlantGivesOneSentence) {
   Phase<2, 1> fly{"fly", Cart{}, between(0.1, 0.9)};
   Phase<1, 1> roll{"roll", Rate{}, exactly(1.0)};
   fly.guess_duration(0.5).reach("there", height, exactly(0.1)).minimise("effort", effort);

@@ -46,14 +46,14 @@ LoopLog run_transfer(double strength, const LoopOptions& options) {
   return simulate_closed_loop(controller, plant, options);
 }
 
-TEST(LoopMisses, ASoundLoopMissesNothing) {
+TEST(LoopMisses, CorrectLoopHasNoMisses) {
   const LoopLog log = run_transfer(1.0, {.duration = 2.0});
   EXPECT_TRUE(log.ok()) << log.message;
   EXPECT_TRUE(log.misses.empty());
   EXPECT_NE(log.summary_json().find("\"ok\": true"), std::string::npos);
 }
 
-TEST(LoopMisses, AnEndThatIsMissedIsInTheLog) {
+TEST(LoopMisses, MissedEndIsInTheLog) {
   const LoopLog log = run_transfer(0.7, {.duration = 2.0});
   EXPECT_TRUE(log.completed);
   EXPECT_FALSE(log.ok());
@@ -76,7 +76,7 @@ TEST(LoopMisses, AnEndThatIsMissedIsInTheLog) {
   EXPECT_TRUE(run_transfer(0.7, wide).ok());
 }
 
-TEST(LoopMisses, ARunThatIsTooShortIsNotOk) {
+TEST(LoopMisses, TooShortRunIsNotOk) {
   const LoopLog log = run_transfer(1.0, {.duration = 0.5});
   EXPECT_TRUE(log.completed);
   EXPECT_FALSE(log.reached_end);
@@ -89,7 +89,7 @@ TEST(LoopMisses, ARunThatIsTooShortIsNotOk) {
 
 // A receding horizon has no end constraints. The speed of the plant violates its bound and a row
 // with data.
-TEST(LoopMisses, ARecedingHorizonTellsBoundsAndPathConstraints) {
+TEST(LoopMisses, RecedingHorizonReportsBoundsAndPathConstraints) {
   Phase<2, 1> hold{"hold", Cart{}, exactly(1.0)};
   hold.bound_input(0, between(-20.0, 20.0))
       .bound_state(1, between(-3.0, 3.0))
@@ -126,7 +126,7 @@ TEST(LoopMisses, ARecedingHorizonTellsBoundsAndPathConstraints) {
 }
 
 // Without a controller's problem, the problem of the plant defines the violations.
-TEST(LoopMisses, AFeedbackLawIsJudgedByThePlantsProblem) {
+TEST(LoopMisses, FeedbackLawIsJudgedByThePlantProblem) {
   PhasedPlant plant(transfer(), runge_kutta4());
   plant.end_phase_at(0, 1.0);
   const LoopLog log =

@@ -34,7 +34,7 @@ OptimalControlProblem bounce(bool with_ceiling = false) {
   return ocp;
 }
 
-TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
+TEST(PhasedPlant, GuardEndsAPhaseAtItsZero) {
   PhasedPlant plant(bounce(), runge_kutta4());
   const VectorXd none = VectorXd::Zero(1);
   plant.end_phase_at(0, 0.1);  // ignored: the guard decides
@@ -55,7 +55,7 @@ TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
 }
 
 // A cost is not defined outside its window, because the root of a negative number is NaN.
-TEST(PhasedPlant, ChargesACostInItsWindowOnly) {
+TEST(PhasedPlant, EvaluatesACostInItsWindowOnly) {
   Phase<2, 1> fall{"fall", Ball{}, exactly(0.4)};
   const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.1); };
   fall.minimise("late", root, Window{.from = 0.2});
@@ -67,7 +67,7 @@ TEST(PhasedPlant, ChargesACostInItsWindowOnly) {
 }
 
 // A failed integration leaves the plant at the start of the piece.
-TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
+TEST(PhasedPlant, KeepsItsStateIfAPieceFails) {
   const auto root = [](const auto&, const auto& x, const auto& u) {
     using std::sqrt;
     return std::decay_t<decltype(x)>{sqrt(-1.0 - x[0] * x[0]), u[0]};
@@ -89,14 +89,14 @@ TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
   EXPECT_NEAR(plant.state()[1], 0.4, 1e-12);
 }
 
-TEST(PhasedPlant, DoesNotGoBack) {
+TEST(PhasedPlant, RejectsBackwardTime) {
   PhasedPlant plant(bounce(), runge_kutta4());
   EXPECT_FALSE(plant.advance(VectorXd::Zero(plant.inputs()), -0.1));
   EXPECT_NE(plant.failure().find("-0.1 s"), std::string::npos) << plant.failure();
   EXPECT_EQ(plant.time(), 0.0);
 }
 
-TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
+TEST(PhasedPlant, EndsAtThePlannedTimeWithCostsAndMisses) {
   PhasedPlant plant(bounce(true), runge_kutta4());
   const VectorXd thrust = VectorXd::Constant(1, 2.0);
   ASSERT_TRUE(plant.advance(thrust, 0.7));
@@ -120,7 +120,7 @@ TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
   EXPECT_EQ(plant.state()[0], end);
 }
 
-TEST(PhasedPlant, ADisturbancePastTheGuardEndsThePhase) {
+TEST(PhasedPlant, DisturbanceAcrossTheGuardEndsThePhase) {
   PhasedPlant plant(bounce(), runge_kutta4());
   ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.2));
   plant.disturb(VectorXd{{-2.0, 0.0}});
@@ -130,7 +130,7 @@ TEST(PhasedPlant, ADisturbancePastTheGuardEndsThePhase) {
   EXPECT_TRUE(plant.path_misses().empty());
 }
 
-TEST(PhasedPlant, ADisturbancePastTheGuardAndBackChangesNothing) {
+TEST(PhasedPlant, DisturbanceAcrossTheGuardAndBackChangesNothing) {
   PhasedPlant plant(bounce(), runge_kutta4());
   ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.2));
   plant.disturb(VectorXd{{-2.0, 0.0}});
@@ -160,14 +160,14 @@ double end_of_the_second(double hop) {
   return infinity;
 }
 
-TEST(PhasedPlant, APhaseThatBeginsOnItsGuardOrBeyondEndsAtOnceIfItGoesOn) {
+TEST(PhasedPlant, PhaseStartingBeyondItsGuardEndsImmediately) {
   EXPECT_NEAR(end_of_the_second(0.5), 1.5, 1e-12);
   EXPECT_NEAR(end_of_the_second(1.0), 1.0, 1e-12);
   EXPECT_NEAR(end_of_the_second(1.5), 1.0, 1e-12);
 }
 
 // The ball starts upward from the ground, or slightly below it because of rounding.
-TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
+TEST(PhasedPlant, BallFliesUntilItLands) {
   for (const double height_at_first : {0.0, -1e-17, 1e-17}) {
     Phase<2, 1> fly{"fly", Ball{}, between(0.1, 2.0)}, rest{"rest", Ball{}, between(0.1, 2.0)};
     fly.ends_when("impact", height, Crossing::falling).guess_duration(0.5);
@@ -182,7 +182,7 @@ TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
 }
 
 // A throw from the ground, with and without rounding. It may end within one piece.
-TEST(PhasedPlant, AHopEndsOnTheGroundHoweverShortItIs) {
+TEST(PhasedPlant, ShortHopEndsOnTheGround) {
   for (const double height_at_first : {0.0, 1e-17, -1e-17, 1e-12})
     for (const double flight : {0.02, 0.05, 0.08, 0.1, 0.13, 0.2, 0.3}) {
       Phase<2, 1> fly{"fly", Ball{}, between(0.01, 2.0)}, rest{"rest", Cart{}, between(0.1, 2.0)};
@@ -203,7 +203,7 @@ TEST(PhasedPlant, AHopEndsOnTheGroundHoweverShortItIs) {
 }
 
 // The ball returns from half a metre below the ground, or turns before it gets there.
-TEST(PhasedPlant, WhatBeginsBeyondItsGuardComesBackFirstOrEndsWhereItTurns) {
+TEST(PhasedPlant, StartBeyondTheGuardReturnsOrEndsAtTheTurn) {
   const auto run = [](double pull) {
     const auto field = [pull](const auto&, const auto& x, const auto&) {
       return decltype(x.eval()){x[1], pull + 0.0 * x[0]};
@@ -229,7 +229,7 @@ OptimalControlProblem standing(double x0 = 0.0) {
   return ocp;
 }
 
-TEST(PhasedPlant, RestOnTheGuardLastsUntilAPushTakesItOff) {
+TEST(PhasedPlant, RestOnTheGuardLastsUntilAPush) {
   PhasedPlant by_force(standing(), runge_kutta4());
   for (const double u : {0.0, -0.0, 0.0}) by_force.advance(VectorXd{{u}}, 0.1);
   EXPECT_EQ(by_force.phase(), 0);
@@ -247,7 +247,7 @@ TEST(PhasedPlant, RestOnTheGuardLastsUntilAPushTakesItOff) {
   }
 }
 
-TEST(PhasedPlant, AGuardThatIsNoNumberIsAFailure) {
+TEST(PhasedPlant, NanGuardIsAFailure) {
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
   const auto root = [](const auto&, const auto& x) {
     using std::sqrt;
@@ -271,7 +271,7 @@ Phase<1, nu> summing(const char* name) {
   return Phase<1, nu>{name, sum, between(0.01, 5.0)}.guess_duration(0.2);
 }
 
-TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
+TEST(PhasedPlant, FeedbackLawSetsInputsOfTheCurrentPhase) {
   const auto level = [](double at) {
     return [at](const auto&, const auto& x) { return x[0] - at; };
   };
@@ -296,7 +296,7 @@ TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
 }
 
 // At the present time of 1.7e9 s, neighbouring floating-point numbers are 2.4e-7 s apart.
-TEST(PhasedPlant, TimeFarFromZeroAddsUp) {
+TEST(PhasedPlant, AccumulatesLargeTimes) {
   constexpr double start = 1.7e9;
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
   Phase<1, 0> a{"a", ramp, between(0.01, 9.0)}, b{"b", ramp, between(0.01, 9.0)};
@@ -325,7 +325,7 @@ TEST(PhasedPlant, TimeFarFromZeroAddsUp) {
   EXPECT_NEAR(events[0].time, start + 0.5, 2.5e-7);
 }
 
-TEST(PhasedPlant, RefusesAnInputOfASizeThatNoPhaseHas) {
+TEST(PhasedPlant, RejectsAnInputOfWrongSize) {
   PhasedPlant plant(bounce(), runge_kutta4());
   for (const int size : {0, 2})
     EXPECT_THROW(plant.advance(VectorXd::Zero(size), 0.1), DefinitionError);
@@ -333,7 +333,7 @@ TEST(PhasedPlant, RefusesAnInputOfASizeThatNoPhaseHas) {
   EXPECT_TRUE(plant.advance(VectorXd::Zero(1), 0.1));
 }
 
-TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
+TEST(PhasedPlant, RejectsEventsInsideAPhase) {
   Phase<2, 1> phase{"fall", Ball{}, exactly(1.0)};
   phase.on("impact", height, Crossing::falling, [](auto, auto x, auto) { return x; });
   OptimalControlProblem ocp("fall");
@@ -341,7 +341,7 @@ TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
   EXPECT_THROW(PhasedPlant(bounce(), nullptr), DefinitionError);
 }
 
-TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
+TEST(ShrinkingLoop, CatchesADisturbedBall) {
   const OptimalControlProblem problem = bounce();
   const auto controller = [&] {
     return ShrinkingHorizonController(
@@ -396,7 +396,7 @@ OptimalControlProblem dash() {
 
 // With one input left, 2e-6 m at 4e-5 m/s take a tenth of a second more, if a solver finds that
 // plan.
-TEST(ShrinkingLoop, ATickThatFallsOnTheEndIsNotMade) {
+TEST(ShrinkingLoop, HasNoTickAtTheEnd) {
   const OptimalControlProblem problem = dash();
   ShrinkingHorizonController loop(
       problem,

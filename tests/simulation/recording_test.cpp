@@ -49,7 +49,7 @@ struct Fall {
   }
 };
 
-TEST(Recording, APlanHasItsJumpsTwice) {
+TEST(Recording, PlanHasBothSidesOfJumps) {
   Phase<2, 1> fall{"fall", Fall{}, exactly(0.4)}, rise{"rise", Fall{}, exactly(0.3)};
   OptimalControlProblem ocp("ball");
   ocp.start_at({1.0, 0.0}).then(fall).then(rise, jump<2>("bounce", [](const auto&, const auto& x) {
@@ -82,7 +82,7 @@ void expect_order(const Recording& recording) {
 }
 
 // x' = u = 0, 1, 2, ... in pieces of equal length, also far from the origin of time.
-TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
+TEST(Recording, EveryPieceHasItsInputUpToItsEnd) {
   const auto moved = [](const auto&, const auto& x, const auto& u) { return u[0] + 0.0 * x[0]; };
   IntervalProblem problem;
   problem.arguments = {1, 1, 0};
@@ -108,7 +108,7 @@ TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
 }
 
 // x' = (1, 1) below 0.35 and (-1, -1) above. The state follows the surface to the end.
-TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
+TEST(Recording, SlidingBeginsOnce) {
   Automaton<2> automaton;
   const auto field = [](double rate) {
     return [rate](const auto&, const auto& x) {
@@ -149,7 +149,7 @@ TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
 }
 
 // The sum of seven sevenths of an interval may differ from its end by rounding.
-TEST(Recording, AnEventWhereAPieceEndsIsKept) {
+TEST(Recording, KeepsAnEventAtTheEndOfAPiece) {
   const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
   const auto reset = [](const auto&, const auto& x) { return x[0] - 5.0; };
   for (int samples = 1; samples <= 24; ++samples)
@@ -173,7 +173,7 @@ TEST(Recording, AnEventWhereAPieceEndsIsKept) {
     }
 }
 
-TEST(Recording, ALogWritesItsFiles) {
+TEST(Recording, LogWritesItsFiles) {
   const auto folder =
       std::filesystem::temp_directory_path() / ("saltus_loop_" + std::to_string(::getpid()));
   IntegratorPlant plant = make_plant<2, 1>(Fall{}, runge_kutta4(), VectorXd{{1.0, 0.0}});

@@ -97,7 +97,7 @@ void expect_empty(const Trajectory& empty) {
   EXPECT_EQ(text.str(), "t,phase\n");
 }
 
-TEST(EmptyTrajectory, RefusesEveryAccess) {
+TEST(EmptyTrajectory, RejectsEveryAccess) {
   expect_empty(Trajectory());
   Solution solution = solve(integrator());
   ASSERT_TRUE(solution.ok()) << solution.message;
@@ -110,7 +110,7 @@ TEST(EmptyTrajectory, RefusesEveryAccess) {
   expect_empty(Solution().trajectory);
 }
 
-TEST(Trajectory, RefusesTimesThatAreNanAndPhasesThatAreNone) {
+TEST(Trajectory, RejectsNanTimesAndMissingPhases) {
   const Solution solution = solve(integrator());
   const Trajectory& plan = solution.trajectory;
   expect_refused("NaN", [&] { plan.state(nan); });
@@ -135,7 +135,7 @@ TEST(Trajectory, RefusesTimesThatAreNanAndPhasesThatAreNone) {
   }
 }
 
-TEST(Trajectory, IsCheckedWhenItIsMadeByHand) {
+TEST(Trajectory, IsCheckedAtConstruction) {
   const Solution solution = solve(integrator());
   const std::vector<Trajectory::PhaseInfo> phases = solution.trajectory.phases();
   const TrajectoryPiece piece = solution.trajectory.pieces().front();
@@ -156,7 +156,7 @@ TEST(Trajectory, IsCheckedWhenItIsMadeByHand) {
 }
 
 // Times of a plan may be NaN after a failed solve. The plan then returns NaN.
-TEST(Trajectory, OfAPointThatIsNanIsReadAsNan) {
+TEST(Trajectory, NanPointGivesNan) {
   Phase<1, 1> phase{
       "free",
       [](const auto&, const auto& x, const auto& u) { return std::decay_t<decltype(x)>(u[0]); },
@@ -176,13 +176,13 @@ TEST(Trajectory, OfAPointThatIsNanIsReadAsNan) {
   EXPECT_FALSE(shooting.interpret(failed, 3).ok());
 }
 
-TEST(Replay, RefusesAPlanOfAnotherProblem) {
+TEST(Replay, RejectsAPlanOfAnotherProblem) {
   const Solution solution = solve(integrator());
   expect_refused("phases", [&] { replay(integrator(), Trajectory(), runge_kutta4()); });
   expect_refused("phases", [&] { replay(two_phases(), solution.trajectory, runge_kutta4()); });
 }
 
-TEST(MultipleShootingMovedFrom, RefusesEveryAccess) {
+TEST(MultipleShootingMovedFrom, RejectsEveryAccess) {
   MultipleShooting shooting = shooting_of(integrator());
   const VectorXd w = shooting.initial_guess().w;
   expect_refused("variables", [&] { shooting.trajectory(VectorXd()); });
@@ -213,7 +213,7 @@ TEST(MultipleShootingMovedFrom, RefusesEveryAccess) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(Controller, RefusesPhasesThatAreNone) {
+TEST(Controller, RejectsMissingPhases) {
   RecedingHorizonController c = controller();
   c.tick(0.0, VectorXd::Zero(1));
   EXPECT_NEAR(c.end_of_phase(0), 1.0, 1e-12);
@@ -223,7 +223,7 @@ TEST(Controller, RefusesPhasesThatAreNone) {
   EXPECT_TRUE(is_of_this_tick(c.tick(0.02, VectorXd::Zero(1)).provenance));
 }
 
-TEST(Controller, ThatWasMovedFromFallsBackWithAnEmptyInput) {
+TEST(Controller, MovedFromControllerReturnsAnEmptyInput) {
   RecedingHorizonController c = controller();
   c.tick(0.0, VectorXd::Zero(1));
   const RecedingHorizonController other = std::move(c);
@@ -248,7 +248,7 @@ TEST(Controller, ThatWasMovedFromFallsBackWithAnEmptyInput) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(ShrinkingController, RefusesPhasesThatAreOverOrNone) {
+TEST(ShrinkingController, RejectsPastAndMissingPhases) {
   ShrinkingHorizonController c = shrinking();
   c.tick(0.0, VectorXd::Zero(1));
   EXPECT_NEAR(c.end_of_phase(1), 1.0, 1e-12);
@@ -265,7 +265,7 @@ TEST(ShrinkingController, RefusesPhasesThatAreOverOrNone) {
                  [&] { (void)ShrinkingHorizonController(OptimalControlProblem("none"), {}); });
 }
 
-TEST(ShrinkingController, ThatWasMovedFromFallsBackWithAnEmptyInput) {
+TEST(ShrinkingController, MovedFromControllerReturnsAnEmptyInput) {
   ShrinkingHorizonController c = shrinking();
   const ShrinkingHorizonController other = std::move(c);
   // NOLINTBEGIN(bugprone-use-after-move)
@@ -284,7 +284,7 @@ TEST(ShrinkingController, ThatWasMovedFromFallsBackWithAnEmptyInput) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(HeldInput, RefusesPiecesThatAreNone) {
+TEST(HeldInput, RejectsMissingPieces) {
   const ControlTick none;
   expect_refused("piece", [&] { none.input[0]; });
   expect_refused("piece", [&] { none.input.back(); });
@@ -308,7 +308,7 @@ TEST(LoopLogWithoutSamples, HasNoFinalState) {
   EXPECT_FALSE(log.plans_csv().empty());
 }
 
-TEST(ScheduleAccess, RefusesModesAndTimesThatAreNone) {
+TEST(ScheduleAccess, RejectsInvalidModesAndTimes) {
   Schedule schedule = Schedule({"a", "b"}, {{"on", 0.5}}).reserve(4);
   for (const int i : {-1, 2, 4, 100000}) {
     expect_refused("no mode", [&] { schedule.mode(i); });
@@ -334,7 +334,7 @@ TEST(ScheduleAccess, RefusesModesAndTimesThatAreNone) {
   // NOLINTEND(bugprone-use-after-move)
 }
 
-TEST(ProblemAccess, RefusesNumbersOfWhatItDoesNotHave) {
+TEST(ProblemAccess, RejectsInvalidIndices) {
   OptimalControlProblem problem = integrator();
   for (const int j : {-1, 1, 100000}) {
     expect_refused("phase", [&] { problem.editable_phase(j); });
@@ -363,7 +363,7 @@ TEST(ProblemAccess, RefusesNumbersOfWhatItDoesNotHave) {
     expect_refused("entry", [&] { (void)other.bounds_of_unknown("p", i); });
 }
 
-TEST(ReferenceAccess, RefusesEntriesThatAreNoneAndIsNanAtNan) {
+TEST(ReferenceAccess, RejectsInvalidEntriesAndReturnsNanAtNan) {
   const Reference moving({0.0, 1.0}, MatrixXd{{0.0, 2.0}});
   for (const int i : {-1, 1, 100000}) {
     expect_refused("entry", [&] { (void)moving.at(0.5, i); });

@@ -255,7 +255,7 @@ Solution solved(const OptimalControlProblem& problem, SolverChoice choice) {
   return solve(shooting, *make_solver(choice));
 }
 
-TEST(AdjacentPhases, ALimitKeptInBothIsNoHindrance) {
+TEST(AdjacentPhases, SharedLimitDoesNotBlockProgress) {
   const std::vector<Case> kept_in_both = cases(1, true), once = cases(1, false);
   ASSERT_EQ(kept_in_both.size(), 12u);
   for (std::size_t i = 0; i < kept_in_both.size(); ++i)

@@ -81,7 +81,7 @@ OptimalControlProblem spoilt(const std::function<void(Ride&)>& spoil) {
   return of(ride);
 }
 
-TEST(Check, finds_nothing_in_what_is_sound) {
+TEST(Check, AcceptsACorrectProblem) {
   for (const ProblemCheck& page : {check(of(sound())), check(spoilt([](Ride& ride) {
                                      ride.keep("power", power(Power::Mistake::none), at_most(10.0));
                                    }))}) {
@@ -101,7 +101,7 @@ struct Swing {
   }
 };
 
-TEST(Check, derivatives_are_looked_at_in_the_units_of_the_problem) {
+TEST(Check, ChecksDerivativesInProblemUnits) {
   for (const double radius : {1.0, 1e-3, 1e-4, 1e-5})
     for (const bool is_declared : {true, false}) {
       Ride swing{"swing", Swing{radius}, exactly(1.0)};
@@ -119,7 +119,7 @@ TEST(Check, derivatives_are_looked_at_in_the_units_of_the_problem) {
 }
 
 // Watts in place of megawatts: the check still finds the error.
-TEST(Check, finds_a_wrong_derivative_of_small_numbers) {
+TEST(Check, FindsAWrongDerivativeOfSmallNumbers) {
   for (const auto mistake :
        {Power::Mistake::derivative, Power::Mistake::second_derivative, Power::Mistake::none}) {
     const ProblemCheck page =
@@ -363,15 +363,15 @@ const Spoilt all_spoilt[] = {
      {"an integrator for such dynamics"}},
 };
 
-TEST(Check, finds_nothing_in_a_sound_jump) {
+TEST(Check, AcceptsACorrectJump) {
   const ProblemCheck page = check_blow(0.5);
   EXPECT_TRUE(page.ok()) << page.text();
   EXPECT_EQ(page.line("jumps").text, "1 state maps checked: finite, in agreement with differences");
 }
 
-class SpoiltProblem : public testing::TestWithParam<Spoilt> {};
+class FaultyProblem : public testing::TestWithParam<Spoilt> {};
 
-TEST_P(SpoiltProblem, is_found) {
+TEST_P(FaultyProblem, IsFound) {
   const ProblemCheck page = GetParam().page();
   EXPECT_FALSE(page.ok()) << page.text();
   const CheckLine& line = page.line(GetParam().aspect);
@@ -381,7 +381,7 @@ TEST_P(SpoiltProblem, is_found) {
                                                            << page.text();
 }
 
-INSTANTIATE_TEST_SUITE_P(Check, SpoiltProblem, testing::ValuesIn(all_spoilt),
+INSTANTIATE_TEST_SUITE_P(Check, FaultyProblem, testing::ValuesIn(all_spoilt),
                          [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST(SolverChoice, EveryNameMakesASolverThatFindsTheOptimum) {
   }
 }
 
-TEST(SolverChoice, OursHaveAMethodForTheirQuadraticPrograms) {
+TEST(SolverChoice, NativeSolversHaveAQpMethod) {
   MultipleShooting shooting = regulator();
   for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
     const auto solver = make_native_solver({.qp = qp_method(choice)});
@@ -70,7 +70,7 @@ TEST(RealTimeChoice, EveryNameAndMethodGivesTheSameInput) {
     }
 }
 
-TEST(RealTimeChoice, TheLimitOfIterationsIsTheUsers) {
+TEST(RealTimeChoice, UsesTheIterationLimitOfTheUser) {
   for (const auto& [name, solver] : solver_choices()) {
     RecedingHorizonController controller =
         make_controller(regulator(), {.solver = solver, .max_iterations = 1}, {.period = 0.1});

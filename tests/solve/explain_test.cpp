@@ -40,7 +40,7 @@ const Remedy* find(const Explanation& e, ProblemChange::Kind kind) {
 }
 
 // A result for a non-convex problem is valid near the guess only, and events make it jump.
-TEST(Explain, SaysWhereItHasLooked) {
+TEST(Explain, ReportsWhereItSearched) {
   const auto spring = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[1], u[0] - x[0] * x[0] * x[0]};
   };
@@ -63,7 +63,7 @@ TEST(Explain, SaysWhereItHasLooked) {
   }
 }
 
-TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
+TEST(Explain, AmountsAndRemediesMatchTheClosedForm) {
   const Explanation e = explain(ride(4.5), exact);
   ASSERT_TRUE(e.is_infeasible());
   ASSERT_EQ(e.shortages.size(), 1u) << e.text();
@@ -88,7 +88,7 @@ TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
 }
 
 // The same ride in metres and in units of ten micrometres, without nominal magnitudes.
-TEST(Explain, WhatIsMissingDoesNotDependOnTheUnits) {
+TEST(Explain, ShortagesAreIndependentOfUnits) {
   for (const double unit : {1.0, 1e-5})
     for (const double distance : {1.5, 4.5}) {
       Phase<2, 1> phase{"ride", cart, exactly(2.0)};
@@ -105,7 +105,7 @@ TEST(Explain, WhatIsMissingDoesNotDependOnTheUnits) {
     }
 }
 
-TEST(Explain, NothingIsMissingWhereConstraintsCanBeMet) {
+TEST(Explain, FeasibleProblemHasNoShortage) {
   const Explanation e = explain(ride(1.5), exact);
   EXPECT_TRUE(e.ok());
   EXPECT_FALSE(e.is_infeasible());
@@ -115,7 +115,7 @@ TEST(Explain, NothingIsMissingWhereConstraintsCanBeMet) {
 
 // The first node after the start requires 0.1 m/s. A longer ride has that node later, and would not
 // help on an equally fine grid.
-TEST(Explain, WhatOnlyMovesTheNodesIsNoRemedy) {
+TEST(Explain, MovingNodesIsNoRemedy) {
   Phase<2, 1> phase{"ride", cart, exactly(2.0)};
   phase.bound_input(0, between(-1.0, 1.0))
       .keep(
@@ -145,7 +145,7 @@ TEST(Explain, DataKeepTheirSign) {
   EXPECT_EQ(find(e, ProblemChange::Kind::parameter), nullptr) << e.text();
 }
 
-TEST(Explain, EndsWithItsTime) {
+TEST(Explain, RespectsItsTimeLimit) {
   ExplainOptions hurried = exact;
   hurried.time_limit = 1e-9;
   const Explanation e = explain(ride(4.5), hurried);
@@ -153,7 +153,7 @@ TEST(Explain, EndsWithItsTime) {
   EXPECT_NE(e.text().find("not known"), std::string::npos) << e.text();
 }
 
-TEST(Explain, ATickIsExplainedWhenTheRunIsOver) {
+TEST(Explain, ExplainsATickAfterTheRun) {
   OptimalControlProblem problem = ride(1.5);
   RecedingHorizonController controller(MultipleShooting(problem, exact.shooting), {.period = 0.1});
   IntegratorPlant plant = nominal_plant(problem, zero_order_hold());
@@ -180,7 +180,7 @@ OptimalControlProblem soft_ride(double distance, Penalty penalty) {
   return problem;
 }
 
-TEST(ExplainSoftTerms, WhatCannotHoldIsToldWithWhatWouldLetIt) {
+TEST(ExplainSoftTerms, InfeasibleTermIsReportedWithItsRemedy) {
   const Explanation e = explain(soft_ride(4.5, soft("there", 100.0)), exact);
   EXPECT_FALSE(e.is_infeasible());
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
@@ -201,7 +201,7 @@ TEST(ExplainSoftTerms, WhatCannotHoldIsToldWithWhatWouldLetIt) {
       << e.text();
 }
 
-TEST(ExplainSoftTerms, WhatCouldHoldIsToldWithItsPriceAndTheWeightFromWhichOnItDoes) {
+TEST(ExplainSoftTerms, FeasibleTermIsReportedWithItsPriceAndWeight) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 0.3)), exact);
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
   const SoftShortage& s = e.gives_way.front();
@@ -217,7 +217,7 @@ TEST(ExplainSoftTerms, WhatCouldHoldIsToldWithItsPriceAndTheWeightFromWhichOnItD
   EXPECT_TRUE(e.remedies.empty());
 }
 
-TEST(ExplainSoftTerms, ATermGivesWayToAnotherOne) {
+TEST(ExplainSoftTerms, NamesTheTermThatWins) {
   OptimalControlProblem problem = soft_ride(1.0, soft("there", 1.0));
   Term wall = problem.phases()[0].terms[1];
   wall.name = "wall";
@@ -231,20 +231,20 @@ TEST(ExplainSoftTerms, ATermGivesWayToAnotherOne) {
   EXPECT_EQ(e.gives_way_to, "phase 'ride', 'wall'") << e.text();
 }
 
-TEST(ExplainSoftTerms, AQuadraticPenaltyHoldsWithNoWeight) {
+TEST(ExplainSoftTerms, QuadraticPenaltyIsViolatedForAnyWeight) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 1.0, Penalty::L2)), exact);
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
   EXPECT_TRUE(e.gives_way.front().cost_if_held);
   EXPECT_FALSE(e.gives_way.front().weight_that_holds);
 }
 
-TEST(ExplainSoftTerms, WhatHoldsIsNotTold) {
+TEST(ExplainSoftTerms, SatisfiedTermIsNotReported) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 10.0)), exact);
   EXPECT_TRUE(e.gives_way.empty()) << e.text();
   EXPECT_EQ(e.text(), "the constraints can be met, at least near the guess\n");
 }
 
-TEST(ProblemChange, MovesOneNumberAndLeavesTheOriginal) {
+TEST(ProblemChange, ChangesOneNumberOfACopy) {
   const OptimalControlProblem problem = ride(1.5);
   const ProblemChange stronger{.kind = ProblemChange::Kind::input, .by = 0.5};
   const OptimalControlProblem better = changed(problem, stronger);
@@ -260,7 +260,7 @@ TEST(ProblemChange, MovesOneNumberAndLeavesTheOriginal) {
 }
 
 // One bound serves both rows of a link. The change affects only the selected row.
-TEST(ProblemChange, MovesOneRowOfALinkWhoseBoundServesAll) {
+TEST(ProblemChange, ChangesOneRowOfASharedLinkBound) {
   Phase<2, 1> drive{"drive",
                     [](const auto&, const auto& x, const auto& u) {
                       return std::decay_t<decltype(x)>{x[1], u[0]};

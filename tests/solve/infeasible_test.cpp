@@ -48,7 +48,7 @@ OptimalControlProblem chain(double gain, double limit = infinity) {
 }
 
 // Minimum input of the chain: 0.32 / gain^3, bang-bang.
-TEST(Infeasible, SmallGainsAreNoProof) {
+TEST(Infeasible, SmallGainsAreNotAProof) {
   for (const double gain : {1.0, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
     for (const SolverChoice choice : all_solvers) {
       SCOPED_TRACE(fmt::format("{} {}", gain, name_of(choice)));
@@ -109,7 +109,7 @@ TEST(Infeasible, OtherProblemsAreNotProved) {
 }
 
 // Explanations say "cannot be met" only with the same proof.
-TEST(Infeasible, ExplanationsAreAsCertain) {
+TEST(Infeasible, ExplanationsHaveTheSameCertainty) {
   EXPECT_NE(explain(too_far(1.0, 1.0, 0.0)).text().find("cannot be met"), std::string::npos);
   EXPECT_EQ(explain(too_far(1.0, 1.0, 0.1)).text().find("cannot be met"), std::string::npos);
   EXPECT_EQ(explain(chain(1e-5)).text().find("cannot be met"), std::string::npos);

@@ -324,7 +324,7 @@ const std::vector<Mistake>& mistakes() {
 
 class Beginner : public testing::TestWithParam<Mistake> {};
 
-TEST_P(Beginner, IsToldInOneSentence) {
+TEST_P(Beginner, SeesOneSentencePerMistake) {
 #ifndef NDEBUG
   const std::string name = GetParam().name;
   if (name == "CountsFromOne" || name == "SecondInputOfOne")
@@ -339,7 +339,7 @@ TEST_P(Beginner, IsToldInOneSentence) {
 INSTANTIATE_TEST_SUITE_P(Mistakes, Beginner, testing::ValuesIn(mistakes()),
                          [](const auto& instance) { return instance.param.name; });
 
-TEST(Beginner, IsNotBotheredWhenAllIsWell) {
+TEST(Beginner, SeesNoWarningsForASoundProblem) {
   const OptimalControlProblem cart = OptimalControlProblem("cart").start_at({0, 0}).then(sound());
   const Solution solution = solve(cart);
   EXPECT_TRUE(solution.ok()) << solution.message;

@@ -46,7 +46,7 @@ template <class... Own>
 constexpr int count = sizeof...(Own);
 
 // The test passes if it compiles: the compiler rejects an ambiguous name where it is used.
-TEST(OwnNames, AreTheUsersOwn) {
+TEST(UserNames, AreAvailableToTheUser) {
   EXPECT_EQ((count<Body, Car, Contact, Control, Controller, Cost, Constraint, Data, Dynamics, Foot,
                    Force, Gear, Guard, Input, Mode, Model, Motion, Node, Obstacle, Options,
                    Parameters, Plant, Point, Problem, Reset, Result, Road, Robot, Settings, State,

@@ -148,7 +148,7 @@ void expect_named(const std::string& message, const std::string& amount) {
   EXPECT_NE(message.find("violates its bounds by " + amount), std::string::npos) << message;
 }
 
-TEST(Presolve, ARowThatNothingChangesIsLeftOutOrIsInfeasibleWithItsName) {
+TEST(Presolve, ConstantRowIsDroppedOrNamedInfeasible) {
   for (const Constant& c : constants())
     for (const std::string& name : solver_names()) {
       SCOPED_TRACE(name_of(c) + ", " + name);
@@ -163,7 +163,7 @@ TEST(Presolve, ARowThatNothingChangesIsLeftOutOrIsInfeasibleWithItsName) {
     }
 }
 
-TEST(Presolve, EveryControllerSaysSo) {
+TEST(Presolve, EveryControllerReportsIt) {
   using Make = std::function<std::unique_ptr<RealTimeSolver>(NonlinearProgram&)>;
   const std::vector<std::pair<std::string, Make>> methods{
       {"iteration in stages", [](NonlinearProgram& p) { return make_real_time_iteration(p); }},
@@ -358,7 +358,7 @@ std::vector<Twice> twices() {
   return all;
 }
 
-TEST(Presolve, WhatIsSaidTwiceChangesNothing) {
+TEST(Presolve, DuplicateRowsChangeNothing) {
   for (const Twice& c : twices())
     for (const std::string& name : solver_names()) {
       SCOPED_TRACE(c.name + ", " + name);
@@ -376,7 +376,7 @@ TEST(Presolve, WhatIsSaidTwiceChangesNothing) {
     }
 }
 
-TEST(Presolve, OneRowOfEachPairIsLeft) {
+TEST(Presolve, KeepsOneRowOfEachPair) {
   for (const Twice& c : twices()) {
     SCOPED_TRACE(c.name);
     const auto rows_in_force = [](OptimalControlProblem problem, bool reduces) {
@@ -397,7 +397,7 @@ TEST(Presolve, OneRowOfEachPairIsLeft) {
   }
 }
 
-TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
+TEST(Presolve, NamesBothContradictoryRows) {
   struct Case {
     std::string name;
     std::function<OptimalControlProblem()> make;
@@ -470,7 +470,7 @@ TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
 }
 
 // The rows coincide near the guess but differ at the optimum.
-TEST(Presolve, RowsThatAreTheSameNearTheGuessOnlyAreBothKept) {
+TEST(Presolve, KeepsRowsThatAgreeNearTheGuessOnly) {
   const auto make = [](bool with_second) {
     Phase<2, 1> p{"push", Pendulum{}, exactly(1.0)};
     add_effort(p);
@@ -519,7 +519,7 @@ OptimalControlProblem bounded_by(double side) {
   return problem;
 }
 
-TEST(Presolve, BoundsBeyond1e19AreNone) {
+TEST(Presolve, BoundsBeyond1e19AreInfinite) {
   for (const std::string& name : solver_names()) {
     SCOPED_TRACE(name);
     const Solution free = solved(bounded_by(infinity), name);
@@ -533,7 +533,7 @@ TEST(Presolve, BoundsBeyond1e19AreNone) {
   EXPECT_EQ(without_sentinels(exactly(1e20)), exactly(1e20));
 }
 
-TEST(Presolve, FiniteBoundsFrom1e8OnAreQuestioned) {
+TEST(Presolve, FiniteBoundsFrom1e8OnGiveAWarning) {
   const ShootingOptions grid{.intervals_per_phase = 5, .integrator = runge_kutta4()};
   EXPECT_EQ(check(bounded_by(9e7), grid).line("bounds").verdict, CheckVerdict::good);
   EXPECT_EQ(check(bounded_by(1e20), grid).line("bounds").verdict, CheckVerdict::good);

@@ -76,7 +76,7 @@ OptimalControlProblem around_a_disc(double size) {
   return ocp;
 }
 
-TEST(SeveralStarts, AreToldFromOneAnotherInScenesOfAnySize) {
+TEST(SeveralStarts, AreDistinguishedAtAnyScale) {
   std::vector<double> best;
   for (const double size : {1.0, 3e-4}) {
     const auto by_way_of = [size](double y) {
@@ -96,7 +96,7 @@ TEST(SeveralStarts, AreToldFromOneAnotherInScenesOfAnySize) {
 
 // With a coarse distance measure all optima count as one. The cheapest represents them, independent
 // of the start that found it.
-TEST(SeveralStarts, TheCheapestStandsForThoseThatCountAsOne) {
+TEST(SeveralStarts, KeepsTheCheapestOfEqualOptima) {
   const SeveralSolutions found =
       solve_from(valleys(), {towards(1.2), towards(-1.2)},
                  {.intervals_per_phase = 5, .same_point = 10.0, .same_cost = 10.0});
@@ -105,7 +105,7 @@ TEST(SeveralStarts, TheCheapestStandsForThoseThatCountAsOne) {
   EXPECT_NEAR(found.optima[0].trajectory.final_state()[0], -1.03, 0.01);
 }
 
-TEST(SeveralStarts, AreTheSameToTheBitWithAnyNumberOfThreads) {
+TEST(SeveralStarts, AreBitIdenticalForAnyNumberOfThreads) {
   const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
   const auto found_by = [&](int threads) {
     return solve_from(valleys(), starts, {.intervals_per_phase = 5, .threads = threads});
@@ -125,7 +125,7 @@ TEST(SeveralStarts, AreTheSameToTheBitWithAnyNumberOfThreads) {
   }
 }
 
-TEST(SeveralStarts, StartsThatFailAreHandedBack) {
+TEST(SeveralStarts, ReturnsFailedStarts) {
   SeveralStartsOptions options{.intervals_per_phase = 5};
   options.make_solver = [] { return make_native_solver({.max_iterations = 1}); };
   const SeveralSolutions none = solve_from(valleys(), {towards(1.2), towards(-1.2)}, options);
@@ -134,7 +134,7 @@ TEST(SeveralStarts, StartsThatFailAreHandedBack) {
   EXPECT_EQ(none.failed.size(), 2u);
 }
 
-TEST(SeveralStarts, WrongStartsAreSaidBeforeAnythingIsSolved) {
+TEST(SeveralStarts, RejectsInvalidStartsBeforeSolving) {
   const auto message = [](StartingPoint start) -> std::string {
     try {
       solve_from(valleys(), {towards(1.0), std::move(start)});
@@ -158,7 +158,7 @@ struct Pendulum {
   }
 };
 
-TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
+TEST(Homotopy, ContinuesASolutionToTheTargetProblem) {
   Phase<2, 1, 1> swing{"swing", Pendulum{}, exactly(3.0)};
   swing.data("gravity", Vec<double, 1>{0.0})
       .bound_input(0, between(-6.0, 6.0))
@@ -185,7 +185,7 @@ TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
 
 // 1.02 m in 1 s with at most 1 m/s. After half of the homotopy, the next step is limited to the
 // end, where the solve fails. The step after that is half as long and does not repeat the same one.
-TEST(Homotopy, TriesNothingTwiceInARow) {
+TEST(Homotopy, DoesNotRepeatATry) {
   Phase<1, 1, 1> go{"go",
                     [](const auto&, const auto&, const auto& u, const auto&) {
                       return std::decay_t<decltype(u)>{u};

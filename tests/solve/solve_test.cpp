@@ -56,7 +56,7 @@ TEST(Solve, GridIntegratorSolverAndGuessAreReplaceable) {
 
 // min int x^2 + u^2 with x' = x + u from 1 in one second: by hand sinh / (sqrt(2) cosh - sinh) at
 // sqrt(2). The numbers of the README are those of this problem, and the default is the integral.
-TEST(Solve, CostRulesAreAsFarOffAsTheReadmeSays) {
+TEST(Solve, CostRuleErrorsMatchTheReadme) {
   const auto dynamics = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[0] + u[0]};
   };
@@ -81,7 +81,7 @@ TEST(Solve, CostRulesAreAsFarOffAsTheReadmeSays) {
 }
 
 // The observer of one solve is not used in the next, even after an exception.
-TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
+TEST(Solve, ThrowingObserverIsNotCalledAgain) {
   const std::shared_ptr<Solver> solver = make_native_solver();
   int heard = 0;
   SolveOptions watched{.solver = solver};
@@ -96,7 +96,7 @@ TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
   EXPECT_FALSE(solver->observer().report);
 }
 
-TEST(Solve, ARefusedLimitIsAResult) {
+TEST(Solve, InvalidLimitIsAStatus) {
   const Solution s = solve(race(), {.solver = make_native_solver({.max_iterations = 1})});
   EXPECT_FALSE(s.ok());
   EXPECT_EQ(s.status, SolveStatus::iteration_limit) << s.message;

@@ -46,7 +46,7 @@ OptimalControlProblem car(double first_speed) {
 }
 
 // The time decreases by less than 0.2 s per m/s of initial speed.
-TEST(Verdicts, AStartNearRestIsNoMagnitude) {
+TEST(Verdicts, StartNearRestIsNotAMagnitude) {
   for (const SolverChoice choice : all_solvers) {
     const Solution at_rest = solved(car(0.0), choice);
     ASSERT_TRUE(at_rest.ok()) << at_rest.message;
@@ -74,7 +74,7 @@ OptimalControlProblem rest_to_rest(double gain, double stiffness, double way, do
 }
 
 // Inputs of 4e3 move states of 4e-5: the violation hardly changes with an input of 1.
-TEST(Verdicts, ASmallEffectOfTheInputIsNoContradiction) {
+TEST(Verdicts, SmallEffectOfTheInputIsNoContradiction) {
   for (const SolverChoice choice : all_solvers) {
     const Solution plan = solved(rest_to_rest(7.8e-6, 1.18e4, 3.93e-5, 0.0365, 5.4e-8), choice);
     EXPECT_TRUE(plan.ok()) << name_of(choice) << ": " << plan.message;
@@ -83,7 +83,7 @@ TEST(Verdicts, ASmallEffectOfTheInputIsNoContradiction) {
 }
 
 // Speeds of 2e5 that end at rest. An error of 1 is small, even where the state is zero.
-TEST(Verdicts, ALargeStateThatComesToRestIsIntegratedWellEnough) {
+TEST(Verdicts, IntegratesALargeStateToRest) {
   for (const SolverChoice choice : all_solvers) {
     const Solution plan = solved(rest_to_rest(1.0, 1e10, 1.5, 1e-5, 1e-22), choice);
     EXPECT_TRUE(plan.ok()) << name_of(choice) << ": " << plan.message;
@@ -91,7 +91,7 @@ TEST(Verdicts, ALargeStateThatComesToRestIsIntegratedWellEnough) {
 }
 
 // 2 - t / 2 exceeds 2 - 0.03 before the first node only, and a given start has no rows on states.
-TEST(Verdicts, ARowOfTimeAloneHoldsAtAGivenStart) {
+TEST(Verdicts, RowOfTimeAloneHoldsAtAGivenStart) {
   for (const SolverChoice choice : all_solvers) {
     for (const bool is_met : {true, false}) {
       Phase<2, 1> push{"push",
@@ -141,7 +141,7 @@ OptimalControlProblem with_idle_bounds(double bound, double is_nonlinear) {
   return problem;
 }
 
-TEST(Verdicts, BoundsThatNeverActAreNoMagnitudes) {
+TEST(Verdicts, InactiveBoundsAreNotMagnitudes) {
   for (const double is_nonlinear : {0.0, 1.0})
     for (const SolverChoice choice : all_solvers) {
       const Solution free = solved(with_idle_bounds(infinity, is_nonlinear), choice);
@@ -175,7 +175,7 @@ OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds dur
 // With hard constraints the cost is 1/(2 T) + 2 T: 2.5 for 1 s and 2 for the optimal duration of
 // 0.5 s. The limit of 1.5 excludes that, so the optimum is 2.083333 for 2/3 s. An L2 penalty has an
 // error of about 1 / weight.
-TEST(Verdicts, PenaltyWeightsAreNoMagnitudes) {
+TEST(Verdicts, PenaltyWeightsAreNotMagnitudes) {
   for (const bool is_free : {false, true})
     for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2})
       for (const double weight : {1e4, 1e6, 1e8, 1e10, 1e12, 1e14})
@@ -191,7 +191,7 @@ TEST(Verdicts, PenaltyWeightsAreNoMagnitudes) {
 }
 
 // An L1 penalty on an infeasible constraint is paid in full, for any weight.
-TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
+TEST(Verdicts, ViolatedLargeWeightIsInTheCost) {
   const auto position = [](auto, auto x) { return x[0]; };
   for (const double weight : {1e2, 1e6, 1e10})
     for (const SolverChoice choice : all_solvers) {
@@ -227,7 +227,7 @@ class Stopped final : public Solver {
   SolveStatus status_;
 };
 
-TEST(Verdicts, ASolveThatWasStoppedDoesNotBeginAgainWithOtherWeights) {
+TEST(Verdicts, StoppedSolveIsNotRestarted) {
   for (const SolveStatus status :
        {SolveStatus::time_limit, SolveStatus::interrupted, SolveStatus::infeasible}) {
     MultipleShooting shooting(with_weights(1e10, Penalty::L1, exactly(1.0)),
@@ -245,7 +245,7 @@ TEST(Verdicts, ASolveThatWasStoppedDoesNotBeginAgainWithOtherWeights) {
 
 // Forces of up to 2 N per kg are at their bounds for any mass. The guess of zero gives no magnitude
 // of a force.
-TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
+TEST(Verdicts, SolvesForceBoundsForAnyMass) {
   const auto push = [](double mass) {
     Phase<2, 1> phase{"push",
                       [=](auto, auto x, auto u) {
@@ -269,7 +269,7 @@ TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
 }
 
 // Rest to rest over 1 m in minimum time, 2 s with |u| <= 1, with a unit of time of 1 / unit s.
-TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
+TEST(Verdicts, OptimumIsIndependentOfUnits) {
   for (const double unit : {1e-8, 1e-4, 1.0, 1e4, 1e8})
     for (const SolverChoice choice : all_solvers) {
       Phase<2, 1> phase{"move",
@@ -318,7 +318,7 @@ OptimalControlProblem arm() {
 
 // A solve may stop anywhere. The reported residual decides whether it is called an optimum, and all
 // of its iterations are counted.
-TEST(Verdicts, AStoppedSolveIsCalledWhatItsResidualSays) {
+TEST(Verdicts, StoppedSolveStatusFollowsItsResidual) {
   constexpr double tolerance = 1e-6, acceptable = 100.0 * tolerance;
   for (const SolverChoice choice : all_solvers)
     for (const Curvature curvature : {Curvature::exact, Curvature::gauss_newton})

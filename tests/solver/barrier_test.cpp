@@ -82,7 +82,7 @@ struct Car {
 // starts.
 class Newton : public testing::TestWithParam<const char*> {};
 
-TEST_P(Newton, StepsByStagesAreThoseOfTheSparseFactor) {
+TEST_P(Newton, StagedStepsMatchTheSparseFactor) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
@@ -149,7 +149,7 @@ TEST(DifferencedProgram, HasTheExactSecondDerivatives) {
   EXPECT_LT((exact - differences).cwiseAbs().maxCoeff(), 1e-6 * exact.cwiseAbs().maxCoeff());
 }
 
-TEST(Sqp, DoesWithoutSecondDerivatives) {
+TEST(Sqp, WorksWithoutSecondDerivatives) {
   Rosenbrock program;
   program.has_curvature = false;
   const NlpResult r =
@@ -218,7 +218,7 @@ TEST(Verdict, FollowsFromTheReportedResidual) {
 
 // The tightest tolerances are below the rounding of the residual. The count includes models that
 // are tried without success.
-TEST(Sqp, CountsTheEffortOfEveryAttempt) {
+TEST(Sqp, CountsIterationsOfEveryAttempt) {
   Rosenbrock program;
   program.seconds_per_evaluation = 2e-4;
   program.row_lower_[0] = program.row_upper_[0] = 1.0 / 3.0;
@@ -237,7 +237,7 @@ TEST(Sqp, CountsTheEffortOfEveryAttempt) {
   }
 }
 
-TEST(Filter, RefusesWhatIsWorseInBoth) {
+TEST(Filter, RejectsPointsThatAreWorseInBoth) {
   Filter filter;
   filter.reset(10.0);
   EXPECT_TRUE(filter.accepts(9.0, 1e9));
@@ -249,7 +249,7 @@ TEST(Filter, RefusesWhatIsWorseInBoth) {
 }
 
 // A few of the programs of benchmarks/compare_solvers.cpp.
-TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
+TEST(RandomPrograms, MatchIpopt) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     const RandomProgram program = random_program(seed);
     MultipleShooting shooting(program.problem, program.options);
@@ -264,7 +264,7 @@ TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
 
 // In the last three cases a different term is violated because that costs less. The message names
 // the term that it conflicts with.
-TEST(RandomPrograms, SayWhichTermCannotBeMet) {
+TEST(RandomPrograms, NameTheInfeasibleTerm) {
   for (const unsigned seed : {1, 2, 3, 4, 5, 6, 35, 40, 47}) {
     const RandomProgram program = contradictory_program(seed);
     MultipleShooting shooting(program.problem, program.options);

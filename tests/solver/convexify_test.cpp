@@ -50,7 +50,7 @@ TEST(Convexification, LeavesNoNegativeCurvatureInAnyBlock) {
   }
 }
 
-TEST(Convexification, FullBlocksKeepTheirEigenvectorsAndTheSizesOfTheirEigenvalues) {
+TEST(Convexification, FullBlocksKeepEigenvectorsAndAbsoluteEigenvalues) {
   const SparsityPattern pattern = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
   VectorXd entries = Vec<double, 3>{0.0, 2.0, 3.0};  // eigenvalues -1 and 4
   Convexification(pattern).apply(entries, 1e-6);
@@ -59,7 +59,7 @@ TEST(Convexification, FullBlocksKeepTheirEigenvectorsAndTheSizesOfTheirEigenvalu
   EXPECT_NEAR(eigen.eigenvalues()[1], 4.0, 1e-12);
 }
 
-TEST(Convexification, ConvexBlocksStayAsTheyAreToTheLastDigit) {
+TEST(Convexification, ConvexBlocksAreUnchanged) {
   std::mt19937 random(7);
   std::normal_distribution<double> any;
   for (const int rank : {2, 4}) {

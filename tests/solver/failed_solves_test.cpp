@@ -85,7 +85,7 @@ OptimalControlProblem not_convex(bool bounded, double guess) {
   return ocp;
 }
 
-TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrSayWhyNot) {
+TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrAMessage) {
   const ShootingOptions options{.intervals_per_phase = 20, .integrator = runge_kutta4()};
   for (const SolverChoice choice :
        {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
@@ -104,7 +104,7 @@ TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrSayWhyNot) {
   }
 }
 
-TEST(IterationLimit, SaysHowFarTheSolveGot) {
+TEST(IterationLimit, ReportsTheProgress) {
   const Solution s = attempt(too_far({1.0, 1.0}), {.max_iterations = 1});
   EXPECT_EQ(s.status, SolveStatus::iteration_limit);
   expect_in("the iteration limit was reached; phase 'run', term 'goal'", s.message);
@@ -116,7 +116,7 @@ TEST(TimeLimit, EndsTheSolve) {
   EXPECT_EQ(s.status, SolveStatus::time_limit);
 }
 
-TEST(EvaluationFailed, WhereADomainIsLeft) {
+TEST(EvaluationFailed, OutsideADomain) {
   Phase<1, 1> phase{"root",
                     [](const auto&, const auto& x, const auto& u) { return sqrt(x[0]) + u[0]; },
                     exactly(1.0)};

@@ -124,11 +124,11 @@ int proved(double decades, double gap, int count) {
   return proofs;
 }
 
-TEST(InfeasibilityProof, IsNeverFoundWhereThereIsAPoint) {
+TEST(InfeasibilityProof, IsNeverGivenForFeasiblePrograms) {
   for (const double decades : {0.0, 3.0, 8.0}) EXPECT_EQ(proved(decades, 0.0, 500), 0) << decades;
 }
 
-TEST(InfeasibilityProof, IsFoundInAnyUnits) {
+TEST(InfeasibilityProof, IsIndependentOfUnits) {
   for (const double decades : {0.0, 3.0, 6.0})
     for (const double gap : {1.0, 1e-2, 1e-4})
       EXPECT_GE(proved(decades, gap, 100), 98) << decades << " " << gap;

@@ -26,7 +26,7 @@ TEST(Ipopt, FindsTheOptimumAndOurResidualAgrees) {
   EXPECT_GT(result.iterations, 0);
 }
 
-TEST(Ipopt, MultipliersHaveTheSignOfTheSideThatHolds) {
+TEST(Ipopt, MultipliersHaveTheSignOfTheActiveBound) {
   Rosenbrock program;
   program.upper_[0] = 0.5;  // the optimum lies at (0.5, 0.25), df/da = -1
   const NlpResult upper = run(program);
@@ -59,7 +59,7 @@ TEST(Ipopt, BoundsAreNotRelaxed) {
   EXPECT_LE(run(program).point.w[0], 0.5);
 }
 
-TEST(Ipopt, EqualBoundsTakeAVariableOut) {
+TEST(Ipopt, EqualBoundsRemoveAVariable) {
   Rosenbrock program;
   program.lower_[0] = program.upper_[0] = 0.3;
   const NlpResult result = run(program);
@@ -107,14 +107,14 @@ TEST(IpoptStatus, Infeasible) {
   EXPECT_NEAR(result.kkt.feasibility, 1.0, 1e-3);
 }
 
-TEST(IpoptStatus, BoundsThatExcludeOneAnotherAreAnInvalidProblem) {
+TEST(IpoptStatus, CrossedBoundsAreAnInvalidProblem) {
   Rosenbrock program;
   program.lower_[1] = 2.0;
   program.upper_[1] = 1.0;
   EXPECT_EQ(run(program).status, SolveStatus::invalid_problem);
 }
 
-TEST(IpoptStatus, BoundsThatOnlyInfinitySatisfiesAreAnInvalidProblem) {
+TEST(IpoptStatus, InfiniteBoundsAreAnInvalidProblem) {
   Rosenbrock program;
   program.row_lower_[0] = infinity;
   EXPECT_EQ(run(program).status, SolveStatus::invalid_problem);
@@ -127,7 +127,7 @@ TEST(IpoptStatus, AStartOfTheWrongSizeIsAnInvalidProblem) {
   EXPECT_EQ(result.status, SolveStatus::invalid_problem);
 }
 
-TEST(IpoptStatus, BadOptionsAreAnInvalidProblem) {
+TEST(IpoptStatus, InvalidOptionsAreAnInvalidProblem) {
   Rosenbrock program;
   EXPECT_EQ(run(program, {.tolerance = -1.0}).status, SolveStatus::invalid_problem);
 }
@@ -156,7 +156,7 @@ TEST(IpoptStatus, Unbounded) {
   EXPECT_EQ(run(program).status, SolveStatus::unbounded);
 }
 
-TEST(SolveStatus, EveryValueHasItsOwnSentence) {
+TEST(SolveStatus, EveryValueHasItsSentence) {
   std::vector<std::string> sentences;
   for (int s = 0; s <= static_cast<int>(SolveStatus::invalid_problem); ++s)
     sentences.emplace_back(describe(static_cast<SolveStatus>(s)));

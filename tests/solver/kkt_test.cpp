@@ -16,14 +16,14 @@ class AtTheOptimum : public testing::Test {
   NlpPoint point{Vec<double, 2>{0.5, 0.25}, VectorXd::Zero(1), Vec<double, 2>{1.0, 0.0}};
 };
 
-TEST_F(AtTheOptimum, EverythingVanishes) {
+TEST_F(AtTheOptimum, AllResidualsVanish) {
   const KktResidual r = kkt_residual(program, point);
   EXPECT_LT(r.scaled(), 1e-14);
   EXPECT_EQ(r.worst_row, -1);
   EXPECT_EQ(r.worst_variable, -1);
 }
 
-TEST_F(AtTheOptimum, AWrongMultiplierIsSeenInStationarity) {
+TEST_F(AtTheOptimum, WrongMultiplierShowsInStationarity) {
   point.z[0] = 1.25;
   EXPECT_NEAR(kkt_residual(program, point).stationarity, 0.25, 1e-14);
   point.z[0] = 1.0;
@@ -31,24 +31,24 @@ TEST_F(AtTheOptimum, AWrongMultiplierIsSeenInStationarity) {
   EXPECT_NEAR(kkt_residual(program, point).stationarity, 0.5, 1e-14);
 }
 
-TEST_F(AtTheOptimum, AMultiplierThatPushesAgainstNothingIsSeenInComplementarity) {
+TEST_F(AtTheOptimum, MultiplierWithoutABoundShowsInComplementarity) {
   point.lambda[0] = 0.5;  // the row is free
   EXPECT_NEAR(kkt_residual(program, point).complementarity, 0.5, 1e-14);
 }
 
-TEST_F(AtTheOptimum, AMultiplierOfASideThatDoesNotHoldIsSeenInComplementarity) {
+TEST_F(AtTheOptimum, MultiplierOfAnInactiveBoundShowsInComplementarity) {
   program.row_upper_[0] = 2.75;  // off by 2
   point.lambda[0] = 0.5;
   EXPECT_NEAR(kkt_residual(program, point).complementarity, 1.0, 1e-14);
 }
 
-TEST_F(AtTheOptimum, TheWrongSignIsSeen) {
+TEST_F(AtTheOptimum, WrongSignIsDetected) {
   program.lower_[0] = -1.5;
   point.z[0] = -1.0;  // the sign of the lower side
   EXPECT_NEAR(kkt_residual(program, point).complementarity, 2.0, 1e-14);
 }
 
-TEST_F(AtTheOptimum, ViolationsAreNamed) {
+TEST_F(AtTheOptimum, ReportsViolations) {
   point.w[0] = 0.6;
   KktResidual r = kkt_residual(program, point);
   EXPECT_NEAR(r.feasibility, 0.1, 1e-14);
@@ -65,7 +65,7 @@ TEST_F(AtTheOptimum, ProgramsThatCannotBeEvaluatedHaveAnInfiniteResidual) {
   EXPECT_TRUE(std::isinf(kkt_residual(program, point).scaled()));
 }
 
-TEST_F(AtTheOptimum, WhatIsNoNumberOrMissingIsNotOverlooked) {
+TEST_F(AtTheOptimum, DetectsNanAndMissingEntries) {
   KktCheck check(program);
   EXPECT_LT(check(program, point).scaled(), 1e-14);
   NlpPoint other = point;
@@ -79,7 +79,7 @@ TEST_F(AtTheOptimum, WhatIsNoNumberOrMissingIsNotOverlooked) {
 
 // The multiplier of a fixed variable may have any size. It does not relax the check of other
 // variables.
-TEST_F(AtTheOptimum, AMultiplierOfAFixedVariableDoesNotScale) {
+TEST_F(AtTheOptimum, MultiplierOfAFixedVariableDoesNotScale) {
   program.lower_[0] = 0.5;
   point.z[0] = 1e12;
   point.w[1] = 0.5;

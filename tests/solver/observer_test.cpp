@@ -41,7 +41,7 @@ const Named solvers[] = {
     {"Ipopt", [] { return make_ipopt(); }},
 };
 
-TEST(Observer, HearsOfEveryIterationFromTheStartToTheOptimum) {
+TEST(Observer, ReceivesEveryIteration) {
   for (const Named& named : solvers) {
     SCOPED_TRACE(named.name);
     MultipleShooting shooting(pendulum(),
@@ -68,7 +68,7 @@ TEST(Observer, HearsOfEveryIterationFromTheStartToTheOptimum) {
   }
 }
 
-TEST(Observer, EndsASolveWithWhatThereIs) {
+TEST(Observer, StopsASolveWithTheCurrentPoint) {
   for (const Named& named : solvers) {
     SCOPED_TRACE(named.name);
     MultipleShooting shooting(pendulum(),
@@ -95,7 +95,7 @@ MultipleShooting dear_swing() {
                           {.intervals_per_phase = 20, .integrator = runge_kutta4()});
 }
 
-TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
+TEST(Observer, CostsAreUnscaled) {
   MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
@@ -106,7 +106,7 @@ TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
 }
 
 // An exception from the observer leaves the solver unchanged.
-TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
+TEST(Observer, CostsStayUnscaledAfterAnException) {
   MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
@@ -122,7 +122,7 @@ TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
   EXPECT_NEAR(last, s.cost, 1e-6 * s.cost);
 }
 
-TEST(Observer, ATableHasItsHeaderAgainAndAgain) {
+TEST(Observer, TableRepeatsItsHeader) {
   std::vector<std::string> lines;
   const auto table =
       table_of_iterations([&](const std::string& line) { lines.push_back(line); }, 2);

@@ -43,7 +43,7 @@ Solution solved(const OptimalControlProblem& ocp, Solver& solver) {
   return solve(shooting, solver);
 }
 
-TEST(SecondOrder, AMaximumIsNoOptimum) {
+TEST(SecondOrder, MaximumIsNotAnOptimum) {
   const OptimalControlProblem ocp =
       problem([](auto, auto, auto u) { return -u[0] * u[0] - 0.1 * u[0] * u[0] * u[0] * u[0]; });
   for (const auto& solver : solvers()) {
@@ -52,7 +52,7 @@ TEST(SecondOrder, AMaximumIsNoOptimum) {
   }
 }
 
-TEST(SecondOrder, AMaximumOfAQuadraticCostIsNoOptimum) {
+TEST(SecondOrder, MaximumOfAQuadraticCostIsNotAnOptimum) {
   const OptimalControlProblem ocp = problem([](auto, auto, auto u) { return -u[0] * u[0]; });
   for (const auto& solver : solvers()) {
     const Solution s = solved(ocp, *solver);
@@ -61,7 +61,7 @@ TEST(SecondOrder, AMaximumOfAQuadraticCostIsNoOptimum) {
   }
 }
 
-TEST(SecondOrder, ASaddleHasAHint) {
+TEST(SecondOrder, SaddlePointHasAHint) {
   const OptimalControlProblem ocp =
       problem([](auto, auto x, auto u) { return x[0] * x[0] - 2.0 * u[0] * u[0]; });
   for (const auto& solver : solvers()) {
@@ -75,7 +75,7 @@ TEST(SecondOrder, ASaddleHasAHint) {
 }
 
 // A cost with negative curvature can still have a minimum at its bounds.
-TEST(SecondOrder, ACornerIsAnOptimum) {
+TEST(SecondOrder, CornerIsAnOptimum) {
   const OptimalControlProblem ocp =
       problem([](auto, auto x,
                  auto u) { return x[0] - 0.1 * u[0] * u[0] + 0.01 * u[0] * u[0] * u[0] * u[0]; },
@@ -88,7 +88,7 @@ TEST(SecondOrder, ACornerIsAnOptimum) {
 }
 
 // Singular arcs and inputs without cost give a semidefinite Hessian, which is not a saddle.
-TEST(SecondOrder, FlatIsNoSaddle) {
+TEST(SecondOrder, FlatCostIsNotASaddle) {
   for (const auto& solver : solvers()) {
     const Solution singular = solved(
         problem([](auto, auto x, auto) { return (x[0] - 0.2) * (x[0] - 0.2); }, between(-1, 1)),
@@ -100,7 +100,7 @@ TEST(SecondOrder, FlatIsNoSaddle) {
   }
 }
 
-TEST(SecondOrder, TheDirectionIsWhatItSays) {
+TEST(SecondOrder, DirectionHasNegativeCurvature) {
   MultipleShooting shooting(problem([](auto, auto, auto u) { return -u[0] * u[0]; }),
                             {.intervals_per_phase = 10, .integrator = runge_kutta4()});
   NlpPoint point = shooting.initial_guess();
@@ -120,7 +120,7 @@ TEST(SecondOrder, TheDirectionIsWhatItSays) {
 }
 
 // Second derivatives vanish at x = 0, and the cost decreases to -1 on both sides.
-TEST(SecondOrder, AMaximumOfFourthOrderIsNoMinimum) {
+TEST(SecondOrder, FourthOrderMaximumIsNotAMinimum) {
   Phase<1, 1> phase{"only", Integrator1{}, exactly(1.0)};
   phase.bound_input(0, between(-1.0, 1.0)).minimise_at_end("hill", [](auto, auto x) {
     return -x[0] * x[0] * x[0] * x[0];
@@ -140,7 +140,7 @@ TEST(SecondOrder, AMaximumOfFourthOrderIsNoMinimum) {
 
 // A decrease of the cost below the tolerance does not turn an optimum into a failure. A maximum is
 // not an optimum, even with very small multipliers of distant bounds.
-TEST(SecondOrder, ThePredictedFallDecides) {
+TEST(SecondOrder, DependsOnThePredictedDecrease) {
   for (const double height : {1e-9, 1.0}) {
     const OptimalControlProblem ocp = problem(
         [height](auto, auto, auto u) { return 1.0 - height * u[0] * u[0]; }, between(-1.0, 1.0));
@@ -195,7 +195,7 @@ class OneBound final : public NonlinearProgram {
   SparsityPattern diagonal_ = SparsityPattern::from_pairs(1, 1, {{0, 0}});
 };
 
-TEST(FirstOrder, GapAndGainAreThoseOfTheEquations) {
+TEST(FirstOrder, GapAndGainMatchTheEquations) {
   OneBound program;
   const VectorXd w = VectorXd::Constant(1, 0.9), z = VectorXd::Constant(1, 0.5);
   const OptimumCheck check = check_optimum(program, {w, VectorXd(), z});

@@ -152,7 +152,7 @@ std::vector<int> rows_left(const Presolve& sides) {
   return rows;
 }
 
-TEST(PresolveRows, ConstantRowsAndMultiplesAcrossAnIdentityAreLeftOut) {
+TEST(PresolveRows, DropsConstantRowsAndMultiples) {
   TwoPhases program;
   const Presolve sides = look_at(program);
   EXPECT_FALSE(sides.contradiction);
@@ -162,7 +162,7 @@ TEST(PresolveRows, ConstantRowsAndMultiplesAcrossAnIdentityAreLeftOut) {
   EXPECT_EQ(sides.nonlinear, std::vector<int>{same_curve});
 }
 
-TEST(PresolveRows, TheTightestSidesAreKept) {
+TEST(PresolveRows, KeepsTheTightestBounds) {
   TwoPhases program;
   program.ru[same_curve] = 3.0;  // x2^2 <= 3
   program.ru[reversed] = 8.0;    // y >= -4, in addition to y <= 3
@@ -176,7 +176,7 @@ TEST(PresolveRows, TheTightestSidesAreKept) {
   EXPECT_EQ(sides.upper[y], 2.5);
 }
 
-TEST(PresolveRows, ContradictionsNameBothAndTheAmount) {
+TEST(PresolveRows, ContradictionsNameBothRowsAndTheAmount) {
   struct Case {
     std::string name;
     void (*change)(TwoPhases&);
@@ -207,7 +207,7 @@ TEST(PresolveRows, ContradictionsNameBothAndTheAmount) {
   }
 }
 
-TEST(PresolveRows, WhatIsMissedByLessThanTheToleranceOfARowIsNoContradiction) {
+TEST(PresolveRows, ViolationBelowTheToleranceIsNoContradiction) {
   TwoPhases program;
   program.ru[constant] = 2.0 - 1e-6;  // 1e-6 times 2 is allowed
   program.rl[twice_sum] = program.ru[twice_sum] = 2.0 + 1e-6;
@@ -216,7 +216,7 @@ TEST(PresolveRows, WhatIsMissedByLessThanTheToleranceOfARowIsNoContradiction) {
   EXPECT_TRUE(look_at(program).contradiction);
 }
 
-TEST(PresolveRows, SentinelsAreNoBounds) {
+TEST(PresolveRows, SentinelsAreNotBounds) {
   TwoPhases program;
   program.u[a] = 1e19;
   program.l[a] = -1e30;

@@ -34,7 +34,7 @@ ProgramScale scale_of_cost_and_rows(const NonlinearProgram& program, double fact
   return units;
 }
 
-TEST_P(Units, OfCostAndRowsDoNotDecideWhatIsFound) {
+TEST_P(Units, OfCostAndRowsDoNotChangeTheResult) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
@@ -78,7 +78,7 @@ bool has_other_optima(const std::string& id) {
 
 // Twenty problems in four other sets of units: all times 1e4, all times 1e-4, and two with a
 // separate factor for each quantity.
-TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
+TEST_P(Units, OfStatesInputsAndTimeDoNotChangeTheResult) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
@@ -126,7 +126,7 @@ OptimalControlProblem far_cart(bool with_nominal) {
   return ocp;
 }
 
-TEST(ProgramSize, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
+TEST(ProgramSize, FollowsTheGuessOrTheQuantities) {
   const ShootingOptions options{.intervals_per_phase = 10, .integrator = runge_kutta4()};
   const auto size_of = [](MultipleShooting& shooting) {
     ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
@@ -149,7 +149,7 @@ TEST(ProgramSize, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
   EXPECT_EQ(kept[layout.state(0, 3) + 1], 1.0);
 }
 
-TEST(ProgramSize, AMagnitudeOfOneIsDeclaredToo) {
+TEST(ProgramSize, MagnitudeOfOneCountsAsDeclared) {
   for (const bool is_declared : {false, true}) {
     Phase<2, 1> phase{"cart",
                       [](const auto&, const auto& x, const auto& u) {
@@ -185,7 +185,7 @@ OptimalControlProblem cart(double cost) {
   return ocp;
 }
 
-TEST(Scale, OfACostIsFoundByEverySolver) {
+TEST(Scale, EverySolverScalesTheCost) {
   const auto cost = [](Solver& solver, double factor, bool automatic) {
     MultipleShooting shooting(
         cart(factor),
@@ -206,7 +206,7 @@ TEST(Scale, OfACostIsFoundByEverySolver) {
   }
 }
 
-TEST(Scale, MultipliersAreThoseOfTheProgram) {
+TEST(Scale, MultipliersAreUnscaled) {
   MultipleShooting shooting(cart(1e6), {.intervals_per_phase = 20, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
@@ -215,7 +215,7 @@ TEST(Scale, MultipliersAreThoseOfTheProgram) {
   EXPECT_LE(residual.stationarity, 1e-7 * 1e6);
 }
 
-TEST(Scale, WhatIsWellStatedStaysAsItIs) {
+TEST(Scale, WellScaledProgramsAreUnchanged) {
   MultipleShooting shooting(cart(1.0), {.intervals_per_phase = 20, .integrator = runge_kutta4()});
   ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
   ASSERT_TRUE(size.look_at(shooting.initial_guess().w));
@@ -262,7 +262,7 @@ class Once final : public Solver {
 };
 
 // Ticks have no check afterwards, so presolve keeps a side that is far away at the guess.
-TEST(Scale, SidesAreLeftOutOnlyOnRequest) {
+TEST(Scale, BoundsAreOmittedOnlyOnRequest) {
   MultipleShooting shooting(small_cart(1e7),
                             {.intervals_per_phase = 4, .integrator = runge_kutta4()});
   NonlinearProgram& program = shooting.nlp();
@@ -282,7 +282,7 @@ TEST(Scale, SidesAreLeftOutOnlyOnRequest) {
             0);
 }
 
-TEST(Scale, ThatOnlyTheSolutionTellsIsUsedForAnother) {
+TEST(Scale, ScaleFromTheSolutionIsUsedForAnotherAttempt) {
   const ShootingOptions options{.intervals_per_phase = 20, .integrator = runge_kutta4()};
   const auto solved = [&](double unit, Solver& solver) {
     MultipleShooting shooting(small_cart(unit), options);

@@ -27,7 +27,7 @@ NlpPoint point_at(double a, double b) { return {Vec<double, 2>{a, b}, {}, {}}; }
 
 class SqpReference : public testing::TestWithParam<std::tuple<ReferenceCase, Curvature>> {};
 
-TEST_P(SqpReference, ReachesTheKnownOptimumFromItsOwnGuess) {
+TEST_P(SqpReference, ReachesTheKnownOptimumFromItsGuess) {
   const auto& [c, curvature] = GetParam();
   MultipleShooting shooting(c.problem(), c.options);
   const Solution solution = solve(shooting, *sqp({.curvature = curvature}));
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(LeastSquares, SqpReference,
                                           testing::Values(Curvature::gauss_newton)),
                          instance_name);
 
-TEST(Sqp, FindsTheOptimumOfACurvedValleyFromFarAway) {
+TEST(Sqp, FindsTheOptimumOfACurvedValley) {
   for (const double a : {-1.2, 3.0, 0.0}) {
     Rosenbrock program;
     const NlpResult r = sqp()->solve(program, point_at(a, 1.0), false);
@@ -98,7 +98,7 @@ struct Saddle : Rosenbrock {
   }
 };
 
-TEST(Sqp, LeavesASaddleForACornerOfTheBox) {
+TEST(Sqp, LeavesASaddlePointForACorner) {
   Saddle program;
   program.lower_.setConstant(-1.0);
   program.upper_.setConstant(1.0);
@@ -111,7 +111,7 @@ TEST(Sqp, LeavesASaddleForACornerOfTheBox) {
   }
 }
 
-TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
+TEST(Sqp, MultipliersHaveTheSignOfTheActiveBound) {
   Rosenbrock program;
   program.row_upper_[0] = 1.0;
   NlpResult r = sqp()->solve(program, point_at(-1.2, 1.0), false);
@@ -126,7 +126,7 @@ TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
   EXPECT_LT(r.point.z[0], -1e-3);
 }
 
-TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
+TEST(Sqp, IsIndependentOfItsQpSolver) {
   const ReferenceCase& c = reference_case("C03");
   MultipleShooting shooting(c.problem(), c.options);
   // The dense solver does not support indefinite models.
@@ -196,7 +196,7 @@ TEST(SqpStatus, EvaluationFailed) {
             SolveStatus::evaluation_failed);
 }
 
-TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
+TEST(SqpStatus, ReportsAnInvalidProblem) {
   Rosenbrock program;
   program.lower_[0] = 1.0;
   program.upper_[0] = 0.0;
@@ -248,7 +248,7 @@ class DiscAndLine : public OfTwoVariables {
   }
 };
 
-TEST(SqpStatus, ARestorationThatIsStoppedSaysWhatStoppedIt) {
+TEST(SqpStatus, StoppedRestorationReportsItsReason) {
   for (int most = 0; most < 60; ++most) {
     DiscAndLine program;
     const NlpResult r = sqp({.max_iterations = most})->solve(program, point_at(1, -2), false);
@@ -265,7 +265,7 @@ TEST(SqpStatus, ARestorationThatIsStoppedSaysWhatStoppedIt) {
   }
 }
 
-TEST(SqpStatus, TheIterationLimitHoldsForWhatIsRefined) {
+TEST(SqpStatus, IterationLimitIncludesRefinement) {
   for (int most = 0; most < 40; ++most) {
     Rosenbrock program;
     const NlpResult r = sqp({.tolerance = 1e-14, .max_iterations = most})
@@ -293,7 +293,7 @@ class Slope final : public Rosenbrock {
   }
 };
 
-TEST(SqpStatus, AProofOfUnboundednessIsKept) {
+TEST(SqpStatus, KeepsAProofOfUnboundedness) {
   for (int most = 18; most < 40; ++most) {
     Slope program;
     const NlpResult r = sqp({.max_iterations = most})->solve(program, point_at(0, 0), false);

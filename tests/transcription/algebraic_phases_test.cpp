@@ -106,7 +106,7 @@ TEST(KnownAnswers, RobertsonWithConservationOfMass) {
 
 // Time, a ramp input, a parameter and a cost that depends on z. All sensitivities of IDAS match
 // those of a scheme of order 8.
-TEST(KnownAnswers, SensitivitiesOfIdasAreThoseOfImplicitRungeKutta) {
+TEST(KnownAnswers, SensitivitiesOfIdasMatchImplicitRungeKutta) {
   Phase<2, 1, 1, 2> phase{
       "all",
       [](const auto& t, const auto& x, const auto& z, const auto& u, const auto& p) {
@@ -154,7 +154,7 @@ TEST(KnownAnswers, SensitivitiesOfIdasAreThoseOfImplicitRungeKutta) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST(KnownAnswers, IdasRefusesTolerancesThatAreNone) {
+TEST(KnownAnswers, IdasRejectsInvalidTolerances) {
   EXPECT_THROW(idas({.tolerance = 0.0}), DefinitionError);
   EXPECT_THROW(idas({.absolute_tolerance = -1.0}), DefinitionError);
   EXPECT_THROW(idas({.max_steps = 0}), DefinitionError);
@@ -237,7 +237,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, AlgebraicControl,
                            return rule.param == CostRule::nodes ? "nodes" : "integrated";
                          });
 
-TEST_P(AlgebraicControl, HasTheOptimumOfItsOrdinaryForm) {
+TEST_P(AlgebraicControl, MatchesTheOptimumOfTheOdeForm) {
   const ShootingOptions options{.intervals_per_phase = 20,
                                 .integrator = gauss_legendre({.stages = 3})};
   MultipleShooting shooting(with_algebraic_states(GetParam()), options);
@@ -285,7 +285,7 @@ TEST_P(AlgebraicControl, DerivativesOfTheProgramAreExact) {
 // --- events and jumps ----------------------------------------------------------------------------
 // A pendulum is released when the tension of its string vanishes. A guard that depends on z ends
 // the phase, and a ball in free flight follows.
-TEST(AlgebraicEvents, APhaseEndsWhereAGuardOfZPassesZero) {
+TEST(AlgebraicEvents, PhaseEndsAtAGuardOfAlgebraicStates) {
   const auto tension = [](const auto&, const auto& x, const auto& z) {
     return x[2] * x[2] + x[3] * x[3] - z[0] * (x[0] * x[0] + x[1] * x[1]) -
            Pendulum::gravity * x[1];
@@ -386,7 +386,7 @@ TEST(AlgebraicMessages, AnIndexAboveOneNamesPhaseAndEquation) {
   }
 }
 
-TEST(AlgebraicMessages, AStartThatIsNotConsistentIsSaid) {
+TEST(AlgebraicMessages, ReportsAnInconsistentStart) {
   Phase<1, 1, 0, 1> phase{
       "drain", [](const auto&, const auto&, const auto& z) { return -z[0]; },
       [](const auto&, const auto& x, const auto& z) { return z[0] * z[0] - x[0]; },

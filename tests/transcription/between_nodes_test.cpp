@@ -35,7 +35,7 @@ ShootingOptions intervals(int n) {
   return {.intervals_per_phase = n, .integrator = runge_kutta4()};
 }
 
-TEST(BetweenNodes, TheBulgeIsMeasured) {
+TEST(BetweenNodes, MeasuresTheViolation) {
   // With five intervals, the top is in the middle of the third one.
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2));
@@ -65,7 +65,7 @@ TEST(BetweenNodes, BoundsOfStatesCountAndSoftTermsDoNot) {
   EXPECT_LT(s.verification->between_nodes.amount, 0.1);
 }
 
-TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
+TEST(BetweenNodes, ChecksOpenWindowsOnly) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2), Window{.to = 0.35});
   phase.keep("floor", height, at_least(-1.0));
@@ -90,7 +90,7 @@ OptimalControlProblem hurried_cart(double speed_at_start) {
   return ocp;
 }
 
-TEST(BetweenNodes, TheWayBackFromAGivenStartIsNoViolation) {
+TEST(BetweenNodes, ReturnFromAGivenStartIsNoViolation) {
   for (const double v : {1.01, 1.1, 1.3}) {
     MultipleShooting shooting(hurried_cart(v), intervals(20));
     const Solution s = solve(shooting, *ipopt());
@@ -104,7 +104,7 @@ TEST(BetweenNodes, TheWayBackFromAGivenStartIsNoViolation) {
 
 // Starts 0.02 m beyond the wall and moves outward at 0.9 m/s. It moves further out within the first
 // interval.
-TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
+TEST(BetweenNodes, MovingFurtherOutThanTheGivenStartIsAViolation) {
   Phase<2, 1> phase{"go", Cart{}, exactly(2.0)};
   phase.bound_state(0, at_most(0.98))
       .reach("there", height, exactly(0.5))
@@ -121,7 +121,7 @@ TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
 }
 
 // A phase of zero length has no violation between its nodes. States of the next phase do not count.
-TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
+TEST(BetweenNodes, VanishedPhaseHasNoViolation) {
   Phase<2, 1> out{"out", Cart{}, between(0.0, 1.0)}, back{"back", Cart{}, exactly(1.0)};
   out.keep("forward", speed, at_least(0.0)).minimise("effort", effort);
   back.minimise("effort", effort);
@@ -146,7 +146,7 @@ TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
   EXPECT_TRUE(nothing.trajectory.input(nothing.trajectory.end_time()).allFinite());
 }
 
-TEST(BetweenNodes, ControlLoopsDoNotMeasure) {
+TEST(BetweenNodes, IsNotMeasuredInControlLoops) {
   MultipleShooting shooting(bryson_denham(block()), intervals(5));
   const NlpResult result = ipopt()->solve(shooting.nlp(), shooting.initial_guess(), false);
   EXPECT_FALSE(shooting.interpret(result).verification.has_value());
@@ -169,7 +169,7 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
 }
 
 // A window that begins at the start divides nothing. A graded mesh is refined where necessary.
-TEST(Refinement, OfAFreePhaseWithAGradedMeshAndAWindowFromTheStart) {
+TEST(Refinement, HandlesAFreePhaseWithGradedMeshAndWindow) {
   Phase<2, 1> phase{"block", Cart{}, between(0.9, 1.1)};
   phase.inputs(InputParametrisation::piecewise_linear_continuous)
       .minimise("effort", effort)
@@ -184,7 +184,7 @@ TEST(Refinement, OfAFreePhaseWithAGradedMeshAndAWindowFromTheStart) {
   EXPECT_GT(r.intervals[0], 6);
 }
 
-TEST(Refinement, SaysWhatWasReached) {
+TEST(Refinement, ReportsTheResult) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(1.0 / 9.0));
   const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), *ipopt());
@@ -207,7 +207,7 @@ TEST(Refinement, SaysWhatWasReached) {
 
 // A violation of 27 mm is within the refinement tolerance of 50 mm but exceeds the tolerance of the
 // term. The plan is infeasible and is refined until it is feasible.
-TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
+TEST(Refinement, IsNotDoneWithoutAPlan) {
   Phase<2, 1> phase{"go", Cart{}, exactly(1.0)};
   phase.keep("wall", height, at_most(1.02))
       .reach("there", [](const auto&, const auto& x) { return x; }, {exactly(1.0), exactly(-1.0)})
@@ -232,7 +232,7 @@ TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
 }
 
 // Of two phases, one needs refinement.
-TEST(Refinement, OnlyWhereItIsNeeded) {
+TEST(Refinement, RefinesOnlyWhereNecessary) {
   Phase<2, 1> phase = block(), after{"after", Cart{}, exactly(0.5)};
   phase.keep("ceiling", height, at_most(0.2));
   after.minimise("effort", effort).keep("low", height, at_most(5.0));
@@ -244,7 +244,7 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
 }
 
 // If a window ends within a phase of free duration, its intervals stay equal.
-TEST(Refinement, OfAFreeDurationWithAWindowDividesAllIntervals) {
+TEST(Refinement, FreeDurationWithAWindowDividesAllIntervals) {
   Phase<2, 1> phase{"climb", Cart{}, between(0.6, 2.0)};
   phase.minimise("effort", effort)
       .minimise_at_end("time", [](auto t, const auto&) { return 0.1 * t; })
@@ -260,7 +260,7 @@ TEST(Refinement, OfAFreeDurationWithAWindowDividesAllIntervals) {
   EXPECT_EQ(r.intervals.front() % 5, 0);
 }
 
-TEST(Refinement, OfWhatCannotBeSolvedSaysSo) {
+TEST(Refinement, ReportsUnsolvableProblems) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2)).keep("floor", height, at_least(0.3));
   const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(5), *ipopt());

@@ -38,7 +38,7 @@ OptimalControlProblem oscillation() {
 }
 
 // With the period of the forcing and no effort, x = -cos(2 t) / 3 is the only periodic trajectory.
-TEST(Closing, FindsAPeriodicCourse) {
+TEST(Closing, FindsAPeriodicTrajectory) {
   OptimalControlProblem ocp = oscillation();
   ocp.close();
   MultipleShooting shooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta8()});
@@ -61,7 +61,7 @@ struct Free {  // x'' = -x + u
 // After half a period of the undriven oscillator the state is x(T) = -x(0), so every start closes.
 // With the map x -> -x + c, no start closes without input. The minimum effort for the offset c is u
 // = A' G^-1 c.
-TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
+TEST(Closing, AffineMapMinimisesTheEffort) {
   Phase<2, 1> swing{"swing", Free{}, exactly(M_PI)};
   swing.inputs(InputParametrisation::piecewise_linear).minimise("effort", [](auto, auto, auto u) {
     return 0.5 * u[0] * u[0];
@@ -112,13 +112,13 @@ void expect_hop(const Solution& s, double tolerance) {
   EXPECT_TRUE(s.crossings.front().is_as_declared());
 }
 
-TEST(Closing, FindsAHopThatRepeats) {
+TEST(Closing, FindsAPeriodicHop) {
   MultipleShooting shooting(hopping(), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
   expect_hop(solve(shooting, *make_ipopt({.tolerance = 1e-11})), 1e-8);
 }
 
 // The stages carry the first state to the row that uses it.
-TEST(Closing, IsSolvedStageByStage) {
+TEST(Closing, IsSolvedByStages) {
   for (OptimalControlProblem ocp : {oscillation().close(), hopping()}) {
     MultipleShooting shooting(
         ocp, {.intervals_per_phase = 12, .integrator = runge_kutta4({.steps = 4})});
@@ -132,7 +132,7 @@ TEST(Closing, IsSolvedStageByStage) {
 
 // A free start takes the value from the trajectory, a bounded start stays within its bounds, and a
 // given start is unchanged.
-TEST(Closing, GuessFromATrajectoryTakesItsStart) {
+TEST(Closing, GuessFromATrajectoryKeepsItsStart) {
   OptimalControlProblem ocp = oscillation();
   MultipleShooting shooting(ocp.close(), {.intervals_per_phase = 6, .integrator = runge_kutta8()});
   NlpPoint at = shooting.initial_guess();
@@ -147,7 +147,7 @@ TEST(Closing, GuessFromATrajectoryTakesItsStart) {
 }
 
 // The message names an infeasible closing link.
-TEST(Closing, ThatIsImpossibleIsNamed) {
+TEST(Closing, ImpossibleClosingIsNamed) {
   Phase<1, 1> drift{"drift", [](auto, auto, auto u) { return decltype(u)(u); }, exactly(1.0)};
   drift.bound_input(0, between(1.0, 2.0));
   OptimalControlProblem ocp("drift");

@@ -60,7 +60,7 @@ TEST(EndGuard, FindsTheTimeOfAnImpact) {
 
 // The same event with the opposite direction is an optimum of the program, but not a solution of
 // the problem.
-TEST(EndGuard, CrossedTheWrongWayIsNoSolution) {
+TEST(EndGuard, WrongCrossingDirectionIsNoSolution) {
   OptimalControlProblem ocp("wrong way");
   Phase<2, 1> fall = flight("fall");
   fall.bound_input(0, exactly(0.0)).ends_when("impact", height, Crossing::rising);
@@ -73,7 +73,7 @@ TEST(EndGuard, CrossedTheWrongWayIsNoSolution) {
 }
 
 // Thrown upward with a speed that just reaches the ceiling.
-TEST(EndGuard, ThatIsGrazedIsSaid) {
+TEST(EndGuard, ReportsGrazing) {
   OptimalControlProblem ocp("grazing");
   Phase<2, 1> climb = flight("climb");
   climb.bound_input(0, exactly(0.0))
@@ -90,7 +90,7 @@ TEST(EndGuard, ThatIsGrazedIsSaid) {
 
 // A later crossing of the same surface also has guard = 0. The sine decreases through zero at pi
 // and at 3 pi.
-TEST(EndGuard, ThatHadBeenCrossedBeforeIsNoSolution) {
+TEST(EndGuard, PreviouslyCrossedGuardIsNoSolution) {
   const auto still = [](const auto&, const auto& x) { return std::decay_t<decltype(x)>(0.0 * x); };
   Phase<1, 0> wait{"wait", still, between(0.1, 12.0)};
   wait.ends_when(
@@ -118,7 +118,7 @@ auto level(double at) {
 }
 
 // A room at 20 degrees is heated by one degree per second to 22, and then cooled to 18.
-TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
+TEST(EndGuard, PhaseWithModesUsesTheActiveMode) {
   const auto heat = [](double rate) {
     return [rate](const auto&, const auto& x) {
       return std::decay_t<decltype(x)>{rate + 0.0 * x[0], 0.0 * x[1]};
@@ -141,7 +141,7 @@ TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
 }
 
 // Up for one second, then down. The field at the end differs from the first one.
-TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
+TEST(EndGuard, SwitchedPhaseUsesTheActiveField) {
   const auto clock = [](const auto& t, const auto&) { return t - 1.0; };
   Phase<1, 0> there{"there", Drift{1.0}, between(1.2, 3.0)};
   there.switch_at("turn", clock, Drift{-1.0})
@@ -157,7 +157,7 @@ TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
 }
 
 // The first mode is at rest, and the second mode moves to the guard.
-TEST(EndGuard, IsMovedByAnyMode) {
+TEST(EndGuard, DependsOnAnyMode) {
   const auto clock = [](const auto& t, const auto& x) { return t - 1.0 + 0.0 * x[0]; };
   Automaton<1> late;
   late.mode("rest", Drift{0.0}).mode("move", Drift{1.0});
@@ -170,7 +170,7 @@ TEST(EndGuard, IsMovedByAnyMode) {
 
 // Formulas depend on absolute time. A field that changes sign at 10 s does so within the second
 // phase.
-TEST(EndGuard, IsTriedAtTheTimesOfItsPhase) {
+TEST(EndGuard, IsTestedAtTheTimesOfItsPhase) {
   const auto turning = [](const auto& t, const auto& x) {
     return std::decay_t<decltype(x)>(select(t - 10.0, 0.0 * t - 1.0, 0.0 * t + 1.0));
   };
@@ -186,7 +186,7 @@ TEST(EndGuard, IsTriedAtTheTimesOfItsPhase) {
 }
 
 // Present values of data may change later.
-TEST(EndGuard, MayBeMovedByData) {
+TEST(EndGuard, MayDependOnData) {
   const auto blown = [](const auto&, const auto&, const auto&, const auto& p) { return p[0]; };
   for (const double wind : {0.0, -1.0}) {
     Phase<1, 0, 1> sail{"sail", blown, between(0.1, 10.0)};
@@ -197,7 +197,7 @@ TEST(EndGuard, MayBeMovedByData) {
 }
 
 // Two ways of moving, of which only the fast one is worth its time. The slow phase has zero length.
-TEST(FreeDurations, APhaseThatVanishedIsSaid) {
+TEST(FreeDurations, ReportsAVanishedPhase) {
   const auto at_speed = [](double rate) {
     return
         [rate](const auto&, const auto& x) { return std::decay_t<decltype(x)>(rate + 0.0 * x[0]); };
@@ -219,7 +219,7 @@ TEST(FreeDurations, APhaseThatVanishedIsSaid) {
 
 // A swing foot at 0.02 m moves down at 0.8 m/s. It is below the ground for 0.1 s before it lands at
 // the end. The earlier touch-down is detected even if no node lies within that time.
-TEST(EndGuard, AnEarlierCrossingBetweenTwoNodesIsSeen) {
+TEST(EndGuard, DetectsAnEarlierCrossingBetweenNodes) {
   for (const int n : {4, 5, 30}) {
     Phase<2, 0> swing{"swing",
                       [](const auto& t, const auto& x) {

@@ -61,7 +61,7 @@ TEST(Evaluations, EqualIntervalsAreEvaluatedOnce) {
   }
 }
 
-TEST(Evaluations, AreSharedOutToAllThreads) {
+TEST(Evaluations, AreDistributedToAllThreads) {
   for (const int threads : {1, 2, 3}) {
     MultipleShooting shooting = watched(threads);
     const VectorXd w = shooting.initial_guess().w;

@@ -43,7 +43,7 @@ TEST(Window, OfARunningCostIsHalfOpenUnderBothCostRules) {
   }
 }
 
-TEST(Window, WithoutEndIncludesTheEndOfTheHorizon) {
+TEST(Window, WithoutAnEndIncludesTheHorizonEnd) {
   auto phase = second();
   phase.keep("late", state, at_most(2.0), Window{.from = 0.7})
       .minimise("time", one, Window{.from = 0.7});
@@ -59,7 +59,7 @@ TEST(Window, OfAStateConstraintHoldsAtTheLeftLimitOfItsEnd) {
   expect_times(active_times(shooting, "middle"), {0.3, 0.4, 0.5, 0.6});
 }
 
-TEST(Window, OfAConstraintWithInputsIsHalfOpen) {
+TEST(Window, ConstraintWithInputsIsHalfOpen) {
   auto phase = second();
   phase.keep(
       "power", [](const auto&, const auto& x, const auto& u) { return x[0] * u[0]; }, at_most(2.0),
@@ -70,7 +70,7 @@ TEST(Window, OfAConstraintWithInputsIsHalfOpen) {
 
 // A window [from, to) that ends at the start of its phase is empty, because that node is the end of
 // another mode. It does not constrain x+.
-TEST(Window, ThatEndsBeforeItsPhaseOrAsItBeginsIsEmpty) {
+TEST(Window, EndBeforeOrAtThePhaseStartIsEmpty) {
   for (const double end : {0.8, 1.0 - 5e-7, 1.0, 1.0 + 5e-7, 1.2}) {
     auto then = second();
     then.keep("at first", state, at_least(2.0), Window{.to = event("e")})
@@ -98,7 +98,7 @@ TEST(Window, OffTheGridGetsItsOwnNodes) {
   expect_times(active_times(shooting, "middle"), {0.33, 0.4, 0.5, 0.58});
 }
 
-TEST(Window, OutsideItAFormulaMayLeaveItsDomain) {
+TEST(Window, FormulaMayLeaveItsDomainOutside) {
   auto phase = second();  // from 1 down to -1; the root exists in the first half only
   const auto root = [](const auto&, const auto& x) { return sqrt(x[0] + 0.5); };
   phase.keep("root", root, at_least(0.1), Window{.to = 0.3})
@@ -175,7 +175,7 @@ TEST(Jump, StateBeforeBelongsToTheOldPhaseAndStateAfterToTheNew) {
 // --- costs at the nodes
 // ---------------------------------------------------------------------------
 
-TEST(NodeCost, WeighsEachNodeWithTheLengthOfTheIntervalItStarts) {
+TEST(NodeCost, WeightsEachNodeByItsInterval) {
   auto phase = second();
   phase.minimise("state", [](const auto& t, const auto& x) { return t * x[0]; })
       .bound_input(0, at_least(0.0), Window{.from = event("impact")});
@@ -186,7 +186,7 @@ TEST(NodeCost, WeighsEachNodeWithTheLengthOfTheIntervalItStarts) {
   EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), expected, 1e-12);
 }
 
-TEST(NodeCost, OfAFreeDurationFollowsTheDuration) {
+TEST(NodeCost, FollowsAFreeDuration) {
   Phase<1, 1> phase{"free", Velocity{}, between(0.5, 2.0)};
   phase.minimise("time", one).guess_duration(1.0);
   OptimalControlProblem ocp("free");
@@ -218,7 +218,7 @@ class Impact : public testing::TestWithParam<ImpactCase> {
   }
 };
 
-TEST_P(Impact, SwitchesInputsCostsAndConstraintsExactlyThere) {
+TEST_P(Impact, SwitchesInputsCostsAndConstraintsExactly) {
   const ImpactCase& c = GetParam();
   MultipleShooting shooting(problem(c.time), ten);
   const double at = std::clamp(c.time, 0.0, 1.0);
@@ -234,7 +234,7 @@ TEST_P(Impact, SwitchesInputsCostsAndConstraintsExactlyThere) {
   EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 1.0 - at, 2e-6);  // an event may move by 1e-6 to a node
 }
 
-TEST_P(Impact, MovesThereWithoutAnyChangeOfSize) {
+TEST_P(Impact, MovesWithoutResizing) {
   MultipleShooting fresh(problem(GetParam().time), ten), moved(problem(0.77), ten);
   moved.retime("impact", GetParam().time);
   ASSERT_EQ(moved.nlp().variables(), fresh.nlp().variables());
@@ -272,7 +272,7 @@ INSTANTIATE_TEST_SUITE_P(
         ImpactCase{"BeforeTheStart", -0.2, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}}),
     [](const auto& instance) { return instance.param.name; });
 
-TEST(Impact, FollowsTheClockOfTheStart) {
+TEST(Impact, FollowsTheStartTime) {
   auto phase = second();
   phase.keep("after", state, at_most(9.0), Window{.from = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.74), ten);
@@ -280,7 +280,7 @@ TEST(Impact, FollowsTheClockOfTheStart) {
   expect_times(active_times(shooting, "after"), {0.74, 0.8, 0.9, 1.0, 1.1, 1.2});
 }
 
-TEST(Impact, CloserThanAMicrosecondToANodeIsThatNodeAndFartherIsNot) {
+TEST(Impact, SnapsToANodeWithinAMicrosecond) {
   auto phase = second();
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
   const auto intervals = [&](double time) {

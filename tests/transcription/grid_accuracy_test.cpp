@@ -50,7 +50,7 @@ OptimalControlProblem alp_rider(double allowed = 0.0) {
   return ocp;
 }
 
-TEST(ThinConstraint, PassedBetweenTwoNodesIsNoOptimum) {
+TEST(ThinConstraint, PassedBetweenNodesIsNotAnOptimum) {
   MultipleShooting shooting(alp_rider(),
                             {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})});
   const Solution s = solve(shooting, *make_ipopt());
@@ -102,7 +102,7 @@ OptimalControlProblem pendulum() {
   return ocp;
 }
 
-TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
+TEST(IntegrationErrorOf, ACoarseGridIsReported) {
   MultipleShooting shooting(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt());
   EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
@@ -115,7 +115,7 @@ TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
 }
 
 // x' = -lambda (x - u): Runge-Kutta of order 4 with steps of 1/30 s is stable up to lambda = 83.
-TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
+TEST(IntegrationErrorOf, AnInaccuratePlanIsNoOptimum) {
   for (const double lambda : {1.0, 200.0}) {
     Phase<1, 1> phase{
         "stiff", [lambda](auto, auto x, auto u) { return decltype(x){-lambda * (x[0] - u[0])}; },
@@ -136,7 +136,7 @@ TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
 }
 
 // States of 1e-6 have the same relative error as states of 1.
-TEST(IntegrationErrorOf, SmallStatesAreMeasuredByThemselves) {
+TEST(IntegrationErrorOf, SmallStatesIsRelativeToThem) {
   std::vector<double> missed, estimated;
   for (const double unit : {1.0, 1e-6}) {
     Phase<1, 1> phase{"decay", [](auto, auto x, auto u) { return decltype(x){-4.0 * x[0] + u[0]}; },
@@ -158,7 +158,7 @@ TEST(IntegrationErrorOf, SmallStatesAreMeasuredByThemselves) {
 
 // x' = +-(x_1, x_0). The flow consists of cosh and sinh, and the angle between its columns
 // decreases or increases.
-TEST(Replay, TellsHowMuchTheFlowGrows) {
+TEST(Replay, ReportsTheGrowthOfTheFlow) {
   for (const double sign : {1.0, -1.0}) {
     Phase<2, 1> phase{"pair",
                       [sign](const auto&, const auto& x, const auto& u) {
@@ -192,7 +192,7 @@ TEST(IntegrationErrorOf, AFineGridIsSmall) {
   EXPECT_GT(a.verification->defect.sum, 1e-12);
 }
 
-TEST(IntegrationErrorOf, RefinementActsOnIt) {
+TEST(IntegrationErrorOf, IsReducedByRefinement) {
   const RefinedSolution r =
       solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, *ipopt(),
                     {.integration = 1e-4});

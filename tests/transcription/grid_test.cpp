@@ -27,7 +27,7 @@ OptimalControlProblem three_events(const std::vector<double>& times) {
   return ocp;
 }
 
-TEST(Grid, LawsHoldWhereverTheEventsFall) {
+TEST(Grid, LawsHoldForAnyEventTimes) {
   constexpr unsigned seed = 2024;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> anywhere(-0.3, 2.0);

@@ -33,7 +33,7 @@ MultipleShooting with_guess(Guess state_guess, Guess input_guess = {}) {
   return MultipleShooting(ocp, ten);
 }
 
-TEST(Guess, NoneIsTheStartAndNoInput) {
+TEST(Guess, DefaultIsTheStartAndZeroInput) {
   const MultipleShooting shooting = with_guess({});
   for (int k = 0; k <= 10; ++k) EXPECT_NEAR(guessed_state(shooting, 0, k), 3.0, 1e-15);
   EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 4)], 0.0);
@@ -52,7 +52,7 @@ TEST(Guess, InterpolatedIsLinearOverThePhase) {
   for (int k = 0; k <= 10; ++k) EXPECT_NEAR(guessed_state(shooting, 0, k), 3.0 - 0.4 * k, 1e-14);
 }
 
-TEST(Guess, SimulatedLeavesNoGaps) {
+TEST(Guess, SimulatedHasNoGaps) {
   MultipleShooting shooting = with_guess(Guess::simulate(), Guess::constant(Vec<double, 1>{1.0}));
   // x(t) = 1 + 2 exp(-t); steps of 0.1 of order four
   for (int k = 0; k <= 10; ++k)
@@ -101,7 +101,7 @@ OptimalControlProblem bouncing() {
   return ocp;
 }
 
-TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolutionItself) {
+TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolution) {
   MultipleShooting shooting(bouncing(), ten);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;
@@ -110,7 +110,7 @@ TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolutionItself) {
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
+TEST(GuessFromTrajectory, KeepsDurationsAndUnknowns) {
   Phase<1, 1, 1> first{"first", Decay{}, between(0.2, 3.0)}, next{"next", Decay{}, exactly(0.5)};
   for (auto* phase : {&first, &next})
     phase->unknown("target", Vec<double, 1>{0.0}, between(-4.0, 4.0), 2.0)
@@ -133,7 +133,7 @@ TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(GuessFromTrajectory, BeyondItsEndTheLastStateGoesOn) {
+TEST(GuessFromTrajectory, HoldsTheLastStateBeyondItsEnd) {
   MultipleShooting shooting(bouncing(), ten);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   shooting.start_at(0.2, Vec<double, 1>{1.0});

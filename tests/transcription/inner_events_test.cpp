@@ -78,7 +78,7 @@ OptimalControlProblem refraction() {
   return ocp.start_at({0.0, 1.0}).then(way);
 }
 
-TEST(InnerEvents, LeastTimeIsSolvedWithDifferencedSecondDerivatives) {
+TEST(InnerEvents, MinimumTimeIsSolvedWithDifferencedSecondDerivatives) {
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
     for (const int intervals : {2, 3, 5, 10}) {
       OptimalControlProblem ocp = refraction();
@@ -102,7 +102,7 @@ TEST(InnerEvents, LeastTimeIsSolvedWithDifferencedSecondDerivatives) {
     }
 }
 
-TEST(InnerEvents, RealTimeIterationsSayWhichHessianTheyHave) {
+TEST(InnerEvents, RealTimeIterationsReportTheirHessian) {
   MultipleShooting with_event(refraction(),
                               {.intervals_per_phase = 3, .integrator = runge_kutta4()});
   const auto solver = make_real_time_iteration(with_event.nlp());
@@ -213,7 +213,7 @@ std::string refusal(F&& define) {
   return "accepted";
 }
 
-TEST(InnerEvents, BadDefinitionsAreRefused) {
+TEST(InnerEvents, RejectsInvalidDefinitions) {
   const auto zero = [](const auto&, const auto& x) { return x[0]; };
   const auto shoot = [](const Phase<1, 0>& phase, const IntegratorChoice& scheme) {
     OptimalControlProblem ocp;

@@ -56,7 +56,7 @@ TEST(InputParametrisation, ContinuousLinearJumpsAtEventsOnly) {
   EXPECT_LT(s.trajectory.input(0.45 - 1e-9)[0], s.trajectory.input(0.45)[0]);
 }
 
-TEST(InputParametrisation, ContinuousLinearJumpsAtAnEventOnANodeToo) {
+TEST(InputParametrisation, ContinuousLinearJumpsAtAnEventOnANode) {
   // At 0.6 the bound of 0.2 is far below the parabola.
   const Solution s = solve_with(InputParametrisation::piecewise_linear_continuous, 0.6);
   ASSERT_TRUE(s.ok()) << s.message;
@@ -76,7 +76,7 @@ TEST(InputParametrisation, BoundsHoldOverTheWholeInterval) {
 
 // 1 m in 2 s from rest to rest costs 3/4, with a force that is linear in time. A cost at the starts
 // of intervals would give a zero force there and an arbitrary force between them.
-TEST(InputParametrisation, LinearInputsAreChargedByTheIntegralWhateverTheRule) {
+TEST(InputParametrisation, LinearInputsUseTheIntegralForAnyRule) {
   const auto cart = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[1], u[0]};
   };
@@ -97,7 +97,7 @@ TEST(InputParametrisation, LinearInputsAreChargedByTheIntegralWhateverTheRule) {
     }
 }
 
-TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
+TEST(InputParametrisation, DerivativesAreExactForEveryKind) {
   for (const InputParametrisation parametrisation :
        {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear,
         InputParametrisation::piecewise_linear_continuous})
@@ -146,12 +146,12 @@ Phase<1, 1> charged() {
   return phase;
 }
 
-TEST(InputChange, OnAUniformGridIsThePlainSumOfSquares) {
+TEST(InputChange, IsTheSumOfSquaresOnAUniformGrid) {
   MultipleShooting shooting(with_impact(charged(), infinity), ten);
   EXPECT_NEAR(cost_of_ramp(shooting), 9 * 0.5 * 2.0, 1e-12);
 }
 
-TEST(InputChange, AroundACutIntervalIsWeighedByTheMeanOfBothLengths) {
+TEST(InputChange, SplitIntervalIsWeightedByTheMeanLength) {
   auto phase = charged();
   phase.bound_input(0, at_most(100.0), Window{.from = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.43), ten);
@@ -169,20 +169,20 @@ TEST(InputChange, SkipsEmptySlots) {
   }
 }
 
-TEST(InputChange, IsNotChargedIntoOrOutOfAnInputThatDoesNotExist) {
+TEST(InputChange, IsNotPenalisedForMissingInputs) {
   auto phase = charged();
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.4), ten);
   EXPECT_NEAR(cost_of_ramp(shooting), 5.0, 1e-12);  // among the six intervals after the impact
 }
 
-TEST(InputChange, AgainstThePreviousInputOnceItIsGiven) {
+TEST(InputChange, UsesThePreviousInputOnceGiven) {
   MultipleShooting shooting(with_impact(charged(), infinity), ten);
   shooting.set_previous_input(Vec<double, 1>{-3.0});
   EXPECT_NEAR(cost_of_ramp(shooting), 9.0 + 9.0, 1e-12);  // |0 - (-3)|^2 is added
 }
 
-TEST(InputChange, AgainstThePreviousInputAcrossAnEventAtTheStart) {
+TEST(InputChange, UsesThePreviousInputAcrossAnEventAtTheStart) {
   auto phase = charged();
   phase.bound_input(0, at_most(100.0), Window{.from = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.0), ten);
@@ -190,7 +190,7 @@ TEST(InputChange, AgainstThePreviousInputAcrossAnEventAtTheStart) {
   EXPECT_NEAR(cost_of_ramp(shooting), 18.0, 1e-12);
 }
 
-TEST(InputChange, AgainstThePreviousInputOnlyIfTheFirstOneExists) {
+TEST(InputChange, UsesThePreviousInputOnlyIfTheFirstExists) {
   auto phase = charged();
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.4), ten);
@@ -198,7 +198,7 @@ TEST(InputChange, AgainstThePreviousInputOnlyIfTheFirstOneExists) {
   EXPECT_NEAR(cost_of_ramp(shooting), 5.0, 1e-12);
 }
 
-TEST(InputChange, NotAgainstAPreviousInputThatDidNotExist) {
+TEST(InputChange, IgnoresAMissingPreviousInput) {
   auto phase = charged();
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.0), ten);  // it is being created now

@@ -79,7 +79,7 @@ OptimalControlProblem everything(CostRule rule) {
   return ocp;
 }
 
-TEST(Links, DerivativesOfEverythingAreExact) {
+TEST(Links, AllDerivativesAreExact) {
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
     MultipleShooting shooting(everything(rule),
                               {.intervals_per_phase = 3, .integrator = runge_kutta4()});
@@ -106,7 +106,7 @@ TEST(Links, AllSolversFindTheSameOptimum) {
 }
 
 // An integral continues from the value of an earlier phase with the same name.
-TEST(Integral, GoesOnOverPhases) {
+TEST(Integral, ContinuesOverPhases) {
   Phase<1, 1> first{"first", Velocity{}, exactly(1.0)}, second{"second", Velocity{}, exactly(1.0)};
   first.minimise("effort", effort).bound_integral("distance", first_state, at_most(100.0));
   second.minimise("effort", effort).bound_integral("distance", first_state, exactly(3.0));
@@ -122,7 +122,7 @@ TEST(Integral, GoesOnOverPhases) {
 }
 
 // The reported value is the integral along the plan, also in the guess.
-TEST(Integral, IsWhatThePlanAddsUpTo) {
+TEST(Integral, MatchesTheSumAlongThePlan) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(2.0)};
   phase.minimise("effort", effort).bound_integral("distance", first_state, exactly(3.0));
   OptimalControlProblem ocp("integral");
@@ -140,7 +140,7 @@ TEST(Integral, IsWhatThePlanAddsUpTo) {
   EXPECT_NEAR(s.cost, 9.0 / 64.0 * 8.0 / 3.0, 9.0 / 64.0 * 2.0 * 1e-4 / 12.0 * 1.1);
 }
 
-TEST(Integral, RidesAlongWithIntegratorsWithoutSecondDerivatives) {
+TEST(Integral, WorksWithIntegratorsWithoutSecondDerivatives) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(1.0)};
   phase.minimise("effort", effort)
       .bound_integral("effort used", effort, at_most(0.25))
@@ -156,7 +156,7 @@ TEST(Integral, RidesAlongWithIntegratorsWithoutSecondDerivatives) {
 }
 
 // The message names an infeasible term.
-TEST(Integral, AndLinkAreNamedWhereTheyCannotBeMet) {
+TEST(Integral, InfeasibleIntegralAndLinkAreNamed) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(1.0)};
   phase.minimise("effort", effort)
       .bound_integral("effort used", effort, at_most(0.25))
@@ -192,7 +192,7 @@ std::string complaint(const OptimalControlProblem& ocp) {
 
 #define EXPECT_SAYS(text, part) EXPECT_NE((text).find(part), std::string::npos) << (text)
 
-TEST(Links, BadOnesAreRefusedWithTheirName) {
+TEST(Links, RejectsInvalidLinksByName) {
   Phase<1, 1> a{"a", Velocity{}, exactly(1.0)}, b{"b", Velocity{}, exactly(1.0)},
       elsewhere{"bb", Velocity{}, exactly(1.0)};
   const auto gap = [](const auto& x, const auto& y) { return x.x[0] - y.x[0]; };
@@ -222,7 +222,7 @@ TEST(Links, BadOnesAreRefusedWithTheirName) {
               "the guess of the start time, 2 s, lies outside its bounds [0, 1] s");
 }
 
-TEST(Integral, BadOnesAreRefusedWithTheirName) {
+TEST(Integral, RejectsInvalidIntegralsByName) {
   const auto problem = [](const Phase<1, 1>& phase) {
     OptimalControlProblem ocp("bad");
     ocp.start_at({0}).then(phase);
@@ -258,7 +258,7 @@ TEST(Integral, BadOnesAreRefusedWithTheirName) {
 }
 
 // A penalty weight of a link changes between solves.
-TEST(Links, HaveWeightsThatChange) {
+TEST(Links, WeightsCanChange) {
   Phase<1, 1> pull{"pull", Velocity{}, exactly(1.0)};
   pull.minimise("effort",
                 [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; });
@@ -283,7 +283,7 @@ TEST(Links, HaveWeightsThatChange) {
 
 // The result does not depend on units: an integral of thousands, with and without a declared
 // magnitude.
-TEST(Integral, OfAnyMagnitudeIsTheSame) {
+TEST(Integral, IsIndependentOfMagnitude) {
   for (const double magnitude : {1.0, 5e4})
     for (const SolverChoice choice :
          {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
@@ -302,7 +302,7 @@ TEST(Integral, OfAnyMagnitudeIsTheSame) {
 }
 
 // The derivative with respect to a held start time equals that of the closed form.
-TEST(FreeStart, IsHeldLikeAFreeDuration) {
+TEST(FreeStart, IsTreatedLikeAFreeDuration) {
   Phase<1, 1> crossing{"crossing",
                        [](const auto& t, const auto&, const auto& u) { return u[0] + cos(t); },
                        exactly(1.0)};

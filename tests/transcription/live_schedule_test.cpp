@@ -59,7 +59,7 @@ void expect_same_program(NonlinearProgram& a, NonlinearProgram& b, std::mt19937&
   }
 }
 
-TEST(LiveSchedule, EditedInPlaceTheProgramIsTheOneBuiltAnew) {
+TEST(LiveSchedule, EditingInPlaceEqualsRebuilding) {
   constexpr unsigned seed = 7;
   std::mt19937 random(seed);
   MultipleShooting shooting = walking_problem(walking_schedule());
@@ -103,7 +103,7 @@ MultipleShooting three_modes(const Schedule& schedule, bool by_mode) {
   return {std::move(ocp), {.intervals_per_phase = 7, .integrator = runge_kutta4()}};
 }
 
-TEST(ModeWindow, IsTheWindowFromEventToEvent) {
+TEST(ModeWindow, EqualsTheWindowFromEventToEvent) {
   constexpr unsigned seed = 11;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> anywhere(-0.3, 1.7);
@@ -133,7 +133,7 @@ TEST(ModeWindow, IsTheWindowFromEventToEvent) {
   }
 }
 
-TEST(ModeWindow, ActsEveryTimeThatItsModeOccurs) {
+TEST(ModeWindow, ActsInEveryOccurrenceOfItsMode) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, exactly(0.0), during("swing"))
       .keep("stance", state, at_most(2.0), during("stance"))
@@ -174,7 +174,7 @@ TEST(ModeWindow, ActsEveryTimeThatItsModeOccurs) {
   expect_times("stance", {0.15, 0.2, 0.3, 0.4, 0.5, 0.52, 0.6, 1.0});
 }
 
-TEST(ModeWindow, OfModesThatFollowOneAnotherHasNoGap) {
+TEST(ModeWindow, ConsecutiveModesHaveNoGap) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.minimise("time", one, during("a", "b"));
   OptimalControlProblem ocp("union");
@@ -192,7 +192,7 @@ TEST(ModeWindow, OfModesThatFollowOneAnotherHasNoGap) {
 // --- rejected edits, and allocations
 // -----------------------------------------------------------
 
-TEST(LiveSchedule, WhatIsRefusedChangesNothing) {
+TEST(LiveSchedule, RejectedEditsChangeNothing) {
   std::mt19937 random(3);
   MultipleShooting shooting = walking_problem(walking_schedule());
   MultipleShooting untouched = walking_problem(walking_schedule());
@@ -214,7 +214,7 @@ TEST(LiveSchedule, WhatIsRefusedChangesNothing) {
   refused(Schedule({"left", "hop"}, {{"goal", 0.5}}), "there is no mode 'hop'");
 }
 
-TEST(LiveSchedule, BoundsThatNowExcludeOneAnotherAreTakenBack) {
+TEST(LiveSchedule, RollsBackCrossedBounds) {
   std::mt19937 random(4);
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, at_least(1.0), during("push"))

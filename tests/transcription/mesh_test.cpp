@@ -36,7 +36,7 @@ ShootingOptions on(std::vector<Mesh> meshes) {
   return {.meshes = std::move(meshes), .integrator = runge_kutta4()};
 }
 
-TEST(Mesh, DividedKeepsItsNodesAndHoldsWhereAsked) {
+TEST(Mesh, DivisionKeepsNodesAndHoldsOnRequest) {
   const Mesh mesh{.intervals = 3};
   const Mesh finer = mesh.divided({{}, {.pieces = 2}, {}});
   EXPECT_EQ(finer.intervals, 4);
@@ -69,7 +69,7 @@ TEST(Mesh, GradedGrowsByOneFactor) {
   EXPECT_THROW(graded_mesh(3, -2.0), DefinitionError);
 }
 
-TEST(Mesh, NodesStandWhereItSaysAndEventsComeOnTop) {
+TEST(Mesh, NodesFollowTheMeshAndEvents) {
   const Mesh mesh{4, {0.0, 0.1, 0.2, 0.6, 1.0}, {}};
   MultipleShooting shooting(cart(exactly(2.0), {.from = 0.5, .to = 1.2}), on({mesh}));
   const Grid& grid = shooting.grid();
@@ -81,7 +81,7 @@ TEST(Mesh, NodesStandWhereItSaysAndEventsComeOnTop) {
   EXPECT_FALSE(grid.is_event(0, 2));
 }
 
-TEST(Mesh, OfFreeDurationStretches) {
+TEST(Mesh, StretchesWithAFreeDuration) {
   const Mesh mesh{4, {0.0, 0.1, 0.2, 0.6, 1.0}, {}};
   MultipleShooting shooting(cart(between(0.5, 4.0)), on({mesh}));
   const Solution s = solve(shooting, *make_ipopt());
@@ -96,7 +96,7 @@ TEST(Mesh, OfFreeDurationStretches) {
 }
 
 // Held inputs add no freedom, so the optimum is that of the coarser mesh, with every solver.
-TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
+TEST(Mesh, HeldInputsMatchTheCoarseMesh) {
   const Mesh coarse{.intervals = 5};
   MultipleShooting below(cart(exactly(1.0)), on({coarse}));
   const Solution expected = solve(below, *make_ipopt({.tolerance = 1e-11}));
@@ -116,7 +116,7 @@ TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
   EXPECT_LT(solve(freer, *make_ipopt()).cost, expected.cost * (1.0 - 1e-4));
 }
 
-TEST(Mesh, HeldRampsGoOn) {
+TEST(Mesh, HeldRampsContinue) {
   OptimalControlProblem ramps = cart(exactly(1.0), {}, InputParametrisation::piecewise_linear);
   const Mesh coarse{.intervals = 4};
   MultipleShooting below(ramps, on({coarse}));
@@ -129,7 +129,7 @@ TEST(Mesh, HeldRampsGoOn) {
   EXPECT_THROW(shooting.stages(), DefinitionError);
 }
 
-TEST(Mesh, RampsGoOnOverHeldNodesAlone) {
+TEST(Mesh, RampsContinueOverHeldNodesOnly) {
   // All intervals have the same length.
   const Mesh mesh = Mesh{.intervals = 3}.divided({{2, true}, {2, true}, {2, true}});
   MultipleShooting shooting(cart(exactly(1.0), {}, InputParametrisation::piecewise_linear),
@@ -148,7 +148,7 @@ TEST(Mesh, RampsGoOnOverHeldNodesAlone) {
   EXPECT_EQ(found, 10);
 }
 
-TEST(Mesh, HoldsInputsOfAFreePhaseWhateverItsNodes) {
+TEST(Mesh, HoldsInputsOfAFreePhaseForAnyNodes) {
   for (const std::vector<double>& nodes :
        {std::vector<double>{}, std::vector<double>{0.0, 0.25, 0.5, 0.75, 1.0}}) {
     MultipleShooting shooting(cart(between(0.5, 2.0)),
@@ -158,7 +158,7 @@ TEST(Mesh, HoldsInputsOfAFreePhaseWhateverItsNodes) {
   }
 }
 
-TEST(Mesh, AnEventEndsWhatIsHeld) {
+TEST(Mesh, EventEndsAHold) {
   const Mesh held = Mesh{.intervals = 2}.divided({{2, true}, {2, true}});
   OptimalControlProblem ocp = cart(exactly(1.0), {.from = 0.25});
   MultipleShooting shooting(ocp, on({held}));
@@ -166,7 +166,7 @@ TEST(Mesh, AnEventEndsWhatIsHeld) {
   EXPECT_TRUE(shooting.grid().holds_input(0, 3));
 }
 
-TEST(Mesh, ThatIsNoneIsRefused) {
+TEST(Mesh, RejectsInvalidMeshes) {
   const auto refusal = [](const Mesh& mesh) -> std::string {
     try {
       MultipleShooting(cart(exactly(1.0)), on({mesh}));

@@ -44,7 +44,7 @@ double chords(MultipleShooting& shooting, const std::string& event, double side)
 
 // u acts only after the event: J = min c^2 T + (c T - 1)^2 = 1 / (1 + T), T = 1 - t_e. J has no
 // kink at a node, but the program differs on either side.
-TEST(OneSided, AtANodeIsTheClosedForm) {
+TEST(OneSided, DerivativeAtANodeMatchesTheClosedForm) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, exactly(0.0), Window{.to = event("impact")})
       .minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; })
@@ -68,7 +68,7 @@ TEST(OneSided, AtANodeIsTheClosedForm) {
 
 // The cost at the nodes is a sum whose weights depend on the event, so the slopes on the two sides
 // differ.
-TEST(OneSided, AtANodeDifferWhereTheCostBends) {
+TEST(OneSided, DerivativesAtANodeDifferAtAKink) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.bound_input(0, between(-0.5, 0.5), Window{.to = event("impact")})
       .track("state", state, Vec<double, 1>{3.0})
@@ -87,7 +87,7 @@ TEST(OneSided, AtANodeDifferWhereTheCostBends) {
 
 // Two events at the same time. The interval between them costs 2 per second. They can separate or
 // move together.
-TEST(OneSided, ThroughSimultaneousEventsGoesAlongADirection) {
+TEST(OneSided, DerivativeThroughSimultaneousEventsIsDirectional) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase
       .minimise(

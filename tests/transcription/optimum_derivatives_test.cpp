@@ -108,7 +108,7 @@ TEST(OptimumDerivatives, OfAnEventWithoutInfluenceVanish) {
   }
 }
 
-TEST(OptimumDerivatives, AtANodeAreRefused) {
+TEST(OptimumDerivatives, AreRejectedAtANode) {
   MultipleShooting shooting(landing(0.4, unbounded(), CostRule::nodes), ten);
   OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   EXPECT_TRUE(derivatives.reliable()) << derivatives.message();
@@ -118,7 +118,7 @@ TEST(OptimumDerivatives, AtANodeAreRefused) {
   EXPECT_TRUE(std::isnan(d.cost));
 }
 
-TEST(OptimumDerivatives, AtAKinkAreRefused) {
+TEST(OptimumDerivatives, AreRejectedAtAKink) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0})
       .track("tent", state, Vec<double, 1>{3.0}, {},
@@ -159,7 +159,7 @@ TEST(OptimumDerivatives, FollowModes) {
   }
 }
 
-TEST(OptimumDerivatives, LeaveTheProgramAsItWas) {
+TEST(OptimumDerivatives, LeaveTheProgramUnchanged) {
   MultipleShooting shooting(landing(0.43, at_least(-2.0), CostRule::nodes), ten);
   const Solution s = solve(shooting, *make_ipopt(tight));
   OptimumDerivatives derivatives(shooting, s);
@@ -293,7 +293,7 @@ TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
 }
 
 // A length in other units. Small numbers do not cause kinks.
-TEST(OptimumDerivatives, FollowDataOfAnySize) {
+TEST(OptimumDerivatives, FollowDataOfAnyMagnitude) {
   double expected = 0.0;
   for (const double unit : {1.0, 1e-3, 1e-6}) {
     Phase<2, 1, 1> phase{
@@ -320,7 +320,7 @@ TEST(OptimumDerivatives, FollowDataOfAnySize) {
   EXPECT_GT(std::abs(expected), 1e-3);
 }
 
-TEST(OptimumDerivatives, FollowWhatTheProgramDecides) {
+TEST(OptimumDerivatives, FollowFreeQuantities) {
   const Durations open{between(0.3, 2.0), between(0.3, 0.9)};
   MultipleShooting shooting(swing(open, load, 0.3), eight);
   const Solution s = solve(shooting, *make_ipopt(tight));
@@ -360,7 +360,7 @@ struct Mode {  // x' = A x
 
 // Egerstedt, Wardi and Axelsson, IEEE TAC 51, 2006: x'x integrated over a switched linear system.
 // With costate p, dJ/dtau = p(tau)'(A1 - A2) x(tau).
-TEST(OptimumDerivatives, OfASwitchingTimeAreTheHamiltonians) {
+TEST(OptimumDerivatives, OfASwitchingTimeMatchTheHamiltonian) {
   const Mat<double, 2, 2> A1{{-1.0, 0.0}, {1.0, 2.0}}, A2{{1.0, 1.0}, {1.0, -2.0}};
   const auto square = [](auto, auto x) { return x.squaredNorm(); };
   Phase<2, 1> first{"first", Mode{A1}, exactly(0.5)}, second{"second", Mode{A2}, exactly(0.5)};
@@ -400,21 +400,21 @@ std::string why_not(const OptimalControlProblem& ocp) {
 }
 
 // Presolve keeps one of two equal constraints, so no dependent rows remain.
-TEST(OptimumDerivatives, ConstraintsWrittenTwiceAreOne) {
+TEST(OptimumDerivatives, DuplicateConstraintsCountOnce) {
   MultipleShooting shooting(drive(unbounded(), 1.0, {exactly(0.3), at_most(0.3)}), ten);
   const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_TRUE(OptimumDerivatives(shooting, s).wrt_start(0).reliable);
 }
 
-TEST(OptimumDerivatives, NameWhatNothingDecides) {
+TEST(OptimumDerivatives, NameUndeterminedQuantities) {
   // With costs summed at the nodes, the last input changes only the end, which has no cost.
   OptimalControlProblem ocp = drive(between(-9.0, 9.0), 0.0, {});
   const std::string message = why_not(ocp.costs(CostRule::nodes));
   EXPECT_NE(message.find("interval 9, input"), std::string::npos) << message;
 }
 
-TEST(OptimumDerivatives, NameASideWithoutMultiplier) {
+TEST(OptimumDerivatives, NameAnActiveBoundWithoutMultiplier) {
   // The end that the optimum reaches without a constraint, used as a limit.
   MultipleShooting free(drive(unbounded(), 1.0, {}), ten);
   const Solution s = solve(free, *make_ipopt(tight));
@@ -432,7 +432,7 @@ struct Cart {  // x = (position, speed)
 };
 
 // The first duration is at its bound, and the limit of the total time determines the second.
-TEST(OptimumDerivatives, RefuseADurationThatRowsDecide) {
+TEST(OptimumDerivatives, RejectADurationDeterminedByRows) {
   Phase<2, 1> a{"a", Cart{}, between(0.3, 0.5)}, b{"b", Cart{}, between(0.3, 3.0)};
   for (auto* phase : {&a, &b})
     phase->guess_duration(0.4)
@@ -456,7 +456,7 @@ TEST(OptimumDerivatives, RefuseADurationThatRowsDecide) {
   EXPECT_TRUE(second.w.array().isNaN().all());
 }
 
-TEST(OptimumDerivatives, RefuseAnUnknownThatRowsDecide) {
+TEST(OptimumDerivatives, RejectAnUnknownDeterminedByRows) {
   Phase<1, 1, 1> phase{"motion", [](auto, auto x, auto u, auto) { return decltype(x){u[0]}; },
                        exactly(1.0)};
   phase.unknown("place", Vec<double, 1>{0.3}, between(-9.0, 9.0))
@@ -477,7 +477,7 @@ TEST(OptimumDerivatives, RefuseAnUnknownThatRowsDecide) {
   EXPECT_TRUE(std::isnan(place.cost));
 }
 
-TEST(OptimumDerivatives, RefuseAPointThatIsNoOptimum) {
+TEST(OptimumDerivatives, RejectANonOptimalPoint) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
   Solution s = solve(shooting, *make_ipopt(tight));
   s.point.w.setZero();
@@ -489,7 +489,7 @@ TEST(OptimumDerivatives, RefuseAPointThatIsNoOptimum) {
   EXPECT_THROW(OptimumDerivatives(shooting, s), DefinitionError);
 }
 
-TEST(OptimumDerivatives, RefuseWhatDoesNotExist) {
+TEST(OptimumDerivatives, RejectMissingQuantities) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
   OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   EXPECT_THROW(derivatives.wrt_event("impact"), DefinitionError);

@@ -58,7 +58,7 @@ struct Switched {
   }
 };
 
-TEST(OptimumOf, FreeSwitchingTimesHasTheCostatesAtItsStart) {
+TEST(OptimumOf, FreeSwitchingTimesGivesTheInitialCostates) {
   Phase<2, 1> one{"1", Switched<1>{}, between(0.05, 2.0)},
       two{"2", Switched<2>{}, between(0.05, 2.5)}, three{"3", Switched<3>{}, between(0.05, 2.9)};
   one.guess_duration(0.5);
@@ -117,7 +117,7 @@ OptimumDerivative of_stiffness(const IntegratorChoice& integrator, std::string& 
   return derivatives.wrt_parameter("k");
 }
 
-TEST(OptimumOf, AdaptiveIntegratorsIsCurvedByDifferencesOfGradients) {
+TEST(OptimumOf, AdaptiveIntegratorsUsesGradientDifferences) {
   std::string exact, differences;
   const OptimumDerivative fixed = of_stiffness(runge_kutta8({.steps = 4}), exact);
   const OptimumDerivative adaptive =

@@ -55,7 +55,7 @@ TEST(Unknown, ObeysTheBoundsOfAllPhasesThatShareIt) {
   EXPECT_NEAR(s.cost, 1.0, 1e-6);
 }
 
-TEST(Unknown, WithContradictoryBoundsIsRefused) {
+TEST(Unknown, RejectsContradictoryBounds) {
   try {
     MultipleShooting shooting(shared_drift(at_most(1.0), at_least(2.0), 1.0), ten);
     FAIL() << "accepted";
@@ -135,7 +135,7 @@ double least_input(MultipleShooting& shooting) {
   return s.trajectory.input(0.5)[0];
 }
 
-TEST(NamedData, IsGivenWholeAndByEntry) {
+TEST(NamedData, IsSetAsAWholeAndByEntry) {
   MultipleShooting shooting = in_the_wind();
   EXPECT_NEAR(least_input(shooting), 2.0, 1e-8);
   shooting.set_data("wind", Wind<double>{.gust = 0.5});
@@ -153,7 +153,7 @@ TEST(NamedData, IsGivenWholeAndByEntry) {
   EXPECT_EQ(wind.table(1, 0), 7.0);
 }
 
-TEST(NamedData, AllocatesNothing) {
+TEST(NamedData, DoesNotAllocate) {
   MultipleShooting shooting = in_the_wind();
   Wind<double> wind;
   const testing::AllocationCount count;
@@ -167,7 +167,7 @@ TEST(NamedData, AllocatesNothing) {
   EXPECT_EQ(count.made(), 0);
 }
 
-TEST(NamedData, WrongNamesAndSizesSayWhatThereIs) {
+TEST(NamedData, WrongNamesAndSizesListTheData) {
   MultipleShooting shooting = in_the_wind();
   const auto complaint = [&](auto&& name, auto&& value) {
     try {
@@ -190,7 +190,7 @@ TEST(NamedData, WrongNamesAndSizesSayWhatThereIs) {
   EXPECT_EQ(complaint("wind.gust", std::nan("")), "parameter 'wind.gust': entry 0 is nan");
 }
 
-TEST(NamedUnknown, IsFoundAndReadByName) {
+TEST(NamedUnknown, IsAccessibleByName) {
   // u has no cost within its bounds, and the gust supplies the remainder.
   Phase<1, 1, size_of<Wind>> phase{"motion",
                                    [](const auto&, const auto&, const auto& u, const auto& p) {
@@ -220,7 +220,7 @@ TEST(NamedUnknown, IsFoundAndReadByName) {
 // --- references
 // -------------------------------------------------------------------------------------
 
-TEST(Reference, ThatVariesIsFollowed) {
+TEST(Reference, VaryingReferenceIsTracked) {
   // min 1/2 (u - r)^2 with r a tent function and no other cost. u is the mean of r over the
   // interval, or r at its start if the cost is summed at the nodes.
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
@@ -252,7 +252,7 @@ TEST(Reference, IsAFunctionOfAbsoluteTime) {
   EXPECT_NEAR(s.trajectory.input(4.31)[0], 4.35, 1e-8);  // the mean over the interval
 }
 
-TEST(Reference, ThatVariesHasExactDerivativesWhereTimeIsFree) {
+TEST(Reference, VaryingReferenceHasExactDerivativesWithFreeTime) {
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
     Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
     phase.guess_duration(1.0).track(

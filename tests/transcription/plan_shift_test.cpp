@@ -48,7 +48,7 @@ void expect_near(const VectorXd& a, const VectorXd& b, double tolerance) {
   for (int i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], tolerance) << i;
 }
 
-TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
+TEST(PlanShift, IsExactOnTheSameGrid) {
   MultipleShooting car = gears();
   const Moved m = move_on(car, 0.0);
   // Rounding of the durations, which are computed from instants.
@@ -64,7 +64,7 @@ TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
 }
 
 // Slacks and their multipliers are shifted too.
-TEST(PlanShift, SlacksMoveWithTheirInstants) {
+TEST(PlanShift, SlacksMoveInTime) {
   for (const Penalty& penalty :
        {soft("slow", 0.4), soft("slow", 2.0, Penalty::L2), huber("slow", 0.4, 0.1)}) {
     Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
@@ -95,7 +95,7 @@ TEST(PlanShift, SlacksMoveWithTheirInstants) {
   }
 }
 
-TEST(PlanShift, TheHorizonIsTheSameUntilAnEventEntersIt) {
+TEST(PlanShift, HorizonIsUnchangedUntilAnEventEnters) {
   MultipleShooting walk = walking_problem(walking_schedule());
   PlanShift shift(walk.program());
   const VectorXd w = walk.initial_guess().w;
@@ -118,7 +118,7 @@ TEST(PlanShift, TheHorizonIsTheSameUntilAnEventEntersIt) {
   EXPECT_TRUE(moving.is_same_horizon(cart.program(), plan));
 }
 
-TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
+TEST(PlanShift, FreePhasesKeepTheirEndAndTheRestIsNearOptimal) {
   constexpr double elapsed = 0.3;  // s
   MultipleShooting car = gears();
   const NlpPoint cold = car.initial_guess();
@@ -147,7 +147,7 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
 
 // The rest of a free duration has intervals of another length. Multipliers of constraints over an
 // interval scale with its length.
-TEST(PlanShift, MultipliersOfInputsFollowTheLengthOfTheirIntervals) {
+TEST(PlanShift, InputMultipliersScaleWithIntervals) {
   Phase<2, 1> phase{"drive", Cart{}, between(0.2, 5.0)};
   phase.bound_input(0, between(-1.0, 3.0))
       .keep(
@@ -189,7 +189,7 @@ TEST(PlanShift, MultipliersOfInputsFollowTheLengthOfTheirIntervals) {
   EXPECT_GT(at_rows, 1e-3);
 }
 
-TEST(PlanShift, MultipliersMoveWithTheirInstants) {
+TEST(PlanShift, MultipliersMoveInTime) {
   Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
   phase.minimise("effort", effort)
       .keep("slow", speed, at_most(0.3))
@@ -219,7 +219,7 @@ TEST(PlanShift, MultipliersMoveWithTheirInstants) {
   EXPECT_GE(pressed, 2);  // nodes at the maximum speed
 }
 
-TEST(PlanShift, AcrossAJumpThePlanDoesNotGoOn) {
+TEST(PlanShift, DoesNotContinueAcrossAJump) {
   Phase<1, 1> down{"down", Velocity{}, exactly(0.5)}, up{"up", Velocity{}, exactly(0.5)};
   for (auto* phase : {&down, &up})
     phase->track("effort", input, Vec<double, 1>{1.0}).track("state", state, Vec<double, 1>{1.0});
@@ -235,7 +235,7 @@ TEST(PlanShift, AcrossAJumpThePlanDoesNotGoOn) {
   EXPECT_NEAR(m.guess.w[layout.state(1, 0)], m.plan.point.w[layout.state(1, 2)], 1e-9);
 }
 
-TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {
+TEST(PlanShift, EndedFreePhaseHasMinimumDuration) {
   MultipleShooting car = gears();
   const Solution plan = solve(car, *sqp());
   const Moved m = move_on(car, plan.durations[0] - 0.2);
@@ -243,7 +243,7 @@ TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {
   EXPECT_TRUE(m.guess.w.allFinite() && m.guess.lambda.allFinite() && m.guess.z.allFinite());
 }
 
-TEST(PlanShift, FixedPhasesMoveWithTheHorizonAndThePlanAcrossTheirBorder) {
+TEST(PlanShift, FixedPhasesMoveWithTheHorizon) {
   constexpr double elapsed = 0.1;  // s, one interval: all nodes keep their times
   MultipleShooting walk = walking_problem(walking_schedule());
   const Moved m = move_on(walk, elapsed);

@@ -22,7 +22,7 @@ Solution solve_soft_end(Penalty penalty) {
   return solve(shooting, *make_ipopt({.tolerance = 1e-10}));
 }
 
-TEST(SoftEnd, L1BelowTheMultiplierIsViolatedAsFarAsTheWeightPays) {
+TEST(SoftEnd, L1BelowTheMultiplierIsViolatedByTheExpectedAmount) {
   const Solution s = solve_soft_end(soft("stop", 0.4));  // u = -weight
   ASSERT_TRUE(s.ok()) << s.message;
   ASSERT_EQ(s.soft_violations.size(), 1u);
@@ -41,7 +41,7 @@ TEST(SoftEnd, L1AboveTheMultiplierIsExact) {
   EXPECT_NEAR(s.cost, 0.5, 1e-7);
 }
 
-TEST(SoftEnd, L2IsAlwaysViolatedALittle) {
+TEST(SoftEnd, L2IsAlwaysViolated) {
   for (const double weight : {0.5, 3.0, 100.0}) {
     const Solution s = solve_soft_end(soft("stop", weight, Penalty::L2));
     ASSERT_TRUE(s.ok()) << s.message;
@@ -65,7 +65,7 @@ TEST(SoftEnd, BothSidesAreSoft) {
 }
 
 // A running penalty is a cost per unit of time, so an empty rest of its window costs nothing.
-TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
+TEST(SoftRunning, WindowAtTheEndCostsNothing) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0})
       .keep("low", state, at_most(0.0), Window{.from = event("impact")}, soft("low", 3.0));
@@ -78,7 +78,7 @@ TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
 
 // With a free duration, the cost of a slack depends on the length of its interval. A block with one
 // output computes it if any interval has such a cost.
-TEST(SoftRunning, InAFreeDurationSlacksOutsideOfTheWindowAreNotCharged) {
+TEST(SoftRunning, SlacksOutsideTheWindowAreFree) {
   Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
   phase.guess_duration(1.0).keep("low", state, at_most(0.0), Window{.to = 0.3}, soft("low", 3.0));
   OptimalControlProblem ocp("free");
@@ -138,7 +138,7 @@ TEST(SoftHuber, IsQuadraticThenLinear) {
 
 // Both sides at once, and a change of weight between solves. x tracks 3 and violates the soft
 // limit.
-TEST(SoftHuber, ServesBothSidesAndChangesItsWeight) {
+TEST(SoftHuber, ActsOnBothSidesWithAChangingWeight) {
   for (const double target : {3.0, -1.0}) {
     Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
     phase.track("effort", input, Vec<double, 1>{1.0})
@@ -156,7 +156,7 @@ TEST(SoftHuber, ServesBothSidesAndChangesItsWeight) {
   }
 }
 
-TEST(SoftHuber, MustHaveAThreshold) {
+TEST(SoftHuber, NeedsAThreshold) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.reach("stop", state, at_most(0.0), soft("stop", 1.0, Penalty::Huber));
   OptimalControlProblem ocp("no threshold");
@@ -165,7 +165,7 @@ TEST(SoftHuber, MustHaveAThreshold) {
 }
 
 // A penalty of any kind equals the minimum cost of its slacks, which the program minimises.
-TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
+TEST(Penalties, AreTheMinimumCostOfTheirSlacks) {
   for (const Penalty& penalty :
        {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
     const PenaltySlacks slacks = penalty_slacks(penalty);
@@ -202,7 +202,7 @@ Solution solve_frozen(Penalty::Kind penalty, int intervals, double impact) {
   return solve(shooting, *make_ipopt({.tolerance = 1e-10}));
 }
 
-TEST(SoftRunning, IsPaidPerUnitOfTime) {
+TEST(SoftRunning, CostIsAnIntegralOverTime) {
   for (const int n : {10, 20, 40}) {
     const Solution l1 = solve_frozen(Penalty::L1, n, -1.0), l2 = solve_frozen(Penalty::L2, n, -1.0);
     ASSERT_TRUE(l1.ok() && l2.ok()) << l1.message << l2.message;
@@ -247,7 +247,7 @@ TEST(SoftWeights, ChangeBetweenSolvesByName) {
   EXPECT_NEAR(solve(shooting, *solver).soft_violations[0].largest, 0.3, 1e-7);
 }
 
-TEST(SoftCosts, AreTheirPartOfTheTotal) {
+TEST(SoftCosts, AreIncludedInTheTotal) {
   const Solution s = solve_soft_end(soft("stop", 0.4));
   ASSERT_EQ(s.costs.size(), 2u);
   EXPECT_EQ(s.costs[1].term, "stop");
@@ -259,7 +259,7 @@ TEST(SoftCosts, AreTheirPartOfTheTotal) {
 
 // x rests at 1 outside the lane x <= 0 and costs per second 0.5 (L1), 0.25 (L2) or 0.16 (Huber).
 // The other cost is 1 / T, so T = sqrt(1 / rate), far from the guess.
-TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
+TEST(SoftRunning, CostFollowsTheFreeDuration) {
   for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2, Penalty::Huber}) {
     const Penalty penalty{kind, 0.5, "lane", 0.4};
     for (const bool of_input : {false, true}) {

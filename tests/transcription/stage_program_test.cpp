@@ -231,7 +231,7 @@ class Pair {
   std::mt19937 random_{7};
 };
 
-TEST(StageProgram, IsTheSparseModelInStagesWhereverEventsStand) {
+TEST(StageProgram, MatchesTheSparseModelForAnyEventTimes) {
   for (const bool nonlinear : {false, true}) {
     SCOPED_TRACE(nonlinear ? "nonlinear" : "linear-quadratic");
     MultipleShooting shooting = with_event(nonlinear);
@@ -251,7 +251,7 @@ TEST(StageProgram, IsTheSparseModelInStagesWhereverEventsStand) {
   }
 }
 
-TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
+TEST(StageProgram, CurrentBoundsMatchTheStages) {
   MultipleShooting shooting = with_globals();
   Pair pair(shooting);
   pair.compare(false);
@@ -262,7 +262,7 @@ TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
 }
 
 // A measured start replaces a start that was free within bounds, and nothing else changes.
-TEST(StageProgram, AStartThatIsMeasuredIsGiven) {
+TEST(StageProgram, MeasuredStartIsGiven) {
   Phase<2, 2, 1> phase{"rest", Mass{}, exactly(1.0)};
   phase.data("push", Vec<double, 1>{0.3})
       .track("rest", state, Vec<double, 2>{1.0, 0.1})

@@ -180,9 +180,9 @@ TEST(Stages, OfAnUnknownOfLaterPhases) {
   EXPECT_EQ(map.stages().stages[5].nx, 2);
 }
 
-TEST(Stages, OfAnUnknownThatIsFixed) { expect_stages(late_unknown(exactly(0.7))); }
+TEST(Stages, OfAFixedUnknown) { expect_stages(late_unknown(exactly(0.7))); }
 
-TEST(Stages, OfFreeDurationsAndSizesThatChange) {
+TEST(Stages, OfFreeDurationsAndChangingSizes) {
   OptimalControlProblem ocp = two_gears::problem();
   expect_stages(ocp);
   expect_stages(ocp.total_time(at_most(25.0)));
@@ -214,7 +214,7 @@ TEST(Stages, OfAClosedProblem) {
       "drop", [](auto t, auto x, auto, auto p) { return decltype(x)(0.5 * x + t * p); })));
 }
 
-TEST(Stages, OfAStartThatIsFreeOrPartlySo) {
+TEST(Stages, OfAFreeOrPartlyFreeStart) {
   for (const Bounds bounds : {between(-1.0, 1.5), exactly(1.0), unbounded()}) {
     OptimalControlProblem ocp = two_gears::problem();
     ocp.start_within({bounds, between(-0.5, 0.5)}, Vec<double, 2>{1.0, 0.0});
@@ -238,7 +238,7 @@ class PushRecovery : public ::testing::Test {
   }
 };
 
-TEST_F(PushRecovery, HasEquivalentStagesWhereverTheImpactFalls) {
+TEST_F(PushRecovery, HasEquivalentStagesForAnyImpactTime) {
   std::mt19937 random(3);
   for (const double penalty : {0.0, 10.0})
     for (const double change : {0.0, 1e-3}) {
@@ -275,7 +275,7 @@ TEST_F(PushRecovery, DeclaresTheCommonResultantUnlessChangesAreCharged) {
   }
 }
 
-TEST_F(PushRecovery, IsStagedWithoutAllocation) {
+TEST_F(PushRecovery, StagesWithoutAllocation) {
   for (const double change : {0.0, 1e-3}) {
     MultipleShooting problem = shooting(change, 10.0);
     StageMap map(patterns(problem), problem.stages());

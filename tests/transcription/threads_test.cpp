@@ -68,7 +68,7 @@ Solution plan(const OptimalControlProblem& problem, const IntegratorChoice& sche
   return solve(shooting, *solver);
 }
 
-TEST(Threads, PlansMadeAtTheSameTimeAreThoseMadeOneAfterTheOther) {
+TEST(Threads, ConcurrentSolvesEqualSequentialSolves) {
   const OptimalControlProblem problem = swing_up();
   const IntegratorChoice scheme = runge_kutta4({.steps = 2});
   constexpr int count = 6;
@@ -116,7 +116,7 @@ void expect_same(const Evaluation& a, const Evaluation& b) {
 
 // One thread adds the contributions of several threads to the same entry at the end. The check
 // covers that sum too.
-TEST(Threads, CurvatureThatIsNoNumberIsNoticedByAnyNumberOfThem) {
+TEST(Threads, NanCurvatureIsDetectedByAnyNumberOfThreads) {
   const auto is_finite = [](double instant, int threads) {
     Phase<1, 1> drive{"drive",
                       [](const auto&, const auto& x, const auto& u) { return u[0] - sin(x[0]); },
@@ -139,7 +139,7 @@ TEST(Threads, CurvatureThatIsNoNumberIsNoticedByAnyNumberOfThem) {
 
 class SharedEvaluation : public testing::TestWithParam<std::pair<std::string, IntegratorChoice>> {};
 
-TEST_P(SharedEvaluation, IsTheSameToTheBitWithAnyNumberOfThreads) {
+TEST_P(SharedEvaluation, IsBitIdenticalForAnyNumberOfThreads) {
   const auto shooting_with = [&](int threads) {
     return MultipleShooting(
         swing_up(),
@@ -170,7 +170,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, SharedEvaluation,
                                          std::pair{"Cvodes", cvodes({.tolerance = 1e-8})}),
                          [](const auto& scheme) { return scheme.param.first; });
 
-TEST(Threads, ASolveIsTheSameToTheBitWithAnyNumberOfThreads) {
+TEST(Threads, SolveIsBitIdenticalForAnyNumberOfThreads) {
   const auto solved_with = [](int threads) {
     MultipleShooting shooting(
         swing_up(),
@@ -197,7 +197,7 @@ struct Refusing {
   static inline std::atomic<bool> refuses = false;
 };
 
-TEST(Threads, WhatAFormulaThrowsReachesTheCaller) {
+TEST(Threads, FormulaExceptionsReachTheCaller) {
   Phase<1, 1> phase{"phase", Refusing{}, exactly(1.0)};
   phase.minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
   OptimalControlProblem problem("refusing");
@@ -269,7 +269,7 @@ OptimalControlProblem with_events() {
 }
 
 // Each composed function owns working memory. Its values do not depend on the number of threads.
-TEST(Promise, FunctionsAreEvaluatedBySeveralThreads) {
+TEST(Promise, SeveralThreadsEvaluateFunctions) {
   const OptimalControlProblem problem = with_algebraic_state();
   const PhaseDefinition& phase = problem.phases().front();
   const Function residual = make_function<1, 1, 0>([](const auto& t, const auto& x, const auto& u) {
@@ -342,7 +342,7 @@ MatrixXd samples_of(const Trajectory& plan) {
   return all;
 }
 
-TEST_P(PromiseOfPlans, APlanIsReadByFourThreadsWhileItsProgramIsSolvedAgain) {
+TEST_P(PromiseOfPlans, FourThreadsReadAPlanDuringAnotherSolve) {
   MultipleShooting untouched = shooting(), read = shooting();
   const auto solver = make_native_solver(), other_solver = make_native_solver();
   const Solution first = solve(untouched, *solver);
@@ -368,7 +368,7 @@ TEST_P(PromiseOfPlans, APlanIsReadByFourThreadsWhileItsProgramIsSolvedAgain) {
   EXPECT_EQ(again.iterations, expected.iterations);
 }
 
-TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
+TEST_P(PromiseOfPlans, SeveralThreadsShareAChoiceAndAProblem) {
   MultipleShooting alone = shooting();
   const Solution expected = solve(alone, *make_native_solver());
   std::atomic<int> others = 0;
@@ -385,7 +385,7 @@ TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
 }
 
 // One thread at a time, and a different one each time.
-TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorGoFromThreadToThread) {
+TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorMoveBetweenThreads) {
   MultipleShooting alone = shooting();
   const Solution expected = solve(alone, *make_native_solver());
   std::unique_ptr<MultipleShooting> program;
@@ -426,7 +426,7 @@ INSTANTIATE_TEST_SUITE_P(
                     PlanCase{"EventsByCvodes", with_events(), cvodes({.tolerance = 1e-8})}),
     [](const auto& c) { return c.param.name; });
 
-TEST(Promise, ReferencesAndSchedulesAreReadBySeveralThreads) {
+TEST(Promise, SeveralThreadsReadReferencesAndSchedules) {
   const Reference reference({0.0, 1.0, 2.0}, MatrixXd{{0.0, 2.0, 1.0}});
   const Schedule schedule = Schedule({"a", "b", "a"}, {{"on", 0.5}, {"off", 1.5}}).reserve(5);
   std::atomic<int> others = 0;
@@ -444,7 +444,7 @@ TEST(Promise, ReferencesAndSchedulesAreReadBySeveralThreads) {
   EXPECT_EQ(others, 0);
 }
 
-TEST(ThreadPool, EachThreadTakesPartOnceAndTheFirstFailureIsThrown) {
+TEST(ThreadPool, EachThreadRunsOnceAndTheFirstFailureIsThrown) {
   ThreadPool pool(3);
   std::vector<int> parts(3, 0);
   for (int piece = 0; piece < 100; ++piece) pool.run([&](int k) { parts[k] += k + 1; });

@@ -79,14 +79,14 @@ TEST_F(Course, IsRightContinuousAtTheEvent) {
   EXPECT_NEAR(c.state(3.0)[1], c.state_before(3.0)[0], 1e-9);
 }
 
-TEST_F(Course, OutsideItsEndsIsClipped) {
+TEST_F(Course, IsConstantOutsideItsEnds) {
   const Trajectory& c = solution.trajectory;
   EXPECT_EQ(c.state(-5.0), c.pieces().front().state);
   EXPECT_EQ(c.state(99.0), c.final_state());
   EXPECT_EQ(c.input(-5.0), c.input(2.0));
 }
 
-TEST_F(Course, CsvHasEveryNodeAndTheEventTwice) {
+TEST_F(Course, CsvHasEveryNodeAndBothSidesOfTheEvent) {
   std::ostringstream out;
   solution.trajectory.write_csv(out, 2);
   std::istringstream in(out.str());
@@ -105,7 +105,7 @@ TEST_F(Course, CsvHasEveryNodeAndTheEventTwice) {
 
 // On a clock that counts from the epoch, times have a resolution of 0.2 us. That is much less than
 // these intervals of 2 ms.
-TEST(TrajectoryOnAClock, IsTheSameWhateverTheClockCountsFrom) {
+TEST(TrajectoryOnAClock, IsIndependentOfTheClockOrigin) {
   const auto problem = [](double start) {
     Phase<1, 1> phase{"growth", Growth{}, exactly(0.012)};
     phase.track("effort", input, Vec<double, 1>{1.0}).reach("end", state, {exactly(1.0)});

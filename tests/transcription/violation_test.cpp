@@ -41,7 +41,7 @@ std::string conflict(MultipleShooting& shooting,
   return describe_conflict(program, lambda, violated);
 }
 
-TEST(Conflict, NamesTheStrongestTermsBesideTheOneThatIsViolated) {
+TEST(Conflict, NamesTheStrongestOpposingTerms) {
   MultipleShooting shooting = with_terms({"a", "b", "c", "d", "e"});
   const std::string violated = "phase 'motion', term 'a', row 0";
   for (const int node : {1, 5, 10})  // at any node
@@ -72,14 +72,14 @@ std::string dependent_of_given_input(double push) {
   return describe_dependent_rows(shooting.editable_program(), shooting.initial_guess().w);
 }
 
-TEST(DependentRows, AnEquationOfGivenNumbersCountsOnlyWhereItDoesNotHold) {
+TEST(DependentRows, ConstantEquationIsReportedOnlyIfViolated) {
   EXPECT_EQ(dependent_of_given_input(0.3), "");
   for (const double other : {0.1, 0.5})
     EXPECT_NE(dependent_of_given_input(other).find("term 'push'"), std::string::npos) << other;
 }
 
 // This also holds at a point that satisfies both.
-TEST(DependentRows, AnEquationThatIsThereTwiceIsNamed) {
+TEST(DependentRows, NamesADuplicateEquation) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.reach("first", state, exactly(2.0)).reach("second", state, exactly(2.0));
   OptimalControlProblem ocp("twice");

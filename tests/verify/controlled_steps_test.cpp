@@ -17,7 +17,7 @@ PlannedInterval interval(double start, double length, VectorXd state, VectorXd i
   return {0, start, length, std::move(state), std::move(input), {}};
 }
 
-TEST(ControlledSteps, FollowAnOscillatorToTheirTolerance) {
+TEST(ControlledSteps, IntegrateAnOscillatorToTolerance) {
   const Function f = make_function<2, 0, 0>([](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[1], -x[0]};
   });
@@ -46,7 +46,7 @@ TEST(ControlledSteps, FollowAnOscillatorToTheirTolerance) {
 }
 
 // x' = -k (x - cos t): explicit steps of length 1 / k would number thousands.
-TEST(ControlledSteps, TurnImplicitWhereTheFieldIsStiff) {
+TEST(ControlledSteps, SwitchToImplicitStepsForStiffFields) {
   constexpr double k = 1e6;
   const Function f = make_function<1, 0, 0>(
       [](const auto& t, const auto& x) { return std::decay_t<decltype(x)>{-k * (x[0] - cos(t))}; });
@@ -66,7 +66,7 @@ TEST(ControlledSteps, TurnImplicitWhereTheFieldIsStiff) {
 
 // Each interval contains a whole number of periods. Equal steps sample only one phase of the
 // forcing.
-TEST(ControlledSteps, SeeForcingThatFitsTheGrid) {
+TEST(ControlledSteps, DetectForcingAtTheGridFrequency) {
   for (const double periods : {1.0, 4.0, 8.0, 30.0, 60.0, 360.0}) {
     const Function f = make_function<1, 0, 0>([periods](const auto& t, const auto&) {
       const auto s = sin(0.5 * two_pi * periods * t);
@@ -83,7 +83,7 @@ TEST(ControlledSteps, SeeForcingThatFitsTheGrid) {
   }
 }
 
-TEST(ControlledSteps, SayWhereTheFieldHasNoValue) {
+TEST(ControlledSteps, ReportWhereTheFieldIsUndefined) {
   const Function f = make_function<1, 0, 0>([](const auto& t, const auto& x) {
     return std::decay_t<decltype(x)>{sqrt(0.5 - t) + 0.0 * x[0]};
   });

@@ -94,7 +94,7 @@ TEST(FormulaBounds, ContainValuesAndDerivatives) {
   EXPECT_EQ(unbounded, 0);
 }
 
-TEST(FormulaBounds, DerivativesAreThoseOfDifferences) {
+TEST(FormulaBounds, DerivativesMatchDifferences) {
   const Function f = make_function<2, 0, 0>(EveryOperation{});
   FormulaBounds bounds(steps_of(f));
   const auto along = [&](double d) {

@@ -33,7 +33,7 @@ OptimalControlProblem past_pillar(double length, double radius) {
   return ocp;
 }
 
-TEST(Verdict, APillarPassedBetweenTwoNodesIsNoPlan) {
+TEST(Verdict, RejectsAPlanThatPassesAPillarBetweenNodes) {
   for (const double length : {20.0, 50.0, 200.0}) {
     const Solution s = solve(past_pillar(length, 0.01 * length));
     EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
@@ -47,7 +47,7 @@ TEST(Verdict, APillarPassedBetweenTwoNodesIsNoPlan) {
 }
 
 // A wall of 5 to 12 mm half width and 1 m height on a path of 50 m. An interval is 1.67 m long.
-TEST(Verdict, AThinWallIsLocated) {
+TEST(Verdict, LocatesAThinWall) {
   for (const double half_width : {0.005, 0.008, 0.012}) {
     for (const int shape : {0, 1, 2}) {
       const double at = 25.0 + 0.731;
@@ -77,7 +77,7 @@ TEST(Verdict, AThinWallIsLocated) {
 }
 
 // x' = x + u over 30 s: errors of rounding and integration grow by e^30.
-TEST(Verdict, AnUnstableHorizonIsSaid) {
+TEST(Verdict, ReportsAnUnstableHorizon) {
   Phase<1, 1> phase{
       "a",
       [](auto, const auto& x, const auto& u) { return std::decay_t<decltype(x)>(x[0] + u[0]); },
@@ -106,7 +106,7 @@ TEST(Verdict, AnUnstableHorizonIsSaid) {
 
 // The forcing has whole periods in an interval of the grid and in an integrator step, so all
 // samples have the same phase.
-TEST(Verdict, ForcingThatFitsTheGridIsSeen) {
+TEST(Verdict, DetectsForcingAtTheGridFrequency) {
   for (const double per_interval : {2.0, 4.0, 8.0}) {
     const double frequency = 30.0 * per_interval;
     Phase<1, 1> phase{"a",
@@ -128,7 +128,7 @@ TEST(Verdict, ForcingThatFitsTheGridIsSeen) {
 }
 
 // The same for a cost whose quadrature samples only one phase.
-TEST(Verdict, ACostThatFitsTheGridIsSeen) {
+TEST(Verdict, DetectsACostAtTheGridFrequency) {
   Phase<1, 1> phase{"a", drift, exactly(1.0)};
   phase
       .reach(
@@ -154,7 +154,7 @@ struct Bead {
   }
 };
 
-TEST(Verdict, AHeadingThatTurnsWithinAnIntervalIsSeen) {
+TEST(Verdict, DetectsAHeadingThatTurnsWithinAnInterval) {
   // From rest to (1, 1) in 2 s with an input that turns by 76 rad in one interval.
   Phase<3, 1> phase{"bead", Bead{}, exactly(1.0)};
   phase.inputs(InputParametrisation::piecewise_linear)

@@ -41,7 +41,7 @@ OptimalControlProblem problem_of(const Phase<2, 1>& phase) {
   return ocp;
 }
 
-TEST(Verify, FindsNothingInARightPlan) {
+TEST(Verify, AcceptsACorrectPlan) {
   Phase<2, 1> phase = thrust();
   phase.keep("slow", speed, at_most(2.0))
       .bound_state(0, between(0.0, 1.0))
@@ -113,7 +113,7 @@ TEST(Verify, NamesEachKindOfMiss) {
 }
 
 // A window applies while it is open, and the bounds between nodes are the active ones.
-TEST(Verify, LooksWhereWindowsAreOpen) {
+TEST(Verify, ChecksOpenWindows) {
   for (const double to : {0.5, 1.0}) {
     Phase<2, 1> phase = thrust();
     phase.keep("slow", speed, at_most(1.2), Window{.to = to});
@@ -123,7 +123,7 @@ TEST(Verify, LooksWhereWindowsAreOpen) {
 }
 
 // |x - a| near a, sqrt at the edge of its domain, and rows that are always active.
-TEST(Verify, RowsWithKinksAndActiveRowsAreFollowed) {
+TEST(Verify, FollowsRowsWithKinksAndActiveRows) {
   Phase<2, 1> phase = thrust();
   phase
       .keep(
@@ -169,7 +169,7 @@ OptimalControlProblem past_pillar(double unit, bool split, double radius_for_sta
 }
 
 // The same plan in other units of length. A solver could find a different optimum there.
-TEST(Verify, UnitsScaleWhatItFinds) {
+TEST(Verify, ScalesFindingsWithUnits) {
   const OptimalControlProblem ocp = past_pillar(1.0, false, 0.0);
   const Solution s = solve(ocp);
   const Plan plan = plan_of(ocp, s.trajectory);
@@ -226,7 +226,7 @@ TEST(Verify, FollowsEventsInsideAPhase) {
   EXPECT_NEAR(verify(ocp, wrong).summary.defect.absolute, 0.1, 1e-6);
 }
 
-TEST(Verify, SaysWhatItCannotVerify) {
+TEST(Verify, ReportsUnverifiableParts) {
   Phase<1, 1> phase{"slides",
                     [](const auto&, const auto& x, const auto& u) {
                       return std::decay_t<decltype(x)>{1.0 + 0.1 * u[0] + 0.0 * x[0]};
@@ -251,7 +251,7 @@ TEST(Verify, SaysWhatItCannotVerify) {
 }
 
 // The formulas that the verifier reads do not contain algebraic states.
-TEST(Verify, TakesAlgebraicPhases) {
+TEST(Verify, SupportsAlgebraicPhases) {
   Phase<1, 1, 0, 1> phase{"dae",
                           [](const auto&, const auto& x, const auto& z, const auto& u) {
                             return std::decay_t<decltype(x)>{z[0] + u[0]};

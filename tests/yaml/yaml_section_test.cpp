@@ -50,7 +50,7 @@ TEST(Yaml, ReadsSectionsListsAndLines) {
   EXPECT_TRUE(parse_yaml("# only words\n", "f").entries.empty());
 }
 
-TEST(Yaml, AMistakeNamesTheWayToTheKey) {
+TEST(Yaml, ErrorsNameTheKeyPath) {
   const YamlEntry root = parse_yaml(sample, "f");
   const YamlSection file(root, "f"), walk = file.section("postures").section("walk");
   EXPECT_EQ(complaint([&] { walk.allow_only({"sped"}); }),
@@ -65,7 +65,7 @@ TEST(Yaml, AMistakeNamesTheWayToTheKey) {
   EXPECT_EQ(complaint([&] { file.text("empty"); }), "f: empty must be a text");
 }
 
-TEST(Yaml, RefusesWhatIsNotASetOfKeys) {
+TEST(Yaml, RejectsNonMappings) {
   EXPECT_EQ(complaint_of(" \n"), "f: the file is empty");
   EXPECT_EQ(complaint_of("a: 1\nb: {c: 2}\na: 3\n"), "f:3: key 'a' was already given at f:1");
   EXPECT_EQ(complaint_of("b: {c: 2}\nb.c: 3\n"), "f:2: key 'b.c' was already given at f:1");
