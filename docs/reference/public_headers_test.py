@@ -17,7 +17,7 @@ def rewritten(*lines):
 
 
 class Headers(unittest.TestCase):
-    def test_comments_are_those_of_their_declarations(self):
+    def test_comments_belong_to_their_declarations(self):
         self.assertEqual(rewritten("// One idea.", "#pragma once"),
                          ["/** \\file saltus/a.hpp */ /// One idea.", "#pragma once"])
         self.assertEqual(rewritten("", "  double thrust;  // N")[1], "  double thrust;  ///< N")
@@ -32,17 +32,17 @@ class Headers(unittest.TestCase):
         self.assertEqual(rewritten("", "/// A row.", "std::string row(int i);", "", "std::string head();")[4],
                          "std::string head();")
 
-    def test_what_says_itself(self):
-        self.assertIn("There is none.", rewritten("", "  Part(const Part&) = delete;")[1])
+    def test_self_explanatory_declarations(self):
+        self.assertIn("Deleted.", rewritten("", "  Part(const Part&) = delete;")[1])
         for line in ("  Part(Part&& other) noexcept;", "  Part& operator=(const Part& other);"):
             self.assertEqual(rewritten("", line)[1], f"  /** \\cond */ {line.strip()} /** \\endcond */")
 
-    def test_what_needs_a_comment_gets_none(self):
+    def test_undocumented_names_stay_undocumented(self):
         for line in ("int rows() const { return rows_; }", "struct Options {", "double thrust;",
                      "double x, y;", "Part(int rows, int columns);"):
             self.assertEqual(rewritten("", line)[1], line)
 
-    def test_lines_stay_where_they_are(self):
+    def test_lines_keep_their_numbers(self):
         for name, path in public_headers.public_headers():
             with open(path, encoding="utf-8") as file:
                 lines = file.read().splitlines()
@@ -81,14 +81,14 @@ class Script(unittest.TestCase):
         self.assertEqual(done.returncode, 2, done.stderr)
         return done.stderr
 
-    def test_a_folder_is_of_where_the_caller_stands(self):
+    def test_folder_is_relative_to_the_caller(self):
         with tempfile.TemporaryDirectory() as folder:
             os.makedirs(os.path.join(folder, "mine"))
             self.assertIn("one-too-many", self.refused(folder, "mine"))
             self.assertIn("one-too-many", self.refused(folder, "docs"))  # there is one in the clone
             with open(os.path.join(folder, "mine/a.txt"), "w", encoding="utf-8") as file:
                 file.write("a")
-            self.assertIn("something else is there", self.refused(folder, "mine"))
+            self.assertIn("the folder has other files", self.refused(folder, "mine"))
 
 
 if __name__ == "__main__":

@@ -40,13 +40,13 @@ class Agreement(unittest.TestCase):
         self.assertTrue(reproduce.agree("0.10 s", "0.29 s", True))
         self.assertFalse(reproduce.agree("0.10 s", "0.40 s", True))
 
-    def test_a_table_is_read_without_its_rule(self):
+    def test_table_is_read_without_its_rule(self):
         text = "| push | yes |\n| --- | --- |\n| 6 N s | no |\n"
         self.assertEqual(reproduce.cells(text), [["push", "yes"], ["6 N s", "no"]])
 
 
 class Tables(unittest.TestCase):
-    def test_every_table_stands_in_its_readme(self):
+    def test_every_table_is_in_its_readme(self):
         for name, table in reproduce.ALL.items():
             there = reproduce.printed(name, table)
             self.assertIsNotNone(there, name)
@@ -55,7 +55,7 @@ class Tables(unittest.TestCase):
             self.assertEqual(rows[0], [title.strip() for title in titles], name)
             self.assertEqual(len(rows) - 1, count, name)
 
-    def test_a_column_that_is_exact_stands_in_its_table(self):
+    def test_exact_columns_exist_in_their_table(self):
         for name, table in reproduce.ALL.items():
             self.assertLessEqual({*table.exact, *table.timed}, set(table.shape()[0]), name)
 
@@ -71,7 +71,7 @@ class Tables(unittest.TestCase):
             self.assertEqual(len(found), 1, name)
             self.assertIn(f", {title}: printed", found[0])
 
-    def test_every_picture_is_there(self):
+    def test_every_picture_exists(self):
         for path in reproduce.PICTURES:
             self.assertTrue(os.path.exists(os.path.join(reproduce.ROOT, path)), path)
 
@@ -92,7 +92,7 @@ class Skipped(unittest.TestCase):
                 mock.patch.object(sys, "argv", ["reproduce.py", "saltus", "pictures"]), contextlib.redirect_stdout(out):
             return reproduce.main(), out.getvalue()
 
-    def test_what_was_not_looked_at_is_not_as_printed(self):
+    def test_skipped_tables_are_not_as_printed(self):
         self.assertIn("pictures: as printed\n", self.told([True, True])[1])
         self.assertIn("pictures: as printed, 1 of 2 skipped\n", self.told([True, False])[1])
         status, told = self.told([False, False])
@@ -105,7 +105,7 @@ class Skipped(unittest.TestCase):
 
 
 class Kept(unittest.TestCase):
-    def test_a_run_that_was_interrupted_is_none(self):
+    def test_interrupted_run_is_rejected(self):
         with tempfile.TemporaryDirectory() as folder:
             self.assertFalse(is_whole(folder))
             for reason, whole in (("interrupted at 2.78 s", False), ("", True), ("fell at 3 s", True)):
@@ -113,7 +113,7 @@ class Kept(unittest.TestCase):
                     json.dump({"reason": reason}, file)
                 self.assertEqual(is_whole(folder), whole, reason)
 
-    def test_what_is_kept_is_credited_to_the_programs_that_made_it(self):
+    def test_kept_runs_name_their_programs(self):
         """A program of a version, that runs so many cells of a map at a time."""
         with tempfile.TemporaryDirectory() as folder:
             def look(version, cells, what):
@@ -144,7 +144,7 @@ else:
 
 
 class OneFigure(unittest.TestCase):
-    def test_words_and_numbers_stand_in_their_fields(self):
+    def test_words_and_numbers_are_in_their_fields(self):
         class Made:
             def run(self, settings):
                 return {}

@@ -49,14 +49,14 @@ class Scripts(unittest.TestCase):
         return [json.dumps({k: v for k, v in line.items() if k != "times"})
                 for line in self.lines(name)[1:]]
 
-    def test_the_judge_catches_a_solver_that_is_wrong_and_says_optimal(self):
+    def test_wrong_optimal_status_is_detected(self):
         self.run_small("a.jsonl", solvers="riccati,toy")
         verdicts = {(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l}
         self.assertEqual(verdicts, {("riccati", "solved"), ("toy", "wrong")})
         toy = next(l for l in self.lines("a.jsonl") if l.get("solver") == "toy")
         self.assertEqual(toy["claimed"], "optimal")
 
-    def test_an_interrupted_run_goes_on_where_it_was(self):
+    def test_interrupted_run_resumes(self):
         self.run_small("whole.jsonl")
         with open(self.path("whole.jsonl"), encoding="utf-8") as file:
             text = file.read()
@@ -77,7 +77,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(self.untimed("merged.jsonl"), self.untimed("whole.jsonl"))
         self.bench("merge", self.path("1.jsonl"), "--out", self.path("half.jsonl"), status=3)
 
-    def test_compare_sees_what_got_slower_or_lost(self):
+    def test_compare_finds_regressions(self):
         self.run_small("a.jsonl")
         self.bench("compare", "a.jsonl", "a.jsonl")
         for change in ("slower", "lost"):
@@ -92,7 +92,7 @@ class Scripts(unittest.TestCase):
             self.assertIn("WORSE", done.stdout)
             self.assertNotIn("WORSE", self.bench("compare", change, "a.jsonl").stdout)
 
-    def test_compare_tells_a_slower_machine_from_a_slower_solver(self):
+    def test_compare_separates_slower_machine_from_slower_solver(self):
         def write(name, ours, others):
             with open(self.path(name), "w", encoding="utf-8") as file:
                 tasks = [f"box/{k}x1 cold" for k in range(20)]
@@ -141,7 +141,7 @@ class Scripts(unittest.TestCase):
         self.assertIn("have no problem and solver in common", self.bench("compare", "ten", "others", status=2).stderr)
         self.assertIn("different tolerances, 1e-08 and 1e-06", self.bench("compare", "ten", "loose", status=2).stderr)
 
-    def test_compare_tells_what_a_campaign_lost(self):
+    def test_compare_reports_losses_of_a_campaign(self):
         self.records("a", {("push 1", "saltus"): {1: "recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 5.0})
         self.records("b", {("push 1", "saltus"): {1: "not recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 5.0})
         self.records("c", {("push 1", "saltus"): {1: "recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 6.0})
@@ -152,7 +152,7 @@ class Scripts(unittest.TestCase):
         self.records("e", {("dart", "saltus"): {1: "differs"}}, {"campaign": "reproduce"})
         self.assertIn("1 of 1 as printed, now 0 of 1", self.bench("compare", "d", "e", status=1).stdout)
 
-    def test_the_worst_of_the_repetitions_is_told(self):
+    def test_worst_repetition_is_reported(self):
         sys.path.insert(0, SCRIPTS)
         import task
 
@@ -178,7 +178,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(len(verdicts), 6)  # PIQP does not apply to them
         self.assertEqual({v for *_, v in verdicts}, {"solved"})
 
-    def test_an_optimum_that_is_not_the_best_is_a_miss(self):
+    def test_suboptimal_solution_is_a_miss(self):
         sys.path.insert(0, SCRIPTS)
         import task
         answer = {"kkt": {"stationarity": 1e-10}, "objective": 5.0, "optimum": 4.0, "margin": 1e-3,
@@ -188,7 +188,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual(task.verdict({**answer, "kkt": {"stationarity": 1e-3}}, 1e-8), "wrong")
 
     @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
-    def test_casadi_gets_the_same_program(self):
+    def test_casadi_receives_the_same_program(self):
         sys.path.insert(0, SCRIPTS)
         from nonlinear_program import CasadiProgram, read_nonlinear
         from program import Program
@@ -227,7 +227,7 @@ class Scripts(unittest.TestCase):
         self.assertIn("LOW:HIGH", self.bench("pushes", "--impulse", "5", status=2).stderr)
         self.assertIn("did you mean 'centroidal'", self.bench("reproduce", "centroid", status=2).stderr)
 
-    def test_a_table_that_differs_is_told_beside_what_was_skipped(self):
+    def test_different_table_is_reported_with_skipped_ones(self):
         sys.path.insert(0, SCRIPTS)
         import campaign
         for status, told, verdict in (
@@ -237,7 +237,7 @@ class Scripts(unittest.TestCase):
                 (0, "pictures: skipped; all 2\n", "skipped"), (1, "b.png: skipped; no program\n", "crashed")):
             self.assertEqual(campaign.verdict_on_table("pictures", status, told), verdict)
 
-    def test_what_is_said_wins_over_quick(self):
+    def test_explicit_options_override_quick(self):
         for words, instances, repetitions in (([], 3, 1), (["--instances", "1"], 1, 1),
                                               (["--instances", "2", "--repetitions", "2"], 2, 2)):
             out = f"quick{len(words)}.jsonl"
@@ -252,7 +252,7 @@ class Scripts(unittest.TestCase):
 
     @unittest.skipUnless(os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK),
                          "needs the program saltus")
-    def test_a_map_has_each_cell_once_and_can_be_read_again(self):
+    def test_map_has_each_cell_once_and_round_trips(self):
         self.bench(*self.MAP, "--controllers", "none", "--out", self.path("map.jsonl"), "--folder", self.path("map"))
         self.bench("map", "--merged", self.path("map.jsonl"), "--folder", self.path("again"))
         with open(self.path("map/map.csv"), encoding="utf-8") as file:
@@ -261,7 +261,7 @@ class Scripts(unittest.TestCase):
         with open(self.path("again/map.csv"), encoding="utf-8") as file:
             self.assertEqual(file.read().splitlines(), rows)
 
-    def test_a_map_without_steps_is_run_once_for_all_step_times(self):
+    def test_map_without_steps_runs_once_for_all_step_times(self):
         sys.path.insert(0, SCRIPTS)
         import argparse
         import campaign
@@ -270,7 +270,7 @@ class Scripts(unittest.TestCase):
         self.assertEqual([t["id"] for t in tasks], ["mpc 0.3 s 3 N s", "mpc 0.3 s 4 N s", "mpc 0.6 s 3 N s", "mpc 0.6 s 4 N s",
                                                     "none 3 N s", "none 4 N s"])
 
-    def test_what_is_not_there_is_named(self):
+    def test_unknown_names_are_reported(self):
         for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
                                 (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),
                                 (["--problems", "library/brachistochron"],
@@ -312,7 +312,7 @@ class Scripts(unittest.TestCase):
             self.assertIn(sentence, done.stderr)
             self.assertEqual(done.stderr.count("\n"), 1)
 
-    def test_results_that_were_changed_by_hand_are_refused(self):
+    def test_edited_results_are_rejected(self):
         self.run_small("a.jsonl")
         with open(self.path("a.jsonl"), encoding="utf-8") as file:
             text = file.read()
@@ -338,7 +338,7 @@ class Scripts(unittest.TestCase):
                        "jacobian": {"row": [], "col": [], "value": []}, "gradient": [gradient], "constant": 0.0, "lower": [0.0],
                        "upper": [4.0], "row_lower": [], "row_upper": [], "stages": []}, file)
 
-    def test_results_of_other_inputs_are_not_told_as_these(self):
+    def test_results_of_other_inputs_are_rejected(self):
         """The data, a library and the program's own file: what changed is named, and what was kept is counted."""
         self.own_problem(-1.0)
         words = ["run", "--problems", "own/one", "--solvers", "sparse,hpipm", "--repetitions", "1", "--out", self.path("a.jsonl")]
@@ -360,7 +360,7 @@ class Scripts(unittest.TestCase):
             file.writelines(json.dumps(line) + "\n" for line in (head, *lines))
         self.assertIn("its saltus differs (program)", self.bench(*words, status=2, **own).stderr)
 
-    def test_shards_of_several_machines_are_told(self):
+    def test_shards_of_several_machines_are_reported(self):
         def part(name, task, **more):
             head = {"format": "saltus-bench 1", "saltus": {"commit": "abc", "program": "1"},
                     "machine": {"processor": "A", "processors": 2}, "packages": {"piqp": "1"}, "inputs": {"own/one": "1"},
@@ -406,31 +406,31 @@ class Scripts(unittest.TestCase):
             file.write(code)
         return folder
 
-    def test_a_peer_that_breaks_at_import_is_told_and_the_rest_goes_on(self):
+    def test_broken_import_is_reported_and_others_continue(self):
         folder = self.fake_package("clarabel", "raise ImportError('no such symbol')\n")
         done = self.run_small("a.jsonl", solvers="riccati,clarabel", status=3, PYTHONPATH=folder)
         self.assertIn("clarabel is broken at import", done.stdout)
         self.assertEqual(sum(l.get("verdict") == "solved" for l in self.lines("a.jsonl")), 4)
 
-    def test_a_peer_that_crashes_takes_only_itself_with_it(self):
+    def test_crashing_peer_does_not_affect_others(self):
         folder = self.fake_package("clarabel", "import os\nos.abort()\n")
         self.run_small("a.jsonl", solvers="riccati,clarabel", status=3, PYTHONPATH=folder)
         verdicts = [(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l]
         self.assertEqual(verdicts.count(("riccati", "solved")), 4)
         self.assertEqual(verdicts.count(("clarabel", "crashed")), 4)
 
-    def test_a_solver_that_does_not_end_is_stopped_and_the_rest_goes_on(self):
+    def test_endless_solver_is_stopped_and_others_continue(self):
         self.run_small("a.jsonl", solvers="riccati,endless", SALTUS_BENCH_PATIENCE="0.3")
         verdicts = [(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l]
         self.assertEqual(verdicts.count(("riccati", "solved")), 4)
         self.assertEqual(verdicts.count(("endless", "too slow")), 4)
 
-    def test_a_library_that_is_not_there_is_named(self):
+    def test_missing_library_is_named(self):
         for library, sentence in (("", "SALTUS_HPIPM names no library"), ("/no.so", "there is no library '/no.so'")):
             done = self.run_small(f"a{len(library)}.jsonl", solvers="riccati,hpipm", SALTUS_HPIPM=library)
             self.assertIn(sentence, done.stdout)
 
-    def test_a_nonlinear_program_falls_into_stages_where_nothing_couples_them(self):
+    def test_uncoupled_nonlinear_program_splits_into_stages(self):
         sys.path.insert(0, SCRIPTS)
         from fatrop import Stages
         from nonlinear_program import read_nonlinear
@@ -466,7 +466,7 @@ class Scripts(unittest.TestCase):
         return read_program(self.path("p.json"))
 
     @unittest.skipUnless(importlib.util.find_spec("scipy"), "needs scipy")
-    def test_a_trajectory_is_taken_apart_and_put_together(self):
+    def test_trajectory_splits_and_joins(self):
         for problem in ("sequence", "steps/chain", "steps/car"):
             qp = self.written(problem)
             from trajectories import Trajectory
@@ -487,7 +487,7 @@ class Scripts(unittest.TestCase):
             qp.stages = None
             Trajectory(qp)
 
-    def test_no_solver_remembers_the_solve_before(self):
+    def test_solvers_do_not_depend_on_earlier_solves(self):
         """Of those that are installed: as many iterations to the same point, solve after solve."""
         import numpy
         asked = 0
@@ -513,7 +513,7 @@ class Scripts(unittest.TestCase):
             self.skipTest("no peers are installed")
 
     @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
-    def test_front_ends_get_our_discretisation(self):
+    def test_front_ends_receive_our_discretisation(self):
         """One interval as a function leads from state to state as the rows of the whole program say."""
         import numpy
         sys.path.insert(0, SCRIPTS)
@@ -541,7 +541,7 @@ class Scripts(unittest.TestCase):
         self.assertLess(numpy.abs(rows - file.row_lower).max(), 1e-12)
         self.assertAlmostEqual(float(functions["nlp_f"](w, [])), cost, delta=1e-12)
 
-    def test_the_judge_counts_what_pushes_against_no_side(self):
+    def test_multiplier_without_active_bound_counts(self):
         """min 1/2 w^2 - w, 0 <= w without an upper side, -1 <= w by a row without one: the optimum is 1, nothing pushes."""
         import numpy
         sys.path.insert(0, SCRIPTS)
@@ -561,12 +561,12 @@ class Scripts(unittest.TestCase):
         for wrong in ((numpy.nan, 0.0, 0.0), (1.0, numpy.nan, 0.0), (1.0, 0.0, numpy.inf)):
             self.assertEqual(largest(*wrong), numpy.inf)
 
-    def test_no_scheduler_is_a_sentence(self):
+    def test_missing_scheduler_gives_a_sentence(self):
         done = self.run_small("a.jsonl", "--scheduler", "tcp://127.0.0.1:9", status=2)
         self.assertRegex(done.stderr, "no Dask scheduler answers|--scheduler needs Dask")
 
     @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "needs matplotlib")
-    def test_the_report_is_one_file_with_its_pictures(self):
+    def test_report_is_one_file_with_its_pictures(self):
         self.run_small("a.jsonl", solvers="riccati,toy")
         self.bench("report", "a.jsonl")
         with open(self.path("a.html"), encoding="utf-8") as file:
@@ -576,7 +576,7 @@ class Scripts(unittest.TestCase):
         self.assertIn("<td>toy</td><td>4</td><td>0</td><td>4</td>", page)
 
     @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "needs matplotlib")
-    def test_the_report_shows_what_is_in_the_file_and_runs_nothing_of_it(self):
+    def test_report_escapes_file_contents(self):
         self.run_small("a.jsonl", solvers="riccati,toy")
         with open(self.path("a.jsonl"), encoding="utf-8") as file:
             head, *lines = file.read().splitlines()

@@ -105,7 +105,7 @@ class Stopped(unittest.TestCase):
     def test_map_is_interrupted(self):
         self.stop_at_random(MAP, signal.SIGINT, 4)
 
-    def test_run_stands_still_for_a_while(self):
+    def test_run_is_stopped_and_continued(self):
         """As with a disk that is slow, or a machine that sleeps: stopped and continued."""
         process = self.start(RUN)
         for _ in range(5):
@@ -203,7 +203,7 @@ class Stopped(unittest.TestCase):
         again, out, error = self.finish(self.reproduce(tree))
         self.assertEqual(again, status, out + error)
 
-    def test_reproduce_into_a_folder_that_cannot_be_written(self):
+    def test_reproduce_into_an_unwritable_folder(self):
         tree = self.tree()
         result = tree / "docs/results/centroidal.md"
         result.unlink(missing_ok=True)
@@ -342,7 +342,7 @@ class Stopped(unittest.TestCase):
         status, out, error = self.finish(process)
         self.assertIn(status, (0, 2), out + error)
 
-    def test_nobody_reads_what_is_printed(self):
+    def test_output_pipe_is_closed(self):
         for words in (["list"], ["--version"], [*SOLVE, "--out", self.out]):
             with self.subTest(words=words), open("/dev/full", "w", encoding="utf-8") as full:
                 process = subprocess.run([PROGRAM, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)

@@ -105,7 +105,7 @@ def page_about(results):
 
 
 class Pictures(unittest.TestCase):
-    def test_a_full_disk_is_said(self):
+    def test_full_disk_is_reported(self):
         results = path("full")
         shutil.copytree(path("baseline"), results)
         def no_room():  # limits files to 4 kB; longer writes fail as on a full disk
@@ -134,7 +134,7 @@ class Pictures(unittest.TestCase):
         if os.path.exists(URDF):
             simulate("body", "--plant", "dart")
 
-    def test_a_run_on_the_centroidal_model(self):
+    def test_run_on_the_centroidal_model(self):
         self.is_drawn(script("plot_run", path("baseline")))
         for name in ("com", "capture_point", "from_above", "forces"):
             self.is_picture("baseline", name + ".png")
@@ -149,7 +149,7 @@ class Pictures(unittest.TestCase):
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
 
     # A first push of zero is no push. Old results contain only the first push.
-    def test_pushes_are_those_that_were_given(self):
+    def test_pushes_match_the_given_ones(self):
         pushed = simulate("list", "--push.impulse", "0", "--pushes", "0.5 3 90; 2 4 0 0.2")
         summary = summary_of(pushed)
         self.assertEqual([(p["start_s"], p["impulse_ns"], p["duration_s"]) for p in summary["pushes"]],
@@ -168,7 +168,7 @@ class Pictures(unittest.TestCase):
         self.is_drawn(script("plot_run", pushed))
         self.assertIn("push of 3 N s in 0.1 s at 0.5 s towards (0, 1, 0); controller", page_about(pushed))
 
-    def test_without_a_push_none_is_told(self):
+    def test_no_push_is_reported_without_a_push(self):
         stands = simulate("stands", "--push.impulse", "0")
         self.assertEqual(events.pushes(summary_of(stands)), [])
         self.is_drawn(script("plot_run", stands))
@@ -187,7 +187,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual(page.count("<img"), 5)
         self.assertIn("considered and chosen places", page)
 
-    def test_of_two_steps_every_ground_is_told(self):
+    def test_every_ground_of_two_steps_is_reported(self):
         simulate("two_steps", "--step.planner", "ocp", "--step.most", "3", "--push.impulse", "18", "--push.direction", "[-1, 0, 0]")
         with open(path("two_steps", "summary.json"), encoding="utf-8") as file:
             summary = json.load(file)
@@ -219,7 +219,7 @@ class Pictures(unittest.TestCase):
             self.assertAlmostEqual(settled, outside[-1] + 0.01)  # one period later
 
     # Ten metres in ten seconds, horizontally or as a fall.
-    def test_the_capture_point_stays_in_the_picture(self):
+    def test_capture_point_stays_in_the_picture(self):
         code = """if True:
             import types
             from saltus.walking import compare_runs, plot_run
@@ -248,7 +248,7 @@ class Pictures(unittest.TestCase):
                 self.assertAlmostEqual(a, b)
 
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
-    def test_a_run_on_the_whole_body(self):
+    def test_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run", path("body")))
         for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques",
                      "estimate", "step_plans"):
@@ -286,18 +286,18 @@ class Pictures(unittest.TestCase):
         done = subprocess.run([node, "-e", as_a_page, path("walk.js")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr[-2000:])
 
-    def test_a_movie_needs_a_replay(self):
+    def test_movie_needs_a_replay(self):
         done = subprocess.run([program, "movie", path("baseline")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
         self.assertIn("/replay.html; a run with", done.stderr)
 
-    def test_two_runs_beside_each_other(self):
+    def test_comparison_of_two_runs(self):
         other = "body" if os.path.exists(URDF) else "baseline"
         self.is_drawn(script("compare_runs", path(other), path("baseline"), path("two.png")))
         self.is_picture("two.png")
         self.assertNotEqual(script("compare_runs", path(other)).returncode, 0)
 
-    def test_a_map(self):
+    def test_map(self):
         done = subprocess.run([program, "map", "--directions", "4", "--impulses", "5:1:5",
                                "--step-times", "0.6", "--controllers", "capture_point,none",
                                "--jobs", "2", "--out", path("map")],
@@ -317,14 +317,14 @@ class Pictures(unittest.TestCase):
             for picture in pictures:
                 self.is_picture(name, picture)
 
-    def test_a_problem_of_the_library_in_closed_loop(self):
+    def test_library_problem_in_closed_loop(self):
         done = subprocess.run([program, "run", "a20", "--loop", "--loop.period", "0.05", "--out",
                                path("loop")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual(done.stderr, "")
         self.is_picture("loop", "trajectory.png")
 
-    def test_without_matplotlib_a_sentence_says_so(self):
+    def test_missing_matplotlib_gives_a_sentence(self):
         os.makedirs(path("none"))
         with open(path("none", "matplotlib.py"), "w", encoding="utf-8") as file:
             file.write("raise ModuleNotFoundError('matplotlib')")

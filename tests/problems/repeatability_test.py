@@ -20,7 +20,7 @@ def start(arguments):
 
 
 class Repeated(unittest.TestCase):
-    def test_is_the_same_to_the_bit(self):
+    def test_is_bit_identical(self):
         with tempfile.TemporaryDirectory(prefix="saltus-repeatability-") as temporary:
             folders = {name: os.path.join(temporary, name) for name in RUNS}
             for name, arguments in RUNS.items():  # sequentially

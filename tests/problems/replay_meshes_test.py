@@ -81,7 +81,7 @@ class Find(InFolder):
                                 ("file://" + beside, beside)):
             self.assertTrue(os.path.samefile(replay_meshes.find(reference, self.urdf, {}), path))
 
-    def test_where_ros_and_gazebo_look(self):
+    def test_searches_the_paths_of_ros_and_gazebo(self):
         mesh = self.file("elsewhere/share/Far/a.stl")
         around = os.path.join(self.folder, "elsewhere/share")
         for variable, folder in (("ROS_PACKAGE_PATH", around),
@@ -91,7 +91,7 @@ class Find(InFolder):
             found = replay_meshes.find("package://Far/a.stl", self.urdf, {variable: folder})
             self.assertEqual(found, mesh, variable)
 
-    def test_outside_only_when_asked(self):
+    def test_outside_only_on_request(self):
         foreign = self.file("elsewhere/a.stl")
         for reference in (foreign, "file://" + foreign, "../../../../elsewhere/a.stl",
                           "package://Robo/../../elsewhere/a.stl", "package://../elsewhere/a.stl"):
@@ -117,7 +117,7 @@ class Stl(InFolder):
             read = replay_meshes.read_stl(self.file("a.stl", content))
             self.assertLess(numpy.abs(read - corners).max(), ROUNDING)
 
-    def test_what_is_no_stl_is_refused(self):
+    def test_other_files_than_stl_are_rejected(self):
         whole = binary_stl(ball(rows=6))
         for content in (b"", b"<COLLADA/>", whole[:-7], b"solid empty\nendsolid\n",
                         b"solid\nvertex 1 2 x\n", text_stl(ball(rows=2)).replace(b"e", b"", 1)[:60]):
@@ -135,7 +135,7 @@ class Stl(InFolder):
         self.assertAlmostEqual(volume(points, triangles) / (4.0 / 3.0 * numpy.pi * 0.1**3), 1.0,
                                delta=0.05)
 
-    def test_simplified_until_small_enough(self):
+    def test_simplifies_until_small_enough(self):
         most = replay_meshes.MOST_TRIANGLES
         replay_meshes.MOST_TRIANGLES = 2000
         try:
@@ -153,7 +153,7 @@ class TakeIn(InFolder):
             {"shape": "mesh", "mesh": r, "size": list(scale)}]} for r in references]
         return {"urdf": self.urdf, "bodies": [{"looks": looks}]}
 
-    def test_what_is_packed_is_what_was_read(self):
+    def test_packed_mesh_round_trips(self):
         self.file("share/Robo/a.stl", binary_stl(1e3 * ball(rows=6)))
         # Mirrored, and in mm: the triangle normals must still point outward.
         robot = self.robot("package://Robo/a.stl", "package://Robo/a.stl", scale=(1e-3, -1e-3, 1e-3))

@@ -53,7 +53,7 @@ class Browser(unittest.TestCase):
         self.assertIn("</html>", done.stdout, page)
         return done.stdout
 
-    def test_a_mistake_in_a_page_is_noticed(self):
+    def test_mistake_in_a_page_is_detected(self):
         with open(path("wrong.html"), "w", encoding="utf-8") as file:
             file.write("<html><script>nobody.knows()</script></html>")
         with self.assertRaisesRegex(AssertionError, "nobody is not defined"):

@@ -63,7 +63,7 @@ class Configuration(unittest.TestCase):
             stream.write(text)
         return file
 
-    def test_what_is_printed_is_taken_back_and_says_the_same(self):
+    def test_printed_configuration_round_trips(self):
         names = problems()
         self.assertGreater(len(names), 50)
         for name in names:
@@ -71,14 +71,14 @@ class Configuration(unittest.TestCase):
                 printed = saltus("run", name, "--print-config")
                 self.assertEqual(saltus("run", name, "--config", self.kept(printed), "--print-config"), printed)
 
-    def test_what_was_set_is_in_it(self):
+    def test_settings_are_included(self):
         for name, settings in RUNS.items():
             words = [word for setting in settings for word in ("--set", setting)]
             with self.subTest(name):
                 printed = saltus("run", name, *words, "--print-config")
                 self.assertEqual(saltus("run", name, "--config", self.kept(printed), "--print-config"), printed)
 
-    def test_it_is_the_same_run(self):
+    def test_run_is_the_same(self):
         for name, settings in RUNS.items():
             words = [word for setting in settings for word in ("--set", setting)]
             with self.subTest(name):
@@ -90,7 +90,7 @@ class Configuration(unittest.TestCase):
                 self.assertTrue(tables(one))
 
     @unittest.skipIf(jsonschema is None, "this python3 has no packages jsonschema and yaml")
-    def test_the_schema_allows_it_and_not_what_the_program_refuses(self):
+    def test_schema_agrees_with_the_program(self):
         for name in problems():
             with self.subTest(name):
                 schema = json.loads(saltus("run", name, "--print-schema"))
@@ -102,7 +102,7 @@ class Configuration(unittest.TestCase):
                 self.assertFalse(validator.is_valid(config))
 
     @unittest.skipIf(jsonschema is None, "this python3 has no packages jsonschema and yaml")
-    def test_verdicts_of_check_are_as_their_schema_says(self):
+    def test_verdicts_of_check_match_their_schema(self):
         validator = jsonschema.Draft202012Validator(json.loads(saltus("check", "--print-schema")))
         page = json.loads(saltus("check", "B22", "--json"))
         self.assertEqual([error.message for error in validator.iter_errors(page)], [])

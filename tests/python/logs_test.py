@@ -170,7 +170,7 @@ class Logs(unittest.TestCase):
             self.assertEqual({c for c in bare if not any(word in c for word in ("_q", "two_feet", "friction", "is_left"))},
                              set())
 
-    def test_what_is_missing_is_said(self):
+    def test_missing_parts_are_reported(self):
         out = os.path.join(folder.name, "bare")
         # A python3 without packages.
         done = subprocess.run([PROGRAM, "run", "bryson_denham", "--pictures", "false", "--out", out, "--log.formats",

@@ -28,7 +28,7 @@ class WholeFile(unittest.TestCase):
         with open(self.path, encoding="utf-8") as file:
             return file.read()
 
-    def test_appears_at_the_end_with_the_rights_of_new_files(self):
+    def test_file_appears_when_complete_with_default_permissions(self):
         with whole_file(self.path) as partial:
             self.assertEqual(os.stat(partial).st_mode & (stat.S_IRWXG | stat.S_IRWXO), 0)
             with open(partial, "w", encoding="utf-8") as file:
@@ -40,7 +40,7 @@ class WholeFile(unittest.TestCase):
             pass
         self.assertEqual(os.stat(self.path).st_mode, os.stat(os.path.join(self.folder, "other")).st_mode)
 
-    def test_what_was_there_stays_when_writing_fails(self):
+    def test_failed_write_keeps_the_old_file(self):
         write_text(self.path, "before")
         for error in (KeyboardInterrupt, ValueError):
             with self.assertRaises(error), whole_file(self.path) as partial:
@@ -53,7 +53,7 @@ class WholeFile(unittest.TestCase):
             write_text(os.path.join(self.folder, "none", "b"), "")
         self.assertTrue(caught.exception.filename.endswith("none/b"))
 
-    def test_two_at_a_time_do_not_meet(self):
+    def test_two_writers_do_not_conflict(self):
         with whole_file(self.path) as one, whole_file(self.path) as two:
             self.assertNotEqual(one, two)
             for partial, text in ((one, "first, and longer"), (two, "second")):
@@ -61,11 +61,11 @@ class WholeFile(unittest.TestCase):
                     file.write(text)
         self.assertEqual(self.content(), "first, and longer")
 
-    def test_a_device_is_no_table(self):
+    def test_device_is_not_a_table(self):
         with self.assertRaisesRegex(ValueError, "is not a file"):
             read_table("/dev/zero")
 
-    def test_no_name_ends_or_hides_a_script(self):
+    def test_names_cannot_end_or_hide_a_script(self):
         text = json_text({"name": "</script><!--<script>"})
         self.assertNotIn("<", text)
         self.assertIn("\\u003c/script>", text)
@@ -81,7 +81,7 @@ def state_of(process):
 
 @unittest.skipIf(sys.platform != "linux", "prctl is Linux's")
 class Children(unittest.TestCase):
-    def test_end_with_their_parent_however_it_ends(self):
+    def test_children_end_with_their_parent(self):
         child = "import time; time.sleep(60)"
         parent = ("import subprocess, sys; from saltus.children import end_with_parent; "
                   f"c = subprocess.Popen([sys.executable, '-c', {child!r}], preexec_fn=end_with_parent); print(c.pid, flush=True); c.wait()")
