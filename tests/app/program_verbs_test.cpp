@@ -63,21 +63,21 @@ struct VerbsTest : testing::Test {
 
 TEST_F(VerbsTest, PrintedSettingsRoundTrip) {
   ASSERT_EQ(run({"run", "drop", "--drop.height=2", "--print-config"}), 0);
-  EXPECT_EQ(
-      printed,
-      "# drop: a falling mass\n"
-      "drop:\n"
-      "  # from where it falls [m; above 0; default 1]\n"
-      "  height: 2\n"
-      "# where it falls [hard or soft; default hard]\n"
-      "ground: hard\n"
-      "log:\n"
-      "  # of the tables: csv (always written), mat (run.mat, v7.3 in the layout of robometry), "
-      "mcap\n"
-      "  # (run.mcap, JSON for Foxglove and PlotJuggler); for python3, mat needs h5py and mcap "
-      "needs mcap\n"
-      "  # [default \"csv\"]\n"
-      "  formats: \"csv\"\n");
+  EXPECT_EQ(printed,
+            "# drop: a falling mass\n"
+            "drop:\n"
+            "  # from where it falls [m; above 0; default 1]\n"
+            "  height: 2\n"
+            "# where it falls [hard or soft; default hard]\n"
+            "ground: hard\n"
+            "log:\n"
+            "  # formats of the tables: csv (always written), mat (run.mat, v7.3 in the layout of "
+            "robometry),\n"
+            "  # mcap (run.mcap, JSON for Foxglove and PlotJuggler); python3 needs h5py for mat, "
+            "and mcap "
+            "for\n"
+            "  # mcap [default \"csv\"]\n"
+            "  formats: \"csv\"\n");
   const std::string file = folder.file("mine.yaml", printed);
   const std::string before = printed;
   ASSERT_EQ(run({"run", "drop", "--config", file, "--print-config"}), 0);
@@ -92,14 +92,14 @@ TEST_F(VerbsTest, RerunReportsEquality) {
   ASSERT_EQ(run({"run", "drop", "--drop.height", "0.1", "--out", out}), 0);
   EXPECT_EQ(run({"rerun", out}), 0) << complaint;
   EXPECT_TRUE(
-      contains(printed, "trajectory.csv: the same to the bit (2 rows, except for computing times"));
-  EXPECT_TRUE(contains(printed, "summary.json: the same to the bit"));
+      contains(printed, "trajectory.csv: bit-identical (2 rows, except for computing times"));
+  EXPECT_TRUE(contains(printed, "summary.json: bit-identical"));
   EXPECT_FALSE(fs::exists(folder / "first.again"));
 
   drift = 1e-16;  // one unit in the last digit
   EXPECT_EQ(run({"rerun", out}), 5);
   EXPECT_TRUE(contains(printed, "trajectory.csv: differs first in row 2, column 'height [m]'"));
-  EXPECT_TRUE(contains(printed, "not the same; the new results are in"));
+  EXPECT_TRUE(contains(printed, "different; the new results are in"));
   EXPECT_TRUE(fs::exists(folder / "first.again/trajectory.csv"));
   EXPECT_EQ(run({"rerun", out}), 2);
   EXPECT_TRUE(contains(complaint, "first.again' exists already; give another folder with --out"));

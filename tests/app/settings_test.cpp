@@ -293,15 +293,15 @@ TEST_F(SettingsTest, OldKeyWarnsWithTheNewName) {
   set({"push.size=9"});
   EXPECT_EQ(config.impulse, 9.0);
   EXPECT_EQ(settings.warnings(),
-            std::vector<std::string>{"--set push.size=9: 'push.size' is called 'push.impulse' now; "
-                                     "the old name goes with 0.4"});
+            std::vector<std::string>{"--set push.size=9: 'push.size' is now called 'push.impulse'; "
+                                     "the old name is removed in 0.4"});
   set({"push.impulse=8"});
   EXPECT_TRUE(settings.warnings().empty());
   settings.apply({flag_assignment("push.size", "6")});
   EXPECT_EQ(config.impulse, 6.0);
   settings.apply(folder.file("old.yaml", "push:\n  size: 5\n"), {});
   EXPECT_EQ(config.impulse, 5.0);
-  EXPECT_TRUE(contains(settings.warnings().at(0), "old.yaml:2: 'push.size' is called"));
+  EXPECT_TRUE(contains(settings.warnings().at(0), "old.yaml:2: 'push.size' is now called"));
   EXPECT_TRUE(contains(complaint([&] {
                          set({"push.size=1", "push.impulse=2"});
                        }),
@@ -372,9 +372,9 @@ TEST_F(SettingsTest, AcceptsARemovedKeyWithItsFixedValue) {
   settings.removed("push.shape", "box", "0.4");
   settings.apply(folder.file("old.yaml", "noise:\n  seed: 1.0\npush:\n  shape: box\n"), {});
   ASSERT_EQ(settings.warnings().size(), 1u);
-  EXPECT_TRUE(contains(settings.warnings()[0],
-                       "old.yaml:2: no longer settings, with the values that are fixed now: "
-                       "noise.seed"));
+  EXPECT_TRUE(
+      contains(settings.warnings()[0],
+               "old.yaml:2: these are no longer settings and have fixed values: noise.seed"));
   EXPECT_TRUE(contains(settings.warnings()[0], "push.shape"));
   EXPECT_TRUE(contains(complaint([&] { set({"noise.seed=2"}); }),
                        "'noise.seed' is no longer a setting, its value is always 1; remove it"));

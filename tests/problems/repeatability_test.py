@@ -31,7 +31,7 @@ class Repeated(unittest.TestCase):
             printed = {name: run.communicate()[0] for name, run in again.items()}
         for name, run in again.items():
             self.assertEqual(run.returncode, 0, printed[name])
-            self.assertTrue(printed[name].endswith("the same to the bit\n"), printed[name])
+            self.assertTrue(printed[name].endswith("bit-identical\n"), printed[name])
 
 
 if __name__ == "__main__":

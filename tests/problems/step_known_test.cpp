@@ -174,7 +174,7 @@ TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
         EXPECT_FALSE(contains(error.what(), "unknown")) << error.what();
       }
       ASSERT_EQ(settings.warnings().size(), 1u) << key;
-      EXPECT_TRUE(contains(settings.warnings()[0], "is called '" + key + "' now"));
+      EXPECT_TRUE(contains(settings.warnings()[0], "is now called '" + key + "'"));
     }
   EXPECT_EQ(renamed, 24);
   Config other;

@@ -587,7 +587,7 @@ TEST(ClosedLoop, NanInputEndsTheRun) {
       [](double t, const VectorRef&, VectorOut u) { u[0] = t < 0.25 ? 1.0 : std::nan(""); }, plant,
       {.duration = 1.0, .period = step});
   EXPECT_FALSE(log.completed);
-  EXPECT_EQ(log.message, "the controller's input at t = 0.3 s is no number");
+  EXPECT_EQ(log.message, "the controller's input at t = 0.3 s is not finite");
   EXPECT_NEAR(log.final_state()[0], 1.3, 1e-12);
 }
 

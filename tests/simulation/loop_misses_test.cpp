@@ -81,7 +81,7 @@ TEST(LoopMisses, TooShortRunIsNotOk) {
   EXPECT_TRUE(log.completed);
   EXPECT_FALSE(log.reached_end);
   EXPECT_FALSE(log.ok());
-  EXPECT_NE(log.message.find("before the motion was over"), std::string::npos) << log.message;
+  EXPECT_NE(log.message.find("before the end of the motion"), std::string::npos) << log.message;
   LoopOptions asked{.duration = 2.0};
   asked.until = [](double t, const VectorRef&) { return t > 0.4; };
   EXPECT_TRUE(run_transfer(1.0, asked).ok()) << "it ended where the run asked for";

@@ -110,7 +110,7 @@ TEST(Explain, FeasibleProblemHasNoShortage) {
   EXPECT_TRUE(e.ok());
   EXPECT_FALSE(e.is_infeasible());
   EXPECT_TRUE(e.remedies.empty());
-  EXPECT_EQ(e.text(), "the constraints can be met, at least near the guess\n");
+  EXPECT_EQ(e.text(), "the constraints can be met near the guess\n");
 }
 
 // The first node after the start requires 0.1 m/s. A longer ride has that node later, and would not
@@ -150,7 +150,7 @@ TEST(Explain, RespectsItsTimeLimit) {
   hurried.time_limit = 1e-9;
   const Explanation e = explain(ride(4.5), hurried);
   EXPECT_FALSE(e.ok());
-  EXPECT_NE(e.text().find("not known"), std::string::npos) << e.text();
+  EXPECT_NE(e.text().find("is unknown"), std::string::npos) << e.text();
 }
 
 TEST(Explain, ExplainsATickAfterTheRun) {
@@ -241,7 +241,7 @@ TEST(ExplainSoftTerms, QuadraticPenaltyIsViolatedForAnyWeight) {
 TEST(ExplainSoftTerms, SatisfiedTermIsNotReported) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 10.0)), exact);
   EXPECT_TRUE(e.gives_way.empty()) << e.text();
-  EXPECT_EQ(e.text(), "the constraints can be met, at least near the guess\n");
+  EXPECT_EQ(e.text(), "the constraints can be met near the guess\n");
 }
 
 TEST(ProblemChange, ChangesOneNumberOfACopy) {

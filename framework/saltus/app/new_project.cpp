@@ -149,7 +149,7 @@ Verb new_verb() {
             std::vector<std::string> names;
             for (const ProjectKind& known : project_kinds()) names.push_back(known.name);
             OptionParser parser("new", summary);
-            parser.word("name", "of the project, or its folder", folder)
+            parser.word("name", "name of the project, or its folder", folder)
                 .option("--kind", "KIND", join_names(names) + "; default trajectory", wanted);
             parser.parse(arguments);
             if (parser.help_wanted()) {

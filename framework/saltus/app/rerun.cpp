@@ -84,7 +84,7 @@ FileComparison compare_tables(const std::string& name, const std::string& before
   }
   const bool is_timed = std::ranges::any_of(columns, is_timing);
   return {name, true,
-          fmt::format("the same to the bit ({} rows{})", rows,
+          fmt::format("bit-identical ({} rows{})", rows,
                       is_timed ? ", except for computing times" : "")};
 }
 
@@ -124,7 +124,7 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
   if (one.is_discarded() || other.is_discarded()) return {name, false, "is not JSON"};
   const std::string difference = first_difference(one, other, "");
   return {name, difference.empty(),
-          difference.empty() ? "the same to the bit (except for computing times)"
+          difference.empty() ? "bit-identical (except for computing times)"
                              : "differs first at " + shortened(difference)};
 }
 
@@ -300,9 +300,8 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
   const bool is_removed = is_same && out.empty();
   if (is_removed) fs::remove_all(again, error);
   if (is_removed) fmt::print("{} is removed\n", again.string());
-  fmt::print("{}\n", is_same
-                         ? "the same to the bit"
-                         : fmt::format("not the same; the new results are in {}", again.string()));
+  fmt::print("{}\n", is_same ? "bit-identical"
+                             : fmt::format("different; the new results are in {}", again.string()));
   return is_same ? ExitStatus::ok : ExitStatus::differs;
 }
 

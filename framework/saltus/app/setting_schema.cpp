@@ -114,7 +114,7 @@ std::string Settings::json_schema(const std::string& title) const {
   for (const Renamed& old : renamed_)
     if (const Setting* setting = find(old.key, Assignment::Origin::set))
       add(old.old_key, *setting,
-          {{"deprecated", true}, {"description", fmt::format("is called '{}' now", old.key)}});
+          {{"deprecated", true}, {"description", fmt::format("is now called '{}'", old.key)}});
   for (const Removed& old : removed_) {
     const std::size_t dot = old.key.rfind('.');
     section_of(

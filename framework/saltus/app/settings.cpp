@@ -200,7 +200,7 @@ void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Cha
     const Setting* setting = find(assignment.key, assignment.origin);
     if (const Renamed* old = find_renamed(assignment.key)) {
       setting = find(old->key, Assignment::Origin::set);
-      warnings_.push_back(fmt::format("{}: '{}' is called '{}' now; the old name goes with {}",
+      warnings_.push_back(fmt::format("{}: '{}' is now called '{}'; the old name is removed in {}",
                                       assignment.location, old->old_key, old->key, old->version));
     }
     if (setting == nullptr) reject_unknown(assignment);
@@ -214,10 +214,9 @@ void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Cha
     changes.push_back({setting, parse(*setting, assignment), assignment.location});
   }
   if (!removed.empty())
-    warnings_.push_back(
-        fmt::format("{}: no longer settings, with the values that are fixed now: {}; they are "
-                    "refused from {} on",
-                    location, join_names(removed), version));
+    warnings_.push_back(fmt::format(
+        "{}: these are no longer settings and have fixed values: {}; they are rejected from {} on",
+        location, join_names(removed), version));
 }
 
 const Settings::Removed* Settings::find_removed(const Assignment& given) const {

@@ -92,10 +92,10 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
         "leave it at 1",
         threads));
   if (!(options_.period > shortest_period && std::isfinite(options_.period)))
-    throw DefinitionError(fmt::format(
-        "controller: the period is {} s, expected more than {:.0e} s: moments nearer than "
-        "{:.0e} s count as one",
-        options_.period, shortest_period, same_instant));
+    throw DefinitionError(
+        fmt::format("controller: the period is {} s, expected more than {:.0e} s: times closer "
+                    "than {:.0e} s count as equal",
+                    options_.period, shortest_period, same_instant));
   if (!(options_.deadline > 0.0))
     throw DefinitionError(
         fmt::format("controller: the deadline is {} s, expected more than 0", options_.deadline));
@@ -124,10 +124,10 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
         fmt::format("controller: the fallback input has {} entries, expected {} numbers",
                     options_.fallback_input.size(), first.sizes.nu));
   if (shooting_->problem().start_time_bounds())
-    throw DefinitionError(fmt::format(
-        "controller: problem '{}' decides when to start, but a tick begins when it begins; give "
-        "start_time() a number",
-        shooting_->problem().name()));
+    throw DefinitionError(
+        fmt::format("controller: the start time of problem '{}' is free, but a tick starts at a "
+                    "given time; give start_time() a number",
+                    shooting_->problem().name()));
   const NonlinearProgram& nlp = shooting_->nlp();
   initial_ = shooting_->initial_guess();
   initial_.lambda = VectorXd::Zero(nlp.rows());
@@ -199,7 +199,7 @@ void RecedingHorizonController::set_remaining(Bounds first_phase, Bounds total_t
 }
 
 void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
-  if (plan.empty()) throw DefinitionError("controller: the plan that it is to adopt is empty");
+  if (plan.empty()) throw DefinitionError("controller: the plan to adopt is empty");
   checked().start_time(t);
   plan_.w = shooting_->guess_from(plan).w;
   plan_.lambda.setZero(initial_.lambda.size());
@@ -427,7 +427,7 @@ void RecedingHorizonController::fall_back(const VectorRef& state) {
 double RecedingHorizonController::end_of_phase(int phase) const {
   if (const int phases = checked().grid().phases(); phase < 0 || phase >= phases)
     throw DefinitionError(
-        fmt::format("controller: problem '{}' has {} phases, so that there is no phase {}",
+        fmt::format("controller: problem '{}' has {} phases, so there is no phase {}",
                     problem().name(), phases, phase));
   const NlpPoint& plan = is_of_this_tick(tick_.provenance) ? plan_ : guess_;
   return shooting_->program().start_of(phase + 1, &plan.w);

@@ -93,7 +93,8 @@ void ShrinkingHorizonController::enter(int phase, double t) {
     throw DefinitionError(
         fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
   if (!std::isfinite(t))
-    throw DefinitionError(fmt::format("controller: phase {} is entered at {} s", phase, t));
+    throw DefinitionError(
+        fmt::format("controller: phase {} is entered at {} s, expected a finite time", phase, t));
   Trajectory plan;
   try {
     if (rests_[phase_].follows_plan())

@@ -109,7 +109,7 @@ class Loop {
       disturb_state();
       if (!tick(k) || !move_on(k)) break;
       if (options_.until && options_.until(plant_.time(), plant_.state())) {
-        log_.message = fmt::format("ended at t = {:.4g} s, as the run asked for", plant_.time());
+        log_.message = fmt::format("ended at t = {:.4g} s, because `until` was met", plant_.time());
         break;
       }
     }
@@ -144,11 +144,11 @@ class Loop {
                            plant_.inputs()));
     const double late = disturbances_.measurement_delay / period;
     if (!(late >= 0.0 && std::isfinite(late)) || std::abs(late - std::round(late)) > 1e-6)
-      complain(fmt::format("the measurement comes {} s late, expected a multiple of {} s",
+      complain(fmt::format("the measurement delay is {} s, expected a multiple of {} s",
                            disturbances_.measurement_delay, period));
     if (!(disturbances_.input_delay >= 0.0 && std::isfinite(disturbances_.input_delay)))
       complain(
-          fmt::format("the input comes {} s late, expected at least 0", disturbances_.input_delay));
+          fmt::format("the input delay is {} s, expected at least 0", disturbances_.input_delay));
   }
 
   // Smaller differences of times are rounding errors.
@@ -201,7 +201,7 @@ class Loop {
     }
     if (answer.tick) note(std::move(*answer.tick), t, measured);
     if (!answer.input->all_finite())
-      return stop(fmt::format("the controller's input at t = {:.4g} s is no number", t));
+      return stop(fmt::format("the controller's input at t = {:.4g} s is not finite", t));
     while (!commands_.empty() && commands_.back().start >= t + disturbances_.input_delay)
       commands_.pop_back();
     for (const InputPiece& piece : *answer.input)
@@ -548,8 +548,8 @@ LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
     log.message = fmt::format("the last phase ended at t = {:.6g} s", plant.over_since());
   else if (log.completed && !log.reached_end)
     log.message = fmt::format(
-        "the run ended at t = {:.6g} s, before the motion was over: what holds at its end is not "
-        "judged; give LoopOptions a longer duration",
+        "the run ended at t = {:.6g} s, before the end of the motion, so its end conditions were "
+        "not checked; increase LoopOptions::duration",
         plant.time());
   tell_misses(log);
   return log;

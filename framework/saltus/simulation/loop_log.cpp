@@ -28,7 +28,7 @@ std::string quantiles(const LatencyHistogram& latency) {
 
 const VectorXd& LoopLog::final_state() const {
   if (recording.samples.empty())
-    throw DefinitionError("loop log: it has no sample, so that there is no final state");
+    throw DefinitionError("loop log: it has no samples, so there is no final state");
   return recording.samples.back().state;
 }
 

@@ -11,7 +11,7 @@ void LoopPlant::disturb(const VectorRef&) {
 }
 
 std::string describe_bad_length(double length) {
-  return fmt::format("it was asked to advance by {} s, expected 0 or more", length);
+  return fmt::format("the time step is {} s, expected 0 or more", length);
 }
 
 }  // namespace saltus

@@ -26,8 +26,8 @@ std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
   if (!explanation.gives_way_to.empty())
     text += fmt::format(", most of it from {}", explanation.gives_way_to);
   if (soft.weight_that_holds)
-    text += fmt::format("; a weight of {:.3g} in place of {:.3g} holds it", *soft.weight_that_holds,
-                        soft.weight);
+    text += fmt::format("; a weight of {:.3g} instead of {:.3g} enforces it",
+                        *soft.weight_that_holds, soft.weight);
   return text + "\n";
 }
 
@@ -65,15 +65,15 @@ std::string SoftShortage::text() const {
 std::string Explanation::text() const {
   if (!ok())
     return fmt::format(
-        "the least relaxation is not known: {}{}\n", describe(status),
+        "the smallest relaxation is unknown: {}{}\n", describe(status),
         status == SolveStatus::evaluation_failed ? "; check(problem) shows where" : "");
   std::string text;
   for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
   if (!shortages.empty() && !events_in.empty())
     text += fmt::format("{}\n", saltus::events_hint(events_in));
   if (!shortages.empty()) return text + remedies_text(*this, "it would be feasible ");
-  text = gives_way.empty() ? "the constraints can be met, at least near the guess\n"
-                           : "the hard constraints can be met, at least near the guess\n";
+  text = gives_way.empty() ? "the constraints can be met near the guess\n"
+                           : "the hard constraints can be met near the guess\n";
   for (const SoftShortage& soft : gives_way) text += soft.text() + "\n" + why_text(soft, *this);
   return text + remedies_text(*this, "it would hold ");
 }

@@ -247,9 +247,9 @@ std::string describe(const OptimalControlProblem& problem, const ProblemChange& 
     return fmt::format("with {} {:.3g} s {} (at {:.4g} s)", name, std::abs(change.by),
                        change.by < 0.0 ? "earlier" : "later", before + change.by);
   if (is_value)
-    return fmt::format("with {} {:.4g}{} in place of {:.4g}{}", name, before + change.by, unit,
+    return fmt::format("with {} {:.4g}{} instead of {:.4g}{}", name, before + change.by, unit,
                        before, unit);
-  return fmt::format("with {} allowed {} {:.4g}{} in place of {:.4g}{}", name,
+  return fmt::format("with {} allowed {} {:.4g}{} instead of {:.4g}{}", name,
                      change.side == Side::lower ? "down to" : "up to", before + change.by, unit,
                      before, unit);
 }

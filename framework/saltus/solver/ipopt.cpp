@@ -369,10 +369,10 @@ std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options) {
     const coin::SmartPtr<coin::IpoptApplication> trial = new coin::IpoptApplication(false);
     for (const auto& [name, value] : options.named)
       if (!set_named(*trial->Options(), name, value))
-        throw DefinitionError(
-            fmt::format("Ipopt takes no option '{}' with the value '{}'; its options are listed by "
-                        "`ipopt --print-options` and in its documentation",
-                        name, value));
+        throw DefinitionError(fmt::format(
+            "Ipopt rejects the option '{}' with the value '{}'; its options are listed by "
+            "`ipopt --print-options` and in its documentation",
+            name, value));
   }
   return std::make_unique<IpoptSolver>(options);
 }

@@ -418,8 +418,7 @@ std::string OptimumSystem::one_sided(const OptimumRates& rates,
   const double size = 1.0 + std::max(largest(moved.w), largest(moved.lambda));
   constexpr double still = 1e-7;  // rounding error of the solves and of differences
   const auto sentence = [](const std::string& who) {
-    return "an active side has no multiplier, so that the derivatives in both directions "
-           "differ: " +
+    return "an active bound has no multiplier, so the derivatives in both directions differ: " +
            who;
   };
   for (const int r : weak_rows_)

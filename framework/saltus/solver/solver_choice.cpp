@@ -28,7 +28,7 @@ QpMethod qp_method(SolverChoice choice) {
       break;
   }
   throw DefinitionError(std::string("the solver '") + name_of(choice) +
-                        "' solves no quadratic programs of ours");
+                        "' does not use a quadratic program solver of Saltus");
 }
 
 }  // namespace saltus

@@ -168,7 +168,7 @@ std::string describe_zero_durations(const OptimalControlProblem& problem,
     if (phase.has_free_duration() && durations[j] <= negligible * phase.duration_guess)
       names += fmt::format("{}phase '{}'", names.empty() ? "" : ", ", phase.name);
   }
-  return names.empty() ? names : "zero duration, so without effect: " + names;
+  return names.empty() ? names : "without effect, because their duration is zero: " + names;
 }
 
 // Describes the Hessian approximation and which second derivatives are missing.

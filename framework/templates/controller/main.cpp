@@ -37,7 +37,7 @@ int main() try {
   const LatencyHistogram times = log.statistics.all();
   std::printf(
       "loop: %s; ends at %.3f m, pole at %.3f rad; tick: median %.2f ms, 99 %% %.2f ms; "
-      "%d of %zu without a plan of their own\n",
+      "%d of %zu without a new plan\n",
       log.message.c_str(), log.final_state()[0], log.final_state()[1], 1e3 * times.quantile(0.5),
       1e3 * times.quantile(0.99), log.count(Provenance::shifted) + log.count(Provenance::fallback),
       log.ticks.size());
