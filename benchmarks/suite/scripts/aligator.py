@@ -1,5 +1,5 @@
-"""ProxDDP of aligator. The package libaligator is C++ only: aligator_program.cpp, some 100 lines that pass a program on, is compiled at
-first use against the package and kept in the user's cache. Its library is called as C, by ctypes.
+"""ProxDDP of aligator. The package libaligator is a C++ library. aligator_program.cpp, some 100 lines that pass a
+program on, is compiled against it at first use and kept in the user's cache. ctypes calls the compiled library as C.
 """
 
 import ctypes
@@ -18,10 +18,10 @@ from peers import Answer, NotApplicable
 from trajectories import Trajectory
 
 ITERATIONS = 1000
-LEAST_PENALTY = 1e-8  # its own bound
+LEAST_PENALTY = 1e-8  # its bounds
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "aligator_program.cpp")
 EIGEN = "/usr/include/eigen3"
-# Not for the processor: the package's memory is aligned for any of its architecture, and both sides have to agree.
+# No -march=native: the package aligns memory for the generic architecture, and both sides have to agree.
 FLAGS = ["-std=c++20", "-O2", "-fPIC", "-shared", "-w", "-DALIGATOR_ENABLE_TEMPLATE_INSTANTIATION", "-DALIGATOR_WITH_PINOCCHIO"]
 REAL, WHOLE, PLACE = ctypes.c_double, ctypes.c_int, ctypes.c_void_p
 
@@ -31,7 +31,7 @@ def prefix():
 
 
 def library():
-    """The compiled library. Throws NotApplicable with the compiler's first error."""
+    """The compiled library. Raises NotApplicable with the first error of the compiler."""
     with open(SOURCE, "rb") as file:
         key = hashlib.sha256(file.read() + f"{FLAGS} {prefix()} {peers.version_of('libaligator')}".encode()).hexdigest()[:24]
     path = os.path.join(cache_folder("aligator"), key + ".so")
@@ -54,7 +54,7 @@ def library():
 
 
 class _Columns:
-    """Matrices column by column, kept as long as this is."""
+    """Column-major matrices, kept alive as long as this object."""
 
     def __init__(self):
         self.kept = []
@@ -72,7 +72,7 @@ class AligatorProxddp:
 
     @classmethod
     def missing(cls):
-        """A sentence, empty if it is there."""
+        """An empty string if the package is available, otherwise one sentence."""
         if peers.version_of(cls.package) is None:
             return not_installed(cls.package)
         for needed, there in (("g++", shutil.which("g++")), (EIGEN, os.path.isdir(EIGEN))):

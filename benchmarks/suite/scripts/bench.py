@@ -20,7 +20,7 @@ def asked_of_program():
 
 
 def describe():
-    """What the program says of itself, with the problems that are data."""
+    """The description by the program, with the problems from data files."""
     import data_problems
     description = asked_of_program()
     description["problems"] += data_problems.described()
@@ -89,7 +89,7 @@ def head_of_campaign(description, arguments, tasks, what):
 
 
 def begin_or_resume(path, head):
-    """What is done already. Throws RecordsError if the file is of another run."""
+    """Returns the completed tasks. Raises RecordsError if the file belongs to another run."""
     import records
     if not os.path.exists(path):
         done = records.Records(head)
@@ -160,7 +160,7 @@ def status_of(done):
 
 
 def carry_out(tasks, whole, arguments):
-    """The tasks that are not in the file of results yet, here or by Dask's workers; all that is then known."""
+    """Runs the tasks that the results file lacks, here or on Dask workers. Returns all known results."""
     import engine
     import matrix
     import records
@@ -241,7 +241,8 @@ def merge(arguments):
 
 
 def install_peers(arguments):
-    """An environment of their own, never needed by the product, and within it a folder for what would spoil the others."""
+    """Installs the peers into a separate environment, which the product never needs, and conflicting packages into a
+    folder of it."""
     folder = arguments.folder or os.environ["SALTUS_PEERS"]
     here = os.path.dirname(os.path.abspath(__file__))
     base = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
@@ -251,7 +252,7 @@ def install_peers(arguments):
                     [*install, "--requirement", os.path.join(here, "peers.txt")],
                     [*install, "--no-deps", "--upgrade", "--target", os.path.join(folder, "acados"), "--requirement",
                      os.path.join(here, "peers_acados.txt")]):
-        # A file pip.py in the folder of the caller is not what is meant.
+        # A file pip.py in the caller's folder must not be imported.
         if subprocess.run(command, check=False, env={**os.environ, "PYTHONSAFEPATH": "1"}).returncode != 0:
             print(f"saltus bench peers: '{' '.join(command)}' failed", file=sys.stderr)
             return FAILED

@@ -1,6 +1,7 @@
-"""Campaigns: lists of independent runs of `saltus` for all engines of `bench run`. Survival maps in parts, the Monte Carlo of
-push recovery, and the READMEs' tables. A task is a command line; its result are lines of text, nothing is shared but the
-program (of `reproduce`: the clone of the sources, at the same place everywhere)."""
+"""Campaigns: lists of independent runs of `saltus` for all engines of `bench run`. They compute survival maps in
+shards, the Monte Carlo study of push recovery, and the tables of the READMEs. A task is a command line and its
+results are lines of text. Tasks share only the program (for `reproduce`: the clone of the sources, at the same path
+everywhere)."""
 
 import csv
 import difflib
@@ -19,18 +20,18 @@ import tempfile
 from package import end_with_parent, write_text
 from program import ProgramError, path_of_program
 
-# Of summary.json: what does not depend on the machine.
+# entries of summary.json that do not depend on the machine
 MEASURES = ("recovered", "reason", "fell", "final_com_error_m", "icp_settling_s", "angular_momentum_max",
             "touchdown_s", "mass_kg")
-MAP_ROWS, TABLE = "map.csv", "table"  # what comes back of a task, besides summary.json
+MAP_ROWS, TABLE = "map.csv", "table"  # result of a task, besides summary.json
 
 
 class CampaignError(Exception):
-    """A sentence about what was asked for."""
+    """An invalid request; the message is one sentence."""
 
 
 def program_saltus():
-    """It stands beside saltus-bench."""
+    """The program next to saltus-bench."""
     path = os.path.join(os.path.dirname(path_of_program()), "saltus")
     if not os.access(path, os.X_OK):
         raise ProgramError(f"there is no program saltus next to saltus-bench, at '{path}'")
@@ -38,7 +39,7 @@ def program_saltus():
 
 
 def reproduce_script():
-    """docs/results/reproduce.py of the clone that these scripts belong to."""
+    """docs/results/reproduce.py of the clone that contains these scripts."""
     root = os.path.realpath(__file__)
     for _ in range(4):  # benchmarks/suite/scripts/campaign.py
         root = os.path.dirname(root)
@@ -49,7 +50,7 @@ def reproduce_script():
 
 
 def verdict_on_table(name, status, told):
-    """By the status and what reproduce.py prints last of that name."""
+    """The verdict from the exit status and the last line of reproduce.py on this table."""
     if status == 0:
         last = next((line for line in reversed(told.splitlines()) if line.startswith(name + ": ")), "")
         is_all, is_part = last.startswith(name + ": skipped;"), last.endswith(" skipped")
@@ -58,7 +59,7 @@ def verdict_on_table(name, status, told):
 
 
 def carry_out(task, say):
-    """One command of `saltus`; `say` takes its lines."""
+    """Runs one command of `saltus`; `say` receives its lines."""
     if task["result"] == TABLE:
         done = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), *task["words"],
                                "--jobs", "1"], capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
@@ -101,7 +102,7 @@ def task_of(name, words, result, drawn=None):
 
 
 def interval(text, what):
-    """LOW:HIGH"""
+    """Parses LOW:HIGH."""
     try:
         low, high = (float(word) for word in text.split(":"))
         if not low <= high:
@@ -112,7 +113,7 @@ def interval(text, what):
 
 
 def push_tasks(arguments):
-    """Pushes, sensors, masses and friction drawn; run k is the same whoever carries it out and however many there are."""
+    """Random pushes, sensor noise, masses and friction. Run k does not depend on the worker or on the number of runs."""
     impulse = interval(arguments.impulse, "--impulse")
     mass = interval(arguments.mass_error, "--mass-error")
     friction = interval(arguments.friction, "--friction")
@@ -137,12 +138,12 @@ def push_tasks(arguments):
 
 
 def map_tasks(arguments):
-    """A survival map, every cell of it: a task is all directions of one impulse, step time and controller."""
+    """All cells of a survival map. A task has all directions of one impulse, step time and controller."""
     tasks = []
     fixed = [word for text in arguments.set or () for word in ("--set", text)]
     all_times = arguments.step_times.split(",")
     for controller in arguments.controllers.split(","):
-        takes_no_step = controller == "none"  # its cells are the same whatever a step would take
+        takes_no_step = controller == "none"  # its cells do not depend on the step time
         for step_time in all_times[:1] if takes_no_step else all_times:
             for impulse in arguments.impulses.split(","):
                 tasks.append(task_of(
@@ -154,14 +155,14 @@ def map_tasks(arguments):
 
 
 def listed_tables():
-    """Lines that begin with a name and end with the page that the table stands in."""
+    """The lines that begin with a name and end with the page of the table."""
     listed = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), "--list"],
                             capture_output=True, text=True, check=False)
     return listed.stdout.splitlines()
 
 
 def files_of_tables():
-    """What tables depend on besides `saltus`, by name."""
+    """Dependencies of the tables besides `saltus`, by name."""
     folder = os.path.dirname(reproduce_script())
     root = os.path.dirname(os.path.dirname(folder))
     pages = set(re.findall(r"\((\S+\.md)\)$", "\n".join(listed_tables()), re.MULTILINE))
@@ -171,7 +172,7 @@ def files_of_tables():
 
 
 def table_tasks(arguments):
-    """A table (or all pictures) of the READMEs each."""
+    """One table, or all pictures, of the READMEs per task."""
     names = [line.split()[0] for line in listed_tables()]
     for name in arguments.names:
         if name not in names:
@@ -182,7 +183,7 @@ def table_tasks(arguments):
 
 
 def wilson(successes, count, z=1.96):
-    """Bounds of a share at 95 %."""
+    """Bounds of a proportion at 95 % (Wilson)."""
     p = successes / count
     centre, scale = p + z * z / (2 * count), 1 + z * z / count
     half = z * math.sqrt(p * (1 - p) / count + z * z / (4 * count * count))
@@ -190,7 +191,7 @@ def wilson(successes, count, z=1.96):
 
 
 def push_table(records):
-    """Rows: share of recoveries by size of the push, with bounds at 95 %, and the errors of those that recovered."""
+    """Rows: proportion of recoveries by impulse, with bounds at 95 %, and errors of the recovered runs."""
     lines = [line for line in records.lines() if line["verdict"] != "crashed"]
     if not all("push.impulse" in line.get("drawn", {}) for line in lines):
         raise CampaignError("a run has no push.impulse")
@@ -214,7 +215,7 @@ def push_table(records):
 
 
 def write_map(records, folder):
-    """map.csv and config.yaml as `saltus map` writes them; the same command then knows every cell and draws."""
+    """Writes map.csv and config.yaml as `saltus map` does. The same command then finds every cell and draws."""
     rows, settings, columns = [], None, None
     for line in records.lines():
         if "row" in line:
@@ -233,7 +234,7 @@ def write_map(records, folder):
     table, kept = os.path.join(folder, MAP_ROWS), os.path.join(folder, "config.yaml")
     with open(table, "a", encoding="utf-8") as held:
         try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)  # as a map that is at work does
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)  # as a running map does
         except OSError:
             raise CampaignError(f"another process is writing the map in '{folder}'; give another --folder") from None
         if os.path.exists(kept):

@@ -1,4 +1,4 @@
-"""`bench compare A B`: what got better or worse from A to B beyond noise. Status 1 on a regression."""
+"""`bench compare A B`: improvements and regressions from A to B beyond noise. Status 1 on a regression."""
 
 import json
 import math
@@ -7,16 +7,16 @@ import statistics
 import figures
 import records
 
-FLOOR = 0.05  # changes below are never told: clocks wander
+FLOOR = 0.05  # smaller changes are not reported: clocks vary
 OURS = ("riccati", "sparse", "ipopt")
-REFERENCES = 20  # cells of others, of the same versions, from which the machine's own change is told
+REFERENCES = 20  # cells of other solvers, of the same versions, from which the change of the machine is estimated
 GOOD = {None: ("solved",), "pushes": ("recovered",), "map": ("recovered",),
-        "reproduce": ("as printed", "partly skipped")}  # verdicts, by campaign
-IN_TURNS = 2  # of them in one task, from which that of the task is
+        "reproduce": ("as printed", "partly skipped")}  # good verdicts, by campaign
+IN_TURNS = 2  # cells of other solvers in one task, from which the change in that task is estimated
 
 
 def counts(instructions, machine, floor):
-    """Records of instruction counts by task, for compare(): no clock wanders, and `floor` is what is allowed."""
+    """Records of instruction counts by task, for compare(). They have no noise; `floor` is the permitted change."""
     head = {"format": records.FORMAT, "machine": machine, "floor": floor,
             "matrix": {"tasks": list(instructions), "solvers": ["riccati"]}}
     return records.Records(head, {task: [{"problem": task, "solver": "riccati", "instance": 1, "verdict": "solved",
@@ -25,8 +25,9 @@ def counts(instructions, machine, floor):
 
 
 class Machine:
-    """How much slower the machine was the second time (other work beside it, another clock), from times of solvers that are not ours and did
-    not change between the runs: of a task by the others of that task, which were run in turns, else by all. Nothing is told where they are few."""
+    """Estimates the slowdown of the machine in the second run (other load, another clock) from solvers that are not
+    ours and did not change. The estimate of a task uses the other solvers of that task, which ran alternately, or
+    all of them. There is no estimate from few solvers."""
 
     def __init__(self, before, after, old, new):
         by_task = {}
@@ -40,7 +41,7 @@ class Machine:
         self.all = statistics.median(every) if self.is_known else 0.0
         self._of = {task: statistics.median(logs) for task, logs in by_task.items() if self.is_known and len(logs) >= IN_TURNS}
         left = [abs(x - self.of(task)) for task, logs in by_task.items() for x in logs]
-        # What no solver did wanders by so much.
+        # This variation is not caused by a solver.
         self.noise = 2.6 * 1.4826 * statistics.median(left) if self.is_known else 0.0
 
     def of(self, task):
@@ -48,7 +49,7 @@ class Machine:
 
 
 def in_both(cell, other):
-    """Lines of the instances that the other has, too. A task that failed as a whole (instance 0) stands for all of them."""
+    """Lines of the instances that both runs have. A task that failed as a whole (instance 0) stands for all instances."""
     there = {line["instance"] for line in other}
     return [line for line in cell if line["instance"] in there or 0 in (line["instance"], *there)]
 

@@ -1,6 +1,5 @@
-"""Programs that do not come from the library in C++: random ones in stages, the public ones of mpc_qpbenchmark
-(SALTUS_REFERENCE_DATA names the folder above mpc_qp), and whatever files of the format "saltus-qp 1" lie in the folder
-SALTUS_BENCH_PROGRAMS."""
+"""Programs from data: random ones with stages, the public ones of mpc_qpbenchmark (SALTUS_REFERENCE_DATA names the
+folder above mpc_qp), and files of the format "saltus-qp 1" in the folder SALTUS_BENCH_PROGRAMS."""
 
 import glob
 import json
@@ -16,7 +15,7 @@ INTERVALS = 20
 
 
 def described():
-    """In the form in which the program describes its own problems."""
+    """Descriptions in the form of the program's own problems."""
     found = [(PUBLIC + name, "a quadratic program of a walking robot, from mpc_qpbenchmark")
              for name in sorted(_public())]
     found += [(OWN + name, "a file of SALTUS_BENCH_PROGRAMS") for name in sorted(_own())]
@@ -31,14 +30,14 @@ def is_data(problem):
 
 
 def source_of(problem):
-    """The file that a problem is read from, with what else is known of it; None if it is made by programs."""
+    """The file of a problem and further facts about it, or None if the program generates it."""
     if problem.startswith(OWN):
         return (_own()[problem[len(OWN):]],)
     return _public()[problem[len(PUBLIC):]] if problem.startswith(PUBLIC) else None
 
 
 def write(problem, instance, path):
-    """As the program writes its own."""
+    """Writes a program in the format of the program."""
     if problem.startswith(BOX):
         nx, nu = (int(word) for word in problem[len(BOX):].split("x"))
         with open(path, "w", encoding="utf-8") as file:
@@ -84,7 +83,7 @@ def _sides(values):
 
 
 def _convert(problem, source, optimum):
-    """min 1/2 x'Px + q'x subject to G x <= h, A x = b, lb <= x <= ub; what is absent is None or not there."""
+    """min 1/2 x'Px + q'x subject to G x <= h, A x = b, lb <= x <= ub; absent parts are None or missing."""
     with np.load(source, allow_pickle=False) as archive:
         data = {}
         for key in archive.files:
@@ -107,8 +106,9 @@ def _convert(problem, source, optimum):
 
 
 def _box(problem, nx, nu, seed):
-    """Dynamics near the limit of stability, the start within one, every third state in a box whose sides lie just outside
-    what some admissible inputs reach: feasible by construction. The cost pulls towards a target beyond the boxes."""
+    """Dynamics near the stability limit, with a start inside the bounds. Every third state has bounds just outside the
+    reach of some admissible inputs, so the program is feasible by construction. The cost has a target beyond the
+    bounds."""
     random = np.random.default_rng(seed)
 
     def uniform(*shape):

@@ -1,6 +1,6 @@
-"""Who carries out the tasks: this machine, one after the other, or the workers of a Dask scheduler.
+"""Runs tasks on this machine, one after the other, or on the workers of a Dask scheduler.
 
-In both cases a task is a run of the installed program and its result are lines of text: nothing is shared but the program.
+In both cases a task is a run of the installed program and its results are lines of text. Tasks share only the program.
 """
 
 import json
@@ -13,11 +13,11 @@ from program import path_of_program
 
 
 class EngineError(Exception):
-    """A sentence: the tasks cannot be carried out (any more)."""
+    """The tasks cannot be run, or no longer; the message is one sentence."""
 
 
 def run_program(program, task):
-    """What a worker does. It is sent by value and may use nothing of these scripts, which a worker need not have."""
+    """Runs on a worker. The function is sent by value and must not use these scripts, which a worker may not have."""
     import json as json_
     import os as os_
     import subprocess as subprocess_
@@ -30,7 +30,7 @@ def run_program(program, task):
             "seconds": time_.perf_counter() - begin}
 
 
-# Functions of __main__ are sent by value, others by the name of their module, which a worker would not find.
+# Functions of __main__ are sent by value. Others are sent as the name of their module, which a worker would not find.
 run_program.__module__ = "__main__"
 
 
@@ -41,7 +41,7 @@ def lines_of(outcome):
         try:
             line = json.loads(text)
         except json.JSONDecodeError:
-            continue  # what a peer printed in spite of being told not to
+            continue  # output of a peer that ignores its verbosity option
         if not isinstance(line, dict):
             continue
         if "trying" in line:
@@ -59,14 +59,14 @@ def sorted_lines(lines, task):
 
 
 def end_of(status):
-    """(verdict, sentence) of a peer with which the process ended."""
+    """(verdict, sentence) of the peer that ended the process."""
     if status == -signal.SIGPROF:
         return "too slow", "a solve exceeded its limit of processor time"
     return "crashed", "it ended its process"
 
 
 def settle(task, outcome, again):
-    """The task's lines; a peer that took the process with it, or was stopped, is left out and the rest is run again."""
+    """The lines of the task. A peer that ended the process, or was stopped, is left out, and the task is run again."""
     while True:
         lines, ended, trying = lines_of(outcome)
         if ended:
@@ -85,7 +85,7 @@ def settle(task, outcome, again):
 
 
 def run_here(tasks, take, jobs=1):
-    """So many at a time; results are taken in the order of the tasks."""
+    """Runs this many tasks at a time and takes the results in the order of the tasks."""
     from concurrent.futures import ThreadPoolExecutor
     program = path_of_program()
     with ThreadPoolExecutor(jobs) as pool:  # threads that wait for processes
@@ -100,15 +100,15 @@ def run_here(tasks, take, jobs=1):
 
 
 def run_on_cluster(tasks, take, address):
-    """Workers may come, die and be killed: Dask gives their tasks to others. If the scheduler goes, what is not taken is
-    lost, and said."""
+    """Runs the tasks on Dask workers, which may join or die: Dask reassigns their tasks. If the scheduler is lost,
+    pending results are lost and the error says so."""
     try:
         from distributed import Client, as_completed
     except ImportError:
         raise EngineError("--scheduler needs Dask: Debian's python3-distributed, or the package "
                           f"distributed ({INSTALL_PEERS})") from None
     import logging
-    for name in ("distributed", "distributed.client"):  # what goes wrong is said here, in a sentence
+    for name in ("distributed", "distributed.client"):  # errors are reported below in one sentence
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=10, name="saltus bench")
@@ -142,7 +142,8 @@ def run_on_cluster(tasks, take, address):
 
 
 def told(tasks, workers, elapsed, spent):
-    """What the engine itself took, beside the program's own start and run on the workers that were there at first."""
+    """Prints the overhead of the engine, besides start and run of the program, on the workers that were present at the
+    start."""
     if tasks and workers:
         overhead = 1e3 * (elapsed * min(workers, tasks) - spent) / tasks
         print(f"{tasks} tasks on {workers} workers in {elapsed:.1f} s; the program ran for {spent:.1f} s, "

@@ -1,8 +1,8 @@
 """fatrop, a structured interior-point method for nonlinear programs, through casadi's nlpsol.
 
-It wants variables x_0, u_0, x_1, ..., rows next - F(x_0, u_0), other rows of stage 0, next - F(x_1, u_1), ..., and nothing that
-couples stages otherwise. Quadratic programs go the same way: casadi's conic plug-in of fatrop (3.8.2) prints its matrices and
-does not hand over the cost. Its BLASFEO is generic, as HPIPM's of that package.
+It needs variables x_0, u_0, x_1, ... and rows next - F(x_0, u_0), other rows of stage 0, next - F(x_1, u_1), ...,
+without other couplings of stages. Quadratic programs use the same path: casadi's conic plug-in of fatrop (3.8.2) prints
+its matrices and does not return the cost. Its BLASFEO is generic, as for HPIPM of that package.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from nonlinear_peers import CasadiNlp
 from peers import ITERATIONS, Answer, NotApplicable
 
-# Quadratic programs as they are it solves to 1e-7; scaled, and asked for as much more, some more to 1e-8: measured.md.
+# It solves unscaled quadratic programs to 1e-7; scaled, and with tighter tolerances, some of them to 1e-8: measured.md.
 COST_SCALE = 100.0
 
 
@@ -34,10 +34,10 @@ class CasadiFatrop:
             raise NotApplicable("it has no stages")
         self.qp, self.nx = qp, qp.stages[0][0]
         first = qp.stages[1][0]
-        # The fixed start as rows of stage 0, behind its dynamics.
+        # The fixed start as rows of stage 0, after its dynamics.
         start = sparse.identity(qp.n, format="csr")[:self.nx]
         J = qp.jacobian.csc().tocsr()
-        self.place = np.concatenate([np.arange(first), first + self.nx + np.arange(qp.m - first)])  # of our rows
+        self.place = np.concatenate([np.arange(first), first + self.nx + np.arange(qp.m - first)])  # indices of our rows
         A = sparse.vstack([J[:first], start, J[first:]])
         low, high = (np.concatenate([rows[:first], qp.lower[:self.nx], rows[first:]])
                      for rows in (qp.row_lower, qp.row_upper))
@@ -64,7 +64,7 @@ class CasadiFatrop:
         rows, bounds = (np.array(answer[key]).ravel() / COST_SCALE for key in ("lam_g", "lam_x"))
         rows *= self.sign
         w, row_multipliers = np.array(answer["x"]).ravel(), rows[self.place]
-        # What holds the start are rows here, and bounds for the judge.
+        # The fixed start has rows here, and bounds in the check.
         first = self.qp.stages[1][0]
         bounds[:self.nx] = rows[first:first + self.nx]
         w[:self.nx] = self.qp.lower[:self.nx]
@@ -73,7 +73,7 @@ class CasadiFatrop:
 
 
 class Stages:
-    """The order of rows and their signs in which a nonlinear program falls into stages. Throws NotApplicable if it does not."""
+    """Order and signs of the rows that split a nonlinear program into stages. Raises NotApplicable if there are none."""
 
     def __init__(self, file):
         pattern = file.data["jacobian"]
@@ -87,7 +87,7 @@ class Stages:
                 if row >= 0 and factor != 0.0:
                     nonlinear[row] |= touched
         linear = {(row, variable): factor for row, variable, factor in file.data["linear"]}
-        # Rows that say what the next state is, by that state: the last of their variables, alone and linear.
+        # Rows that define the next state: the last of their variables, alone and linear.
         closing = {}
         for row in range(file.m):
             last = max(columns[row], default=-1)
@@ -101,7 +101,7 @@ class Stages:
                 gaps.append([])
             if v in closing:
                 gaps[len(self.sizes) - 2].append(closing[v])
-            self.sizes[-1][0 if v in closing else 1] += 1  # what nothing leads to counts as input
+            self.sizes[-1][0 if v in closing else 1] += 1  # variables without dynamics count as inputs
             stage_of[v] = len(self.sizes) - 1
         if len(self.sizes) < 2:
             raise NotApplicable("it has no stages")
@@ -133,11 +133,11 @@ class CasadiFatropNonlinear(CasadiNlp):
     def options(self, tolerance):
         chosen = options(self.stages.sizes, tolerance)
         chosen["fatrop"]["max_iter"] = 1000
-        chosen["no_nlp_grad"] = False  # it asks for that function at the end
+        chosen["no_nlp_grad"] = False  # requested at the end of a solve
         return chosen
 
     def prepare(self, program):
-        """The functions with their rows in fatrop's order."""
+        """The functions with their rows in the order of fatrop."""
         import casadi as ca
         import scipy.sparse as sparse
         stages, file = self.stages, self.file

@@ -1,4 +1,4 @@
-"""What is told of many times: medians with spread, ratios pair by pair, changes beyond noise."""
+"""Statistics of times: medians with spread, ratios pair by pair, changes beyond noise."""
 
 import math
 import statistics
@@ -7,19 +7,20 @@ NO_RESULT = ("missing", "not applicable", "skipped", "settings")
 
 
 def time_of(line):
-    """us of one solve: the least of its repetitions by the thread's CPU time or by the solver's own timer, whichever says
-    less (calls from Python are not the solver's fault, and its own timer may count what others did). None if not solved."""
+    """Time of one solve in us: the minimum over its repetitions of the smaller of the thread's CPU time and the
+    solver's own timer. Calls from Python do not count against the solver, and its timer may count other processes.
+    None if not solved."""
     if line["verdict"] != "solved":
         return None
     times = line["times"]
-    if "instructions" in times:  # counted in place of timed
+    if "instructions" in times:  # instructions instead of times
         return statistics.median(times["instructions"])
     return statistics.median(min(pair) for pair in zip(*(times[key] for key in ("cpu_us", "own_us")
                                                          if key in times)))
 
 
 def by_cell(records):
-    """(task, solver) -> lines of its instances, without what could not be run."""
+    """(task, solver) -> lines of its instances, without those that could not be run."""
     cells = {}
     for task, lines in records.tasks.items():
         for line in lines:
@@ -40,21 +41,22 @@ def quartiles(values):
 
 
 def ratios(lines, others):
-    """time / time of the same instance by another, where both solved it."""
+    """Time divided by the time of another solver on the same instance, if both solved it."""
     there = {line["instance"]: time_of(line) for line in others}
     return [time_of(line) / there[line["instance"]] for line in lines
             if time_of(line) and there.get(line["instance"])]
 
 
 def change(before, after, floor):
-    """(median ratio after / before, noise as a factor): a change counts if the ratio leaves [1 / noise, noise]."""
+    """(median ratio after / before, noise as a factor). A change is significant if the ratio is outside [1 / noise,
+    noise]."""
     found = ratios(after, before)
     if not found:
         return None
     logs = [math.log(r) for r in found]
     middle = statistics.median(logs)
     spread = 1.4826 * statistics.median(abs(x - middle) for x in logs)
-    # Within one cell repetitions of an instance tell how times wander without any change.
+    # Repetitions of an instance within one cell show the variation of times without any change.
     wander = []
     for line in (*before, *after):
         times = line.get("times", {}).get("cpu_us", [])

@@ -1,8 +1,8 @@
-"""do-mpc and rockit: front ends that write down an optimal control problem themselves, before CasADi and Ipopt.
+"""do-mpc and rockit: front ends that formulate an optimal control problem themselves, for CasADi and Ipopt.
 
-They get what is the same in every interval as one function of CasADi, next state and cost from state, input and the numbers that vary
-(times), so that their program has the discretisation of ours. That suits problems whose start is given and whose stages have no other rows.
-Neither hands its multipliers over in our order: they are made from the point, in its favour.
+They receive next state and cost of an interval as one CasADi function of state, input and the varying numbers (times),
+so their program has our discretisation. This supports problems with a fixed start and without other stage rows. Neither
+returns its multipliers in our order, so they are computed from the point, in its favour.
 """
 
 import numpy as np
@@ -61,7 +61,8 @@ class Intervals:
         return self._counts[row]
 
     def _interval(self, k):
-        """(what is done in it, relative to its first variable and first dynamics row; numbers that go in)."""
+        """(operations of the interval, relative to its first variable and first dynamics row; numbers that are
+        arguments)."""
         if not hasattr(self, "_sorted"):
             self._sort()
         first, leads_to = k * (self.nx + self.nu), self._leads_to
@@ -75,7 +76,7 @@ class Intervals:
         return (tuple(blocks), linear), numbers
 
     def _sort(self):
-        """Blocks and linear parts of dynamics by interval; row -> the state it leads to."""
+        """Blocks and linear parts of the dynamics by interval; row -> state that it defines."""
         size, after = self.nx + self.nu, set(self.states[1:].ravel().tolist())
         rows, self._leads_to = {}, {}
         for row, v, f in self.file.data["linear"]:
@@ -102,7 +103,7 @@ class Intervals:
         self._sorted = blocks, linear
 
     def _outputs(self, kind, z, numbers):
-        """next from 0 = sum of linear parts and blocks, in which it stands alone; the cost of the interval."""
+        """Solves 0 = sum of linear parts and blocks for the next state; the cost of the interval."""
         import casadi as ca
         size = self.nx + self.nu
         rest, sign, cost, at = [ca.SX(0)] * self.nx, [1.0] * self.nx, ca.SX(0), 0
@@ -132,7 +133,7 @@ class Intervals:
 
 
 class _FrontEnd(CasadiIpopt):
-    """The options of Ipopt are those of casadi-ipopt."""
+    """Uses the Ipopt options of casadi-ipopt."""
 
     def __init__(self, file, tolerance):
         self.file = file
@@ -145,7 +146,7 @@ class _FrontEnd(CasadiIpopt):
         self.build({"print_time": False, "error_on_fail": False, "record_time": True, **self.options(tolerance)})
 
     def multipliers(self, w):
-        """Costates by which slopes along states vanish; at sides of inputs what is left of the slope."""
+        """Costates with zero slopes along states; input bounds receive the remaining slope."""
         import casadi as ca
         import scipy.sparse.linalg as linear
         f, it, file = self.file.casadi.functions, self.intervals, self.file
@@ -178,7 +179,7 @@ class DoMpc(_FrontEnd):
         p = model.set_variable("_tvp", "p", (max(1, len(it.varies)), 1))
         model.set_rhs("x", it.step(x, u, p[:len(it.varies)])[0])
         model.setup()
-        x, u, p = model.x["x"], model.u["u"], model.tvp["p"]  # its own, from now on
+        x, u, p = model.x["x"], model.u["u"], model.tvp["p"]  # a copy from now on
         cost = it.step(x, u, p[:len(it.varies)])[1]
         self.mpc = mpc = do_mpc.controller.MPC(model)
         mpc.settings.n_horizon, mpc.settings.t_step, mpc.settings.store_full_solution = it.N, 1.0, False
@@ -231,9 +232,9 @@ class Rockit(_FrontEnd):
             ocp.set_value(p, it.numbers.T)
         ocp.solver("ipopt", {**options, "expand": True})
         ocp.method(rockit.MultipleShooting(N=it.N))
-        ocp.set_initial(self.x, self.guess[0].T)  # kept by what solves: each time is the first
+        ocp.set_initial(self.x, self.guess[0].T)  # the solver keeps state: each time is the first solve
         ocp.set_initial(self.u, self.guess[1].T)
-        ocp._transcribe()  # takes seconds, and would be part of the first solve
+        ocp._transcribe()  # takes seconds, which would count in the first solve
 
     def solve(self, start):
         try:

@@ -1,5 +1,5 @@
-"""HPIPM from a shared library, called as C: of the package comma-deps-acados, or one that the user built for the processor and
-names in SALTUS_HPIPM. Of its structures only the sizes are known, from the library itself."""
+"""HPIPM from a shared library, called as C: that of the package comma-deps-acados, or one that the user built for this
+processor and names in SALTUS_HPIPM. Only the sizes of its structures are known, from the library itself."""
 
 import ctypes
 import functools
@@ -16,17 +16,17 @@ from quadratic_program import Reduced
 
 OWN_LIBRARY = "SALTUS_HPIPM"
 SPEED, BALANCE = 1, 2  # modes
-FAR_AWAY = 1e6  # what a version without masks takes for no side; more than this and it does not converge
+FAR_AWAY = 1e6  # infinity of a version without masks; with larger values it does not converge
 
 
 def package_library():
-    """Of acados, which lies in a folder of its own beside the peers: it brings an old casadi. None if it is not there."""
+    """The library of acados, in a separate folder of the peers, because it brings an old casadi. None if it is missing."""
     file = os.path.join(sys.prefix, "acados/acados/install/lib/libhpipm.so")
     return file if os.path.exists(file) else None
 
 
 def libraries_of(file):
-    """What is opened with it, by name: BLASFEO may lie beside."""
+    """Opens the libraries that it needs, by name: BLASFEO may be next to it."""
     beside = os.path.join(os.path.dirname(file), "libblasfeo.so")
     return {OWN_LIBRARY: file, f"{OWN_LIBRARY}, libblasfeo.so": beside} if file else {}
 
@@ -35,7 +35,7 @@ class Library:
     """Functions d_ocp_qp_NAME as attributes."""
 
     def __init__(self, file):
-        # casadi's package has a library of the same name, which it would otherwise take from here.
+        # The package of casadi has a library of the same name, which it would otherwise load from here.
         if importlib.util.find_spec("casadi"):
             import casadi
             casadi.has_conic("hpipm")
@@ -60,7 +60,7 @@ def library(file):
 
 
 def block(size):
-    """Zeroed memory that begins at a cache line."""
+    """Zeroed memory, aligned to a cache line."""
     line = 64
     memory = ctypes.create_string_buffer(size + line)
     address = ctypes.addressof(memory)
@@ -140,7 +140,7 @@ class _Hpipm:
     def solve(self, start):
         warm = ctypes.c_int(0)
         if start is not None:
-            warm = ctypes.c_int(1)  # states and inputs; its multipliers begin anew
+            warm = ctypes.c_int(1)  # states and inputs; its multipliers start anew
             for s, k in zip(self.stages, range(len(self.stages))):
                 for name, at in (("x", s.x), ("u", s.u)):
                     if at.stop > at.start:
@@ -180,7 +180,8 @@ class _Hpipm:
 
 
 class Stage:
-    """One stage of a program without its fixed variables, in HPIPM's letters; x, u, dynamics and rows are its places."""
+    """One stage of a program without its fixed variables, in the notation of HPIPM; x, u, dynamics and rows are index
+    ranges."""
 
     def __init__(self, reduced, x, u, dynamics, rows, following):
         r, H, J = reduced, reduced.hessian, reduced.jacobian
@@ -203,11 +204,12 @@ class Stage:
 
 
 def stages_of(qp, reduced=None):
-    """Variables x_0, u_0, x_1, ..., rows dynamics of stage 0, its rows, ..., without what is fixed, or as `reduced` has it."""
+    """Variables x_0, u_0, x_1, ... and rows (dynamics of stage 0, its rows, ...), without fixed variables, or in the
+    order of `reduced`."""
     reduced = reduced or Reduced(qp)
     is_free = np.zeros(qp.n, dtype=int)
     is_free[reduced.free] = 1
-    place = np.concatenate([[0], np.cumsum(is_free)])  # of a variable among the free ones
+    place = np.concatenate([[0], np.cumsum(is_free)])  # index among the free variables
     states, inputs, first = [], [], 0
     for nx, nu, _ in qp.stages:
         states.append(slice(place[first], place[first + nx]))
@@ -233,7 +235,7 @@ class AcadosHpipm(_Hpipm):
 
     @classmethod
     def missing(cls):
-        """A sentence, empty if it is there."""
+        """An empty string if the library is available, otherwise one sentence."""
         return "" if package_library() else not_installed(cls.package)
 
 

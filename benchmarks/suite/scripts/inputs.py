@@ -1,5 +1,5 @@
-"""What results depend on besides version, machine and packages: the program's own file, and files that are named from outside.
-Told by their SHA-256, so that a change is seen whatever their dates say."""
+"""Inputs that determine results besides version, machine and packages: the program file, and files named by the user.
+They are identified by SHA-256, so a change is detected independent of dates."""
 
 import hashlib
 import os
@@ -11,7 +11,7 @@ from program import path_of_program
 
 
 def digest(path, *more):
-    """Of a file, and of words beside it."""
+    """Hash of a file and additional words."""
     with open(path, "rb") as file:
         found = hashlib.sha256(file.read())
     for word in more:
@@ -20,7 +20,7 @@ def digest(path, *more):
 
 
 def of_files(paths):
-    """By name, of those that are there."""
+    """Hashes by name, of existing files."""
     return {name: digest(path) for name, path in sorted(paths.items()) if os.path.isfile(path)}
 
 
@@ -29,7 +29,7 @@ def of_the_suite():
 
 
 def of_run(tasks):
-    """Data that the tasks read, and libraries of solvers that are no packages."""
+    """Data files that tasks read, and libraries of solvers that are not packages."""
     found = {}
     for problem in sorted({task["problem"] for task in tasks}):
         source = data_problems.source_of(problem)
@@ -42,6 +42,6 @@ def of_run(tasks):
 
 
 def of_campaign(what, settings):
-    """Files that settings name; of tables also their scripts, the pages that they stand in and the programs beside `saltus`."""
+    """Files that settings name; for tables also their scripts, their pages and the programs next to `saltus`."""
     named = [text.partition("=")[2] for text in settings or ()]
     return of_files({**{name: name for name in named}, **(campaign.files_of_tables() if what == "reproduce" else {})})

@@ -1,4 +1,4 @@
-"""Which tasks a run consists of: problems x starts x solvers, with instances and repetitions."""
+"""The tasks of a run: problems x starts x solvers, with instances and repetitions."""
 
 import difflib
 
@@ -10,7 +10,7 @@ HIDDEN = ("toy", "endless")
 
 
 class MatrixError(Exception):
-    """A sentence: something was asked for that there is not."""
+    """A request for something that does not exist; the message is one sentence."""
 
 
 def solver_names():
@@ -22,14 +22,14 @@ def all_peers():
 
 
 def suits(solver, problem):
-    """Whether the solver is for programs of that kind."""
+    """True if the solver supports programs of this kind."""
     if problem.get("kind") == "nonlinear":
         return solver in OURS or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
     return solver != "ipopt" and solver not in [p.name for p in nonlinear_peers.nonlinear_peers()]
 
 
 def chosen(wanted, names, what, hidden=()):
-    """Names that are asked for, in the order in which they are known; a pattern ending in * stands for all that begin so."""
+    """The requested names in canonical order. A pattern that ends in * selects all names with this prefix."""
     if not wanted:
         return list(names)
     picked = set()
@@ -55,7 +55,7 @@ def tasks_of(description, arguments):
     for name in names:
         problem = problems[name]
         count = min(arguments.instances, problem["instances"] or arguments.instances)
-        # Of a sequence every part is seen, not its beginning only.
+        # A sequence is sampled over its whole length.
         every = max(1, (problem["instances"] or count) // count)
         instances = [1 + every * i for i in range(count)]
         for start in starts:
@@ -73,7 +73,7 @@ def tasks_of(description, arguments):
 
 
 def shard(tasks, text):
-    """I of N, from 1: every N-th task."""
+    """Part I of N, from 1: every N-th task."""
     try:
         part, count = (int(word) for word in text.split("/"))
         if not 1 <= part <= count:

@@ -1,7 +1,7 @@
-"""crocoddyl and mim-solvers: solvers of trajectories on action models, here linear with quadratic cost.
+"""crocoddyl and mim-solvers: solvers of trajectories on action models, here linear with quadratic costs.
 
-Both keep penalties and regularisation from one solve to the next, so that each solve has a new solver: made outside of what is
-timed, from models made once.
+Both keep penalties and regularisation between solves, so each solve uses a new solver. It is constructed outside of the
+measured time, from models that are constructed once.
 """
 
 import time
@@ -11,7 +11,7 @@ import numpy as np
 from peers import Answer, NotApplicable
 from trajectories import Trajectory
 
-ITERATIONS = 20  # programs of a sequence; of a quadratic program the first may do
+ITERATIONS = 20  # programs of a sequence; of a quadratic program the first suffices
 PROGRAM_ITERATIONS = 4000
 
 
@@ -26,7 +26,7 @@ class _Crocoddyl:
             raise NotApplicable("it has constraints other than bounds of inputs")
         models = [self._model(crocoddyl, s, *rows) for s, rows in zip(t.stages, t.rows)]
         self.problem = crocoddyl.ShootingProblem(t.start, models[:-1], models[-1])
-        self.problem.nthreads = 1  # it would take more, which wait for each other by spinning
+        self.problem.nthreads = 1  # more threads wait for each other by spinning
 
     def _model(self, crocoddyl, s, C, D, low, high):
         nx, nu = int(s.nx), int(s.nu)
@@ -45,7 +45,7 @@ class _Crocoddyl:
         return model
 
     def timed(self, solver, start):
-        """(whether it says that it is solved, us) of one solve by a new solver."""
+        """(solved according to the solver, us) of one solve by a new solver."""
         states, inputs = self.trajectory.split(None if start is None else start[0])
         begin = time.thread_time_ns()
         found = solver.solve(states, inputs, ITERATIONS, False)
@@ -56,7 +56,7 @@ class MimCsqp(_Crocoddyl):
     name, package = "mim-csqp", "mim-solvers"
     about = "sequential programs by ADMM in stages on crocoddyl's linear-quadratic action models; warm from states and inputs"
     ladder = (1.0, 0.1, 0.01)
-    module = "crocoddyl"  # first: mim_solvers finds its libraries only beside it
+    module = "crocoddyl"  # first, because mim_solvers finds its libraries only next to it
     needs = ("scipy.sparse", "mim_solvers")
 
     def solve(self, start):
@@ -64,7 +64,7 @@ class MimCsqp(_Crocoddyl):
         solver = mim_solvers.SolverCSQP(self.problem)
         solver.termination_tolerance = self.tolerance
         solver.eps_abs, solver.eps_rel, solver.max_qp_iters = 0.1 * self.tolerance, 0.0, PROGRAM_ITERATIONS
-        # With their defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6: measured.md.
+        # With its defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6: measured.md.
         solver.sigma, solver.remove_reg, solver.rho_update_interval = 1e-10, True, 100
         found, own_us = self.timed(solver, start)
         t = self.trajectory
@@ -80,7 +80,7 @@ class CrocoddylBoxFddp(_Crocoddyl):
              "warm from states and inputs")
     ladder = (1.0, 1e-4, 1e-8)
     constrains_inputs_only = True
-    near = 1e-9  # what counts as at a side
+    near = 1e-9  # distance to a bound that counts as active
 
     def solve(self, start):
         import crocoddyl
@@ -93,7 +93,7 @@ class CrocoddylBoxFddp(_Crocoddyl):
                       own_us=own_us)
 
     def multipliers(self, w):
-        """Costates backwards from the end, so that slopes along states vanish; at sides of inputs what is left of the slope."""
+        """Costates backwards from the end, with zero slopes along states; input bounds receive the remaining slope."""
         t, qp = self.trajectory, self.trajectory.qp
         slope = qp.hessian.times(w) + qp.gradient
         rows, bounds = np.zeros(qp.m), np.zeros(qp.n)

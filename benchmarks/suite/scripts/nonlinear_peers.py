@@ -16,15 +16,15 @@ from nonlinear_program import CasadiProgram
 from peers import Answer, NotApplicable
 
 ITERATIONS = 1000
-# Of sources above this size gcc's -O3 takes up to twenty minutes (pendulum_on_cart: 110 stages of Runge-Kutta in one function).
+# For larger sources gcc -O3 takes up to twenty minutes (pendulum_on_cart: 110 stages of Runge-Kutta in one function).
 LARGE_SOURCE = 1_000_000
-# What the plug-ins look for in a library of compiled functions.
+# Functions that the plug-ins expect in a library of compiled functions.
 FOR_IPOPT = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "triangle")
 FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
 
 
 def compiled(program, names, functions=None):
-    """The path of the shared library of a CasadiProgram's functions, or of others in their place."""
+    """The path of the shared library with the functions of a CasadiProgram, or with replacements."""
     if shutil.which("gcc") is None:
         raise NotApplicable("gcc is needed to compile CasADi's functions")
     with tempfile.TemporaryDirectory(prefix="saltus-casadi-") as folder:
@@ -54,7 +54,7 @@ class CasadiNlp:
         return {}
 
     def prepare(self, program):
-        """The functions by the names that are compiled."""
+        """The functions under the names that are compiled."""
         return program.functions
 
     def row_multipliers(self, found):
@@ -65,7 +65,7 @@ class CasadiNlp:
         if file.n > self.largest:
             raise NotApplicable(f"more than {self.largest} variables")
         self.file = file
-        # Built once per program, whatever solver or tolerance is asked for.
+        # Built once per program, for all solvers and tolerances.
         if getattr(file, "casadi", None) is None:
             file.casadi = CasadiProgram(file)
             difference, what = file.casadi.disagreement()
@@ -98,7 +98,7 @@ class CasadiIpopt(CasadiNlp):
     name, plugin = "casadi-ipopt", "ipopt"
     about = "Ipopt with MUMPS of casadi's package, functions in CasADi's virtual machine"
 
-    def options(self, tolerance):  # as our own path to Ipopt
+    def options(self, tolerance):  # as our interface to Ipopt
         return {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": tolerance,
                 "ipopt.dual_inf_tol": 1e3 * tolerance, "ipopt.compl_inf_tol": 1e3 * tolerance,
                 "ipopt.constr_viol_tol": min(1e-4, tolerance), "ipopt.max_iter": ITERATIONS,
@@ -140,7 +140,7 @@ class CasadiBlocksqp(CasadiNlp):
     def solve(self, start):
         try:
             return super().solve(start)
-        except RuntimeError as error:  # how it says that it gives up on some
+        except RuntimeError as error:  # its message if it fails
             return Answer(self.file.start, np.zeros(self.file.m), np.zeros(self.file.n), claimed=str(error)[-80:], solved=False,
                           iterations=-1)
 

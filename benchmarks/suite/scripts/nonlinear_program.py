@@ -24,11 +24,11 @@ FORMAT = "saltus-nlp 1"
 
 
 class ProgramFileError(Exception):
-    """A sentence about a file."""
+    """An invalid file; the message is one sentence."""
 
 
 class NonlinearFile:
-    """What the file says, sides as arrays with infinities."""
+    """The contents of the file, with bounds as arrays with infinities."""
 
     def __init__(self, data):
         if data.get("format") != FORMAT:
@@ -42,7 +42,7 @@ class NonlinearFile:
 
 
 class NoFile:
-    """A program that cannot be written in steps, and why: peers are left out, ours are run."""
+    """A program that has no elementary steps, and the reason: only our solvers run it."""
 
     def __init__(self, instance, why):
         self.instance, self.why = instance, why
@@ -58,8 +58,8 @@ def read_nonlinear(path):
 
 
 def expression(function, z, is_safe=False):
-    """The outputs of a function of steps for arguments z of CasADi's SX. Where sqrt has no derivative, at 0, ours is 0 (the length of
-    a velocity at rest); CasADi's is no number, unless `is_safe`."""
+    """The outputs of a function of steps for arguments z of CasADi's SX. At 0, where sqrt has no derivative, ours is 0
+    (the length of a velocity at rest); CasADi's is NaN unless `is_safe`."""
     import casadi as ca
     known = {"add": lambda a, b: a + b, "subtract": lambda a, b: a - b,
              "multiply": lambda a, b: a * b, "divide": lambda a, b: a / b, "negate": lambda a: -a,
@@ -82,7 +82,7 @@ def expression(function, z, is_safe=False):
 
 
 class _Group:
-    """All blocks of one function: arguments that vary as V = A w + b, one column per block, and the others as numbers."""
+    """All blocks of one function: variable arguments as V = A w + b, one column per block, and the others as numbers."""
 
     def __init__(self, function, blocks, n, is_safe):
         import casadi as ca
@@ -142,7 +142,7 @@ class _Triplets:
 
 
 class CasadiProgram:
-    """nlp_f, nlp_g and their derivatives under the names by which CasADi's plug-ins look for them."""
+    """nlp_f, nlp_g and their derivatives under the names that CasADi's plug-ins expect."""
 
     def __init__(self, file, is_safe=False):
         import casadi as ca
@@ -233,7 +233,7 @@ class CasadiProgram:
         J = scattered(ca.vertcat(*J_entries), J_targets, (m, n))
         slope = scattered(ca.vertcat(*gradient_entries), gradient_targets, (1, n)) if gradient_entries else ca.MX(1, n)
         gradient = ca.densify(slope.T + a + b * w)
-        # Upper triangle: targets are those of the lower one, turned.
+        # Upper triangle: the transposed targets of the lower one.
         upper = [[(c, r, s) for r, c, s in targets] for targets in H_targets]
         H = scattered(ca.vertcat(*H_entries), upper, (n, n)) if H_entries else ca.MX(n, n)
         both = [w, p]
@@ -242,7 +242,7 @@ class CasadiProgram:
             return ca.Function(name, ins, outs, names_in, names_out)
 
         xp, xpl = ["x", "p"], ["x", "p", "lam_f", "lam_g"]
-        # Those of the Hessian that are wanted whole (sqpmethod) or as upper triangle (ipopt).
+        # The Hessian as a whole (sqpmethod) or as upper triangle (ipopt).
         self.functions = {
             "nlp": function("nlp", both, [f, g], xp, ["f", "g"]),
             "nlp_f": function("nlp_f", both, [f], xp, ["f"]),
@@ -258,8 +258,8 @@ class CasadiProgram:
         }
 
     def disagreement(self):
-        """The largest difference of values and derivatives to ours, relative to 1 + |entry| and the largest entry of a
-        matrix, with the name of what differs."""
+        """The largest difference of values and derivatives from ours, relative to 1 + |entry| and to the largest entry
+        of a matrix, with the name of the quantity."""
         import casadi as ca
         worst, what = 0.0, "nothing"
         data = self.file.data
@@ -270,7 +270,7 @@ class CasadiProgram:
             found = [("objective", objective, check["objective"]), ("gradient", gradient, check["gradient"]),
                      ("rows", rows, check["rows"]),
                      ("jacobian", J, _dense(data["jacobian"], check["jacobian"], J.shape))]
-            # The first point is the guess, which then stands where there is no second derivative.
+            # The first point is the guess, which may have no second derivative.
             if "hessian" in check and not (self.is_safe and number == 0):
                 H = f["triangle"](w, [], 1.0, lam)
                 found.append(("hessian", H, _dense(data["hessian"], check["hessian"], H.shape).T))
@@ -283,7 +283,7 @@ class CasadiProgram:
         return worst, what
 
     def write_source(self, folder, names, functions=None):
-        """The functions of these names as C, of this program or as given. The path of the file."""
+        """Writes these functions as C, of this program or as given. Returns the path of the file."""
         import casadi as ca
         generator = ca.CodeGenerator("nlp.c")
         for name in names:

@@ -1,4 +1,4 @@
-"""What the package saltus has for files and processes: it lies beside these scripts, in a clone as where they are installed."""
+"""Access to the package saltus for files and processes: it is next to these scripts, in a clone and in an installation."""
 
 import os
 import sys

@@ -26,16 +26,16 @@ from quadratic_program import Reduced
 
 ITERATIONS = 200
 FIRST_ORDER_ITERATIONS = 20000
-STEP = 0.1  # OSQP's default
+STEP = 0.1  # default of OSQP
 
 
 class NotApplicable(Exception):
-    """A sentence: this solver is not for this program."""
+    """This solver does not support this program; the message is one sentence."""
 
 
 @dataclass
 class Answer:
-    """What a peer says, in the signs of quadratic_program.py; own_us by its own timer, None without one."""
+    """The answer of a peer, with the signs of quadratic_program.py. own_us is the time of its own timer, or None."""
     w: np.ndarray
     row_multipliers: np.ndarray
     bound_multipliers: np.ndarray
@@ -175,7 +175,7 @@ class Osqp:
         import scipy.sparse as sparse
         p = self.rows = _RowsAndBounds(qp)
         self.solver = osqp.OSQP()
-        # The step size is adapted after so many iterations, not after so much time: times on a busy machine
+        # The step size is adapted after a number of iterations, not after a time, because times on a busy machine
         # would change the iterations.
         self.solver.setup(sparse.triu(p.reduced.hessian, format="csc"), p.reduced.gradient, p.A,
                           p.low, p.high, verbose=False, eps_abs=tolerance, eps_rel=0.0,
@@ -184,7 +184,7 @@ class Osqp:
 
     def solve(self, start):
         p, n = self.rows, len(self.rows.reduced.gradient)
-        self.solver.update_settings(rho=STEP)  # it would go on with what it adapted in the solve before
+        self.solver.update_settings(rho=STEP)  # it would keep the adapted values of the previous solve
         if start is None:
             self.solver.warm_start(x=np.zeros(n), y=np.zeros(len(p.low)))
         else:
@@ -221,7 +221,7 @@ class Qpalm:
         p = self.rows
         x, y = (np.zeros(len(p.reduced.gradient)), np.zeros(len(p.low))) if start is None else (
             start[0], p.dual(start[1], start[2]))
-        solver = self.new_solver()  # a used one keeps its penalties; not in its own time
+        solver = self.new_solver()  # a used solver keeps its penalties; not included in its own time
         solver.warm_start(x, y)
         solver.solve()
         info, found = solver.info, solver.solution
@@ -248,7 +248,7 @@ class Proxqp:
         settings.check_duality_gap = True
         settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = tolerance, 0.0
         settings.compute_timings = True
-        # Its automatic choice takes MINRES for large programs, which then need minutes.
+        # Its automatic choice uses MINRES for large programs, which then need minutes.
         settings.sparse_backend = proxqp.SparseBackend.SparseCholesky
         A = p.A.tocsr()
         big = 1e20
@@ -312,7 +312,7 @@ class Daqp:
 
 
 class _Casadi:
-    """A quadratic program through casadi's conic interface, compiled plug-ins of its package."""
+    """A quadratic program through casadi's conic interface, with the compiled plug-ins of its package."""
     package = "casadi"
     ladder = (1.0,)
     plugin = ""
@@ -363,7 +363,7 @@ class CasadiHpipm(_Casadi):
     def options(self, qp, tolerance):
         if not qp.stages:
             raise NotApplicable("it has no stages")
-        # At the 1e8 that casadi puts for absent sides HPIPM's complementarity never falls below its tolerance.
+        # With the 1e8 of casadi for absent bounds, the complementarity of HPIPM never falls below its tolerance.
         return {"inf": 1e6, "N": len(qp.stages) - 1, "nx": [s[0] for s in qp.stages],
                 "nu": [s[1] for s in qp.stages], "ng": [s[2] for s in qp.stages],
                 "hpipm": {"mode": "speed", "iter_max": ITERATIONS, "res_g_max": tolerance,
@@ -379,7 +379,7 @@ class CasadiQpoases(_Casadi):
         return {"printLevel": "none", "nWSR": 20000, "sparse": False, "CPUtime": 5.0}
 
     def solve(self, start):
-        self.solver = self.new_solver()  # a used one goes on from its optimum; not in its own time
+        self.solver = self.new_solver()  # a used solver starts from its optimum; not included in its own time
         return super().solve(start)
 
 
@@ -393,27 +393,27 @@ def all_peers():
 
 
 def version_of(package):
-    """None if it is not installed."""
+    """The version, or None if it is not installed."""
     import importlib.metadata
-    for path in (sys.path, [os.path.join(sys.prefix, "acados")]):  # the second: what would spoil the others
+    for path in (sys.path, [os.path.join(sys.prefix, "acados")]):  # the second folder has conflicting packages
         for found in importlib.metadata.distributions(name=package, path=path):
             return found.version
     return None
 
 
 def named_version(peer):
-    """`casadi 3.8.2: `, empty for what is no package."""
+    """`casadi 3.8.2: `, or empty if it is not a package."""
     return f"{peer.package} {version_of(peer.package)}: " if peer.package else ""
 
 
 def why_missing(peer):
-    """A sentence if the peer cannot be used, empty if it can. A package that breaks at import is missing, too."""
+    """An empty string if the peer can be used, otherwise one sentence. A package that fails at import is missing, too."""
     if hasattr(peer, "missing"):
         return peer.missing()
     if version_of(peer.package) is None:
         return not_installed(peer.package)
     try:
-        with warnings.catch_warnings(action="ignore"):  # of what else could be installed
+        with warnings.catch_warnings(action="ignore"):  # error of another installed package
             importlib.import_module(getattr(peer, "module", peer.package))
             for needed in getattr(peer, "needs", ("scipy.sparse",)):
                 importlib.import_module(needed)

@@ -1,4 +1,4 @@
-"""Our side of the suite: the process `saltus bench answer`, which is asked in JSON, line by line."""
+"""Our side of the suite: the process `saltus bench answer`, which answers requests in JSON, line by line."""
 
 import json
 import os
@@ -6,7 +6,7 @@ import subprocess
 
 
 class ProgramError(Exception):
-    """A sentence of the program about a request, or about the program itself."""
+    """An error of a request or of the program; the message is one sentence."""
 
 
 def path_of_program():

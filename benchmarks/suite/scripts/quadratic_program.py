@@ -29,7 +29,7 @@ class Matrix:
         return np.bincount(self.col, self.value * vector[self.row], self.shape[1])
 
     def csc(self):
-        import scipy.sparse  # of the peers' environment
+        import scipy.sparse  # in the peers' environment
         return scipy.sparse.csc_matrix((self.value, (self.row, self.col)), self.shape)
 
 
@@ -53,7 +53,7 @@ class QuadraticProgram:
         self.lower, self.upper = sides(data["lower"], -math.inf), sides(data["upper"], math.inf)
         self.row_lower = sides(data["row_lower"], -math.inf)
         self.row_upper = sides(data["row_upper"], math.inf)
-        self.stages = data["stages"]  # of each (states, inputs, rows besides the dynamics)
+        self.stages = data["stages"]  # per stage (states, inputs, rows besides the dynamics)
         self.guess = np.array(data["guess"]) if "guess" in data else None
         self.warm = ({key: np.array(value) for key, value in data["warm"].items()}
                      if "warm" in data else None)
@@ -64,7 +64,7 @@ class QuadraticProgram:
 
 
 def read_program(path):
-    """Throws ValueError with a sentence."""
+    """Raises ValueError with one sentence."""
     with open(path, encoding="utf-8") as file:
         try:
             data = json.load(file)
@@ -76,7 +76,7 @@ def read_program(path):
 
 
 def _largest(values):
-    """NaN counts as infinite: a residual is never flattered by it."""
+    """NaN counts as infinite, so it never hides a residual."""
     values = np.abs(values)
     return float(np.max(np.where(np.isnan(values), math.inf, values), initial=0.0))
 
@@ -87,7 +87,7 @@ def _missed(value, lower, upper):
 
 
 def _not_complementary(value, lower, upper, multiplier):
-    """multiplier x distance to the side that it pushes against; without a side it counts as it is."""
+    """multiplier x distance to its bound; without a bound the multiplier itself counts."""
     distance = np.where(multiplier > 0.0, upper - value, value - lower)
     product = np.where(np.isfinite(distance), multiplier * np.maximum(np.where(
         np.isfinite(distance), distance, 0.0), 0.0), multiplier)
@@ -95,8 +95,8 @@ def _not_complementary(value, lower, upper, multiplier):
 
 
 def kkt_residual(qp, w, row_multipliers, bound_multipliers):
-    """Stationarity, feasibility, complementarity: each the largest absolute entry, from the data of the program
-    and nothing else, as kkt_residual(SparseQp) of the framework has it."""
+    """Stationarity, feasibility, complementarity: the largest absolute entry of each, from the data of the program
+    alone, as kkt_residual(SparseQp) of the framework computes it."""
     slope = (qp.hessian.times(w) + qp.gradient + qp.jacobian.transposed_times(row_multipliers)
              + bound_multipliers)
     rows = qp.jacobian.times(w)
@@ -136,7 +136,7 @@ class Reduced:
         self.unequal = np.flatnonzero(self.row_lower < self.row_upper)
 
     def expand(self, w, row_multipliers, bound_multipliers):
-        """(w, lambda, z) of the whole program; a fixed variable's multiplier makes its slope vanish."""
+        """(w, lambda, z) of the whole program. The multiplier of a fixed variable makes its slope zero."""
         whole, z = self._fixed.copy(), np.zeros(self.qp.n)
         whole[self.free] = w
         slope = (self.qp.hessian.times(whole) + self.qp.gradient

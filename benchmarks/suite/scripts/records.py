@@ -1,4 +1,5 @@
-"""Results as lines of JSON: a head with all that is needed to repeat the run, lines of tasks, each closed by {"done": ID}."""
+"""Results as lines of JSON: a head with everything needed to repeat the run, then the lines of the tasks, each closed
+by {"done": ID}."""
 
 import json
 import os
@@ -6,16 +7,16 @@ import os
 from package import whole_file
 
 FORMAT = "saltus-bench 1"
-LONGEST = 1 << 28  # characters
-NAMED = 4  # of what differs
+LONGEST = 1 << 28  # longest line in characters
+NAMED = 4  # longest list of differences
 
 
 class RecordsError(Exception):
-    """A sentence about a file of results."""
+    """An invalid results file; the message is one sentence."""
 
 
 class Records:
-    """`tasks`: lines of every task that is complete, by its id. `cut_off`: whether lines without an end were dropped."""
+    """`tasks`: lines of every complete task, by its id. `cut_off`: True if incomplete lines were dropped."""
 
     def __init__(self, head, tasks=None, cut_off=False):
         self.head, self.tasks, self.cut_off = head, tasks or {}, cut_off
@@ -31,7 +32,7 @@ def _is_head(head):
 
 
 def _is_line(line):
-    """Of a solver on an instance, of a campaign's run, or the end of a task."""
+    """True for a line of a solver on an instance, of a run of a campaign, or of the end of a task."""
     if not isinstance(line, dict):
         return False
     if "done" in line:
@@ -66,7 +67,7 @@ def read(path):
         try:
             line = json.loads(text)
         except (RecursionError, json.JSONDecodeError):
-            break  # written in the middle of the end
+            break  # the end of the file was not written completely
         if not _is_line(line):
             raise RecordsError(f"'{path}': line {number} is not a result of `saltus bench run`")
         if "done" in line:
@@ -81,7 +82,8 @@ MADE_BY = {None: "`bench run`", "pushes": "`bench pushes`", "map": "`bench map`"
 
 
 def read_of(path, campaign):
-    """Results of that campaign, or of `bench run` (None), whole enough to be told. Throws RecordsError."""
+    """Reads results of this campaign, or of `bench run` (None), that are complete enough to report. Raises
+    RecordsError."""
     found = read(path)
     matrix, kind = found.head["matrix"], found.head["matrix"].get("campaign")
     if kind != campaign:
@@ -97,7 +99,7 @@ def task_text(task, lines):
 
 
 def append(path, task, lines):
-    """At once, so that an interrupted run leaves whole tasks and at most one that is cut off."""
+    """Appends at once, so an interrupted run leaves complete tasks and at most one incomplete task."""
     with open(path, "a", encoding="utf-8") as file:
         file.write(task_text(task, lines))
         file.flush()
@@ -105,7 +107,7 @@ def append(path, task, lines):
 
 
 def write(path, records, order):
-    """In the order of the matrix, whoever came first."""
+    """Lines in the order of the matrix."""
     with whole_file(path) as partial, open(partial, "w", encoding="utf-8") as file:
         file.write(json.dumps(records.head) + "\n")
         for task in order:
@@ -114,12 +116,12 @@ def write(path, records, order):
 
 
 def without_times(line):
-    """What any machine of one kind and any number of workers have to agree on, to the byte."""
+    """The part on which all machines of one kind and any number of workers must agree, byte by byte."""
     return {key: value for key, value in line.items() if key != "times"}
 
 
 def what_differs(head, other, keys):
-    """Of two heads, in words: `matrix differs (tolerance)`. Nothing if they are the same."""
+    """Differences of two heads in words: `matrix differs (tolerance)`. Empty if they are equal."""
     told = []
     for key in keys:
         a, b = head.get(key) or {}, other.get(key) or {}
@@ -136,7 +138,7 @@ def what_differs(head, other, keys):
 
 
 def all_of(parts):
-    """Of several machines or programs as one: where they differ, each."""
+    """Combines several machines or programs: differing values are joined."""
     found = {}
     for key in parts[0]:
         values = list(dict.fromkeys(str(part.get(key, "")) for part in parts))
@@ -145,13 +147,13 @@ def all_of(parts):
 
 
 def without_program(head):
-    """Every machine may have built the program for itself: of one commit its file need not be the same."""
+    """Each machine may have built the program itself, so the program file of one commit may differ."""
     known = head["saltus"].get("commit", "unknown") != "unknown"
     return {**head, "saltus": {**head["saltus"], "program": ""}} if known else head
 
 
 def merge(paths):
-    """Shards of one matrix as one, and sentences on what was not the same for all. Throws RecordsError."""
+    """Merges shards of one matrix. Also returns sentences on differences. Raises RecordsError."""
     all_records = [read(path) for path in paths]
     heads = [records.head for records in all_records]
     for path, head in zip(paths, heads):

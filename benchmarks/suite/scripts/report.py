@@ -1,4 +1,4 @@
-"""`bench report`: one page with all pictures inside, which opens offline."""
+"""`bench report`: one page that includes all pictures, for offline use."""
 
 import html
 import io
@@ -29,7 +29,7 @@ def colour_of(names):
 
 
 def style_of(names, styles):
-    """By which solvers of the same colour are told apart."""
+    """Styles that distinguish solvers of the same colour."""
     return {name: styles[i // len(COLOURS) % len(styles)] for i, name in enumerate(names)}
 
 
@@ -37,7 +37,7 @@ LINES, MARKERS = ("-", "--", ":"), ("o", "^", "s")
 
 
 def picture(draw, width=9.0, height=4.2):
-    """What `draw(axes)` draws, as SVG that stands in the page."""
+    """The output of `draw(axes)` as inline SVG."""
     import matplotlib
     matplotlib.use("svg")
     matplotlib.rcParams["svg.fonttype"] = "path"
@@ -52,12 +52,12 @@ def picture(draw, width=9.0, height=4.2):
     return text.getvalue()[text.getvalue().index("<svg"):]
 
 
-IN_A_COLUMN = 15  # names of a legend beside a picture
+IN_A_COLUMN = 15  # labels of a legend next to a picture
 
 
 def legend_beside(axes):
     names = axes.get_legend_handles_labels()[1]
-    if names:  # none where nothing was solved
+    if names:  # no lines if nothing was solved
         axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), markerscale=1.5, fontsize=8,
                     ncols=-(-len(names) // IN_A_COLUMN))
 
@@ -74,7 +74,7 @@ def times_by_instance(cells):
 
 
 def performance_profile(cells, colours):
-    """Of all instances that anybody solved: the share that a solver solves within a factor of the fastest."""
+    """The fraction of all instances solved by any solver that a solver solves within a factor of the fastest."""
     times = times_by_instance(cells)
     instances = sorted({key for mine in times.values() for key in mine})
     best = {key: min(mine[key] for mine in times.values() if key in mine) for key in instances}
@@ -97,7 +97,7 @@ def performance_profile(cells, colours):
 
 
 def slope(points):
-    """Of a straight line through the logarithms."""
+    """Slope of a line fitted to the logarithms."""
     x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
     mean_x, mean_y = statistics.mean(x), statistics.mean(y)
     return (sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y))
@@ -195,7 +195,7 @@ def html_table(rows, marked=lambda row, i: ""):
 
 
 def mark_first(row, i):
-    """Class of the fastest and of cells in which something was missed; only who missed nothing is first."""
+    """Classes of the fastest solver and of cells with failures. Only a solver without failures is first."""
     if i == 0:
         return ""
     times = {k: float(text) for k, text in enumerate(row) if k and text.isdigit()}
@@ -205,7 +205,7 @@ def mark_first(row, i):
 
 
 def ratio_rows(tasks, cells, names):
-    """Of every solver: its time over that of riccati, instance by instance."""
+    """Time of every solver divided by that of riccati, instance by instance."""
     names = [n for n in names if any((task, n) in cells for task in tasks)]
     yield ["time / riccati's", *[n for n in names if n != "riccati"]]
     for task in tasks:
@@ -246,7 +246,7 @@ def failure_rows(cells, names):
 
 
 def not_first(records, cells):
-    """Sentences on tasks where none of ours is the fastest of those who solved all."""
+    """Sentences on tasks in which none of our solvers is the fastest of those that solved everything."""
     for task in records.tasks:
         medians = {}
         for (where, solver), lines in cells.items():

@@ -21,7 +21,7 @@ def is_nonlinear(task):
 
 
 def groups(records):
-    """Tasks of quadratic programs and of nonlinear problems, which have other solvers; only what is there."""
+    """Tasks of quadratic programs and of nonlinear problems, which have different solvers; only those that exist."""
     both = [[t for t in records.tasks if is_nonlinear(t) == kind] for kind in (False, True)]
     return [tasks for tasks in both if tasks]
 

@@ -1,8 +1,8 @@
-"""One task of a run: all solvers on the instances of one problem, in turns, each answer judged.
+"""One task of a run: all solvers on the instances of one problem, alternating, with a check of every answer.
 
-A task is a run of the program, `saltus bench task JSON`, with lines of JSON as its output: {"trying": SOLVER} before a
-solver is called for the first time (a peer that crashes takes the process with it: the last such line names it),
-one line per solver and instance, {"done": ID} at the end.
+A task is a run of the program, `saltus bench task JSON`, which prints lines of JSON: {"trying": SOLVER} before the
+first call of a solver (if a peer ends the process, the last such line names it), one line per solver and instance, and
+{"done": ID} at the end.
 """
 
 import contextlib
@@ -28,11 +28,11 @@ from quadratic_program import kkt_residual, read_program
 from toy import Endless, Toy
 
 OURS = ("riccati", "sparse", "ipopt")  # the last on nonlinear programs only
-# Both judges add the same terms in another order.
+# Both checks add the same terms in different order.
 JUDGES_AGREE = 1e-10
-PATIENCE = float(os.environ.get("SALTUS_BENCH_PATIENCE", "10"))  # s of the processor; who needs more for one solve has missed, and who needs more for a repetition has one
-SLOW_US = 1e5  # buffers that are warm make no difference to solves above this
-PROBES = 3  # instances on which the accuracy to ask for is found
+PATIENCE = float(os.environ.get("SALTUS_BENCH_PATIENCE", "10"))  # processor seconds; a longer solve fails, and a longer repetition is not repeated
+SLOW_US = 1e5  # warm caches do not matter above this time
+PROBES = 3  # instances that determine the tolerance to request
 
 
 def peer_named(name):
@@ -41,8 +41,8 @@ def peer_named(name):
 
 @contextlib.contextmanager
 def one_at_a_time():
-    """Tasks that are timed run one at a time on a machine, whoever started them."""
-    name = f"timing-{socket.gethostname()}.lock"  # homes may be shared by machines
+    """A lock, so timed tasks run one at a time on a machine."""
+    name = f"timing-{socket.gethostname()}.lock"  # home folders may be shared by machines
     with open(os.path.join(cache_folder(), name), "a", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
@@ -50,8 +50,8 @@ def one_at_a_time():
 
 @contextlib.contextmanager
 def patience():
-    """Code of others cannot be interrupted: a solve that takes too long ends the process by SIGPROF, by which the engine knows
-    it. Counted is time of the processor, which hardly depends on what else the machine does."""
+    """Limits a solve. Foreign code cannot be interrupted, so SIGPROF ends the process, which tells the engine. The
+    limit counts processor time, which hardly depends on other load."""
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
         yield
@@ -64,7 +64,7 @@ def thread_us():
 
 
 def process_us():
-    """For solvers that work in a thread of their own."""
+    """For solvers with threads of their own: no interrupt."""
     return 1e-3 * time.process_time_ns()
 
 
@@ -102,7 +102,7 @@ class Peer:
         self.last_us = 0.0
 
     def run(self, qp, tolerance, is_timed=True):
-        """The judged answer and its times; not `is_timed`: of the first solve, without warm buffers."""
+        """The checked answer and its times. Without `is_timed`: of the first solve, with cold caches."""
         if tolerance != self.tolerance:
             begin = thread_us()
             self.solver = self.adapter(qp, tolerance)
@@ -113,7 +113,7 @@ class Peer:
                     getattr(self.solver, "rows", None), "reduced", None)
                 self.start = reduced.warm() if reduced else whole
         if is_timed and self.last_us < SLOW_US:
-            self.solver.solve(self.start)  # warm buffers, as ours
+            self.solver.solve(self.start)  # warm caches, as for ours
         clock = process_us if getattr(self.adapter, "has_threads", False) else thread_us
         with patience():
             begin = clock()
@@ -128,7 +128,7 @@ class Peer:
 
 
 class OursNonlinear(Ours):
-    """The judge is in the program here, for everybody: the problem is there, in formulas."""
+    """For nonlinear programs the program itself checks all answers, because it has the formulas."""
 
     def run(self, qp, tolerance, is_timed=True):
         answer = self.program.ask(**self.request, tolerance=tolerance)
@@ -153,7 +153,7 @@ class NonlinearPeer(Peer):
 
 
 def judged_by(answer):
-    """What the program found, where it is no number as infinity."""
+    """The residuals of the program, with NaN as infinity."""
     number = lambda v: math.inf if v is None else v  # noqa: E731
     return {"objective": number(answer["objective"]), "optimum": answer["optimum"],
             "margin": answer["margin"], "kkt": {k: number(v) for k, v in answer["kkt"].items()}}
@@ -171,11 +171,11 @@ def judged(qp, w, row_multipliers, bound_multipliers):
 
 
 def verdict(answer, accepted):
-    """A miss is a failure whatever it is called."""
+    """A wrong answer is a failure for any reported status."""
     if not answer.get("judges_agree", True):
         return "judges disagree"
     if max(answer["kkt"].values()) <= accepted:
-        # Of nonlinear programs the best optimum is known, and there may be others.
+        # The best optimum of nonlinear programs is known, and there may be others.
         if answer.get("margin") and answer["objective"] > answer["optimum"] + answer["margin"]:
             return "worse optimum"
         return "solved"
@@ -183,14 +183,15 @@ def verdict(answer, accepted):
 
 
 def probes(numbers):
-    """The first, the last and what lies in the middle."""
+    """The first, the last and the middle instance."""
     numbers = list(numbers)
     return sorted({numbers[i * (len(numbers) - 1) // (PROBES - 1)] for i in range(PROBES)})
 
 
 def choose_tolerance(runs, programs, accepted):
-    """(the loosest of what a solver can be asked for with which the judge accepts the instances probed, else the one with
-    which it accepts most; how many it accepts): criteria differ, and nobody is to lose for being asked in the wrong unit."""
+    """(the loosest tolerance of a solver with which the probed instances pass the check, or the one with which most
+    pass; the number that pass). Criteria of solvers differ, and none must lose because of its definition of the
+    tolerance."""
     best, best_count = None, -1
     numbers = probes(runs)
     for factor in next(iter(runs.values())).ladder:
@@ -205,12 +206,12 @@ def choose_tolerance(runs, programs, accepted):
     return best, best_count
 
 
-# From good to bad: of several repetitions the worst is told.
+# From good to bad: the worst of several repetitions is reported.
 SEVERITY = ("", "solved", "worse optimum", "gave up", "wrong", "judges disagree", "error")
 
 
 def keep_worst(known, answer, found):
-    """A repetition's answer in place of those before, unless they were worse."""
+    """Replaces earlier repetitions by this answer, unless they were worse."""
     if SEVERITY.index(found) >= SEVERITY.index(known["verdict"]):
         known.update(answer)
         known["verdict"] = found
@@ -226,7 +227,7 @@ def failure(task, solver, number, cause, sentence):
 
 
 def measure(task, solver, runs, programs, results):
-    """Adds to results[number] of the solver one more answer with its times."""
+    """Adds one more answer with its times to results[number] of the solver."""
     for number, run in runs.items():
         answer, times = run.run(programs[number], results[number]["asked"])
         known = results[number]
@@ -256,7 +257,7 @@ def is_nonlinear(task):
 
 
 def solver_on(program, solver, task, qp):
-    """What run() is asked of."""
+    """The arguments of run()."""
     if is_nonlinear(task):
         return (OursNonlinear(program, solver, task, qp) if solver in OURS
                 else NonlinearPeer(program, peer_named(solver), task, qp))
@@ -290,7 +291,7 @@ def run_task(task):
                         say(failure(task, solver, number, "error",
                                     f"{type(error).__name__}: {str(error)[:200]}"))
                     continue
-                if accepted == 0:  # no probe whatever it was asked for: the others are spared
+                if accepted == 0:  # no probe passed with any tolerance: skip the other instances
                     mine = {number: mine[number] for number in probes(mine)}
                 runs[solver] = mine
                 results[solver] = {number: {**failure(task, solver, number, "", ""),

@@ -1,5 +1,5 @@
-"""A solver that is wrong, and says that it is right, and one that does not end: what judge and engine are tested with. Chosen by
-their names only."""
+"""A solver that returns wrong answers as solved, and one that does not end, to test the check and the engine. They are
+selected by name only."""
 
 import numpy as np
 

@@ -1,4 +1,5 @@
-"""Quadratic programs in stages as trajectories, for solvers that know states, inputs and a given start, and no other variables."""
+"""Quadratic programs with stages as trajectories, for solvers of states and inputs with a given start, without other
+variables."""
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from quadratic_program import Whole
 
 
 class Trajectory:
-    """The stages with the start x_0 as their first state, which solvers of trajectories hold themselves."""
+    """The stages with the start x_0 as their first state, which trajectory solvers keep themselves."""
 
     def __init__(self, qp):
         if not qp.stages or len(qp.stages) < 2:
@@ -23,7 +24,7 @@ class Trajectory:
         self.rows = [self._rows(k) for k in range(len(self.stages))]
 
     def _rows(self, k):
-        """(C, D, low, high) of low <= C x + D u <= high: rows, then sides of states but the first, then of inputs."""
+        """(C, D, low, high) of low <= C x + D u <= high: rows, then bounds of states except the first, then of inputs."""
         s = self.stages[k]
         C, D, low, high = [s.C], [s.D], [s.low], [s.high]
         if k > 0:
@@ -38,7 +39,7 @@ class Trajectory:
         return np.vstack(C), np.vstack(D), np.concatenate(low), np.concatenate(high)
 
     def split(self, w):
-        """(states, inputs) of a point; of None the given start, then zeros."""
+        """(states, inputs) of a point; for None the given start, then zeros."""
         if w is None:
             w = np.zeros(self.qp.n)
             w[:self.nx] = self.start
@@ -60,7 +61,7 @@ class Trajectory:
         return w
 
     def joined_multipliers(self, w, costates, pushes):
-        """(lambda, z); what holds the start makes its slope vanish."""
+        """(lambda, z); the multipliers of the start make its slope zero."""
         rows, bounds = np.zeros(self.qp.m), np.zeros(self.qp.n)
         for k, s in enumerate(self.stages):
             if k + 1 < len(self.stages):
@@ -73,5 +74,5 @@ class Trajectory:
         return rows, bounds
 
     def slope(self, w, rows):
-        """Of the Lagrangian without the bounds' part."""
+        """Gradient of the Lagrangian without the bounds."""
         return self.qp.hessian.times(w) + self.qp.gradient + self.qp.jacobian.transposed_times(rows)
