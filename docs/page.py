@@ -3,14 +3,14 @@
 
 Usage: page.py PAGE PROGRAMS [--write]
 
-PROGRAMS is the folder with the programs that PAGE names; their sources are in the folder called like
+PROGRAMS is the folder of the programs that PAGE names; their sources are in the folder with the name of
 PAGE without its ending. Without --write nothing is changed: the exit status is 1 if the page shows
-other lines or another output. With it lines and output are put into the page and, where a program
-NAME_N leaves tables in step_N, its picture into the folder; pictures need matplotlib.
+other lines or another output. With --write the page is updated and, if a program NAME_N writes tables
+to step_N, its picture is drawn into the folder; pictures need matplotlib.
 
-In the page, `<!-- code: FILE "FROM" "TO" -->` shows the lines of FILE from the first that holds FROM
-to the next that holds TO (of a lone brace: that closes what began there), and `<!-- output: NAME -->`
-what program NAME prints, each up to `<!-- end -->`.
+In the page, `<!-- code: FILE "FROM" "TO" -->` shows the lines of FILE from the first that contains FROM
+to the next that contains TO (for a lone brace: the matching one), and `<!-- output: NAME -->` the
+output of program NAME, each up to `<!-- end -->`.
 """
 
 import os

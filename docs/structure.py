@@ -5,7 +5,7 @@ Usage: structure.py [--draw FILE.svg]
 
 Prints the lines of text per folder, and per component the public headers (framework/cmake/public_headers.txt) with the
 types that they define. --draw writes the include graph between folders of the libraries and programs, without arrows
-that follow from others; it needs Graphviz (Debian: graphviz). Status 1 if folders include each other in a cycle, or a
+that longer paths imply; it needs Graphviz (Debian: graphviz). Status 1 if folders include each other in a cycle, or a
 folder includes one above it (tests/packaging/check_layers.py); the reasons are printed.
 """
 
@@ -96,7 +96,7 @@ def print_face():
 
 
 def reduced(graph):
-    """The graph without arrows that a longer way replaces."""
+    """The graph without edges that a longer path replaces."""
     reach = {}
 
     def reachable(node):

@@ -59,7 +59,7 @@ def time_axis(axes, end, y=0.0):
 
 
 def modes():
-    """Phases one behind the other; a schedule of modes inside a phase."""
+    """Consecutive phases, and a schedule of modes inside a phase."""
     figure, axes = new_axes(2.9, 10.6, 3.9)
     label(axes, 2.95, "phases")
     bar(axes, 0.0, 3.6, 2.7, "push off", text="push off\nx in R2, u in R1")
@@ -81,7 +81,7 @@ def modes():
 
 
 def windows():
-    """Half-open windows, and what stands at their ends."""
+    """Half-open windows and their ends."""
     figure, axes = new_axes(3.2, 10.6, 4.6)
     nodes = [0.0, 1.4, 2.8, 3.6, 4.2, 5.6, 7.0, 8.4, 9.8]
     axes.plot([0.0, 9.8], [3.5, 3.5], color="black", linewidth=1.0)
@@ -103,7 +103,7 @@ def windows():
 
 
 def events():
-    """One that the schedule says, one that the state decides, one that comes early or late."""
+    """Events from the schedule, from the state, and early or late ones."""
     figure, axes = new_axes(3.6, 10.6, 5.2)
     label(axes, 4.3, "in the schedule")
     bar(axes, 0.0, 5.0, 4.05, "left")
@@ -130,7 +130,7 @@ def events():
 
 
 def conventions():
-    """The axes of world, foot and robot; what stands in a wrench."""
+    """The axes of world, foot and robot, and the entries of a wrench."""
     figure, axes = new_axes(3.3, 10.6, 4.8, bottom=0.0, left=0.0)
 
     def frame(x, y, name, turn=(0.95, 0.0, -0.45, -0.32)):

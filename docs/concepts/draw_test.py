@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do the drawings of docs/concepts.md say what their script says? Skipped (77) without matplotlib."""
+"""Checks that the drawings of docs/concepts.md have the texts of their script. Skipped (77) without matplotlib."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ except ModuleNotFoundError as error:
 
 
 def words(path):
-    """All texts in their order; where they stand depends on matplotlib's version."""
+    """All texts in order; their positions depend on the version of matplotlib."""
     return [text.text for text in ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}text")]
 
 

@@ -4,8 +4,8 @@
 Usage: make.py OUT
 
 OUT/html/index.html is the first page. Doxygen makes it from the public headers and the pages (.md) of the
-project; the exit status is 1 on any warning, a public name without a comment among them, and on a link
-that leads nowhere. Needs Debian's packages doxygen and doxygen-awesome-css.
+project. The exit status is 1 on any warning, including public names without a comment, and on a dead
+link. Needs Debian's packages doxygen and doxygen-awesome-css.
 """
 
 import html.parser
@@ -52,12 +52,12 @@ def label(page):
 
 
 def anchor(page, heading):
-    """Of a heading by its slug."""
+    """The anchor of a heading."""
     return f"{label(page)}__{heading.replace('-', '_')}"
 
 
 def slug(heading):
-    """As GitHub names the anchor of a heading."""
+    """The anchor of a heading on GitHub."""
     text = re.sub(r"[`*\[\]]|\(\S*?\)(?=\])", "", heading.strip().lower())
     return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
 
@@ -66,7 +66,7 @@ def slug(heading):
 
 
 class Page:
-    """A page as Doxygen takes it: headings with names, links to pages and headers, pictures beside it."""
+    """A page in the form for Doxygen: headings with names, links to pages and headers, pictures next to it."""
 
     def __init__(self, name, names, headers, pictures, lacking):
         self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
@@ -105,7 +105,7 @@ class Page:
         return f'<img src="{flat}" alt="{said}" class="picture"/>'
 
     def words(self, line):
-        parts = re.split(r"(`[^`]*`)", line)  # nothing is changed in code
+        parts = re.split(r"(`[^`]*`)", line)  # code is not changed
         codes = [part for part in parts if part.startswith("`")]
         line = "".join("\0" if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
 
@@ -128,7 +128,7 @@ class Page:
         for line in lines:
             if line.lstrip().startswith("```"):
                 is_code = not is_code
-                # Doxygen knows few languages by name; shells it shows as they are.
+                # Doxygen knows few languages; it shows shell code unchanged.
                 out.append(re.sub(r"```(sh|yaml|cmake|json|text)$", "```", line))
                 continue
             if is_code or re.match(r"<!--.*-->$", line):
@@ -200,7 +200,7 @@ def version():
 
 
 def write_header(out):
-    """Doxygen's own head with the theme's scripts in it."""
+    """The page header of Doxygen with the scripts of the theme."""
     head = os.path.join(out, "header.html")
     subprocess.run(["doxygen", "-w", "html", head, os.path.join(out, "footer.html"), os.path.join(out, "style.css")],
                    check=True, capture_output=True)
@@ -237,7 +237,7 @@ def run_doxygen(out, files, pictures):
 
 
 def drop_dead_summaries(folder):
-    """Doxygen links from the head of a page to lists that it leaves out where all in them is private."""
+    """Removes links from the head of a page to lists that Doxygen omits because all entries are private."""
     for name in os.listdir(folder):
         if name.endswith(".html"):
             path = os.path.join(folder, name)
@@ -253,7 +253,7 @@ def drop_dead_summaries(folder):
 
 
 class Links(html.parser.HTMLParser):
-    """What a page refers to, and what can be referred to in it."""
+    """The references of a page, and its anchors."""
 
     def __init__(self):
         super().__init__()
@@ -271,7 +271,7 @@ class Links(html.parser.HTMLParser):
 
 
 def check_links(folder):
-    """Sentences on links between pages that lead nowhere and on what would be loaded from a network."""
+    """Sentences on dead links between pages and on resources from a network."""
     pages, wrong = {}, []
     for name in sorted(os.listdir(folder)):
         if name.endswith(".html"):
@@ -296,7 +296,7 @@ def check_links(folder):
 
 
 def clear(out):
-    """An empty folder, unless what is there is of somebody else."""
+    """Creates an empty folder, and rejects one with other files."""
     os.makedirs(out, exist_ok=True)
     mark = os.path.join(out, MARK)
     if os.listdir(out) and not os.path.exists(mark):

@@ -3,15 +3,15 @@
 
 Usage: public_headers.py OUT
 
-Comments in Saltus's headers are for who reads them there. For Doxygen are rewritten, line by line so
-that numbers of lines stay:
+The comments of the headers are written for readers of the source. For Doxygen these are rewritten, without changing
+line numbers:
 
-- the first comment of a header, `// One idea.`, which is that of its file;
-- a comment behind a declaration, `double thrust;  // N`, which is that of the declaration;
-- several names in one declaration, `double x, y;  ///< m`, and functions one below the other under one comment:
-  the comment is that of each;
-- constructors and assignments that copy or move, which are left out; what is defaulted or deleted, and arithmetic of
-  automatic differentiation, which say so.
+- the first comment of a header, `// One idea.`, documents the file;
+- a comment after a declaration, `double thrust;  // N`, documents the declaration;
+- for several names in one declaration, `double x, y;  ///< m`, and consecutive functions under one comment, the comment
+  documents each;
+- copy and move constructors and assignments are omitted; defaulted and deleted functions and the arithmetic of
+  automatic differentiation receive a comment.
 """
 
 import glob
@@ -28,7 +28,7 @@ FUNCTION = re.compile(r"^(\s*)(?!return |using |friend )([\w:<>,&*\[\] ]+ \w+\([
 AS_MADE = re.compile(r"^(\s*)(\S.*=\s*(default|delete);.*)$")
 COPIES = re.compile(r"^(\s*)(?:(\w+)\(const \2&[^,)]*\)|(\w+)& operator=\(const \3&[^,)]*\))(?: noexcept)?;")
 MOVES = re.compile(r"^(\s*)(?:(\w+)\(\2&&[^,)]*\)|(\w+)& operator=\(\3&&[^,)]*\))(?: noexcept)?;")
-# Of numbers that carry more than a value; what they do needs no words.
+# Of types that carry derivatives or dependence; their operators need no comment.
 ARITHMETIC = re.compile(
     r"^\s*(?:\[\[gnu::\w+\]\] )?(?:friend |static )?[\w:]+(?:<[^>]*>)?&? (?:operator[-+*/<>=!]+|sin|cos|tan|asin|acos"
     r"|atan|sinh|cosh|tanh|exp|log|sqrt|abs|min|max|atan2|hypot|pow|combine)\(")
@@ -37,7 +37,7 @@ AUTODIFF = ("saltus/autodiff/dual.hpp", "saltus/autodiff/math.hpp", "saltus/auto
 
 
 def public_headers():
-    """[(as it is included below saltus/, file)], in order."""
+    """[(path below saltus/, file)], in order."""
     found = {}
     with open(LIST, encoding="utf-8") as file:
         patterns = [line.split()[1] for line in file if line.strip() and not line.startswith("#")]
@@ -62,7 +62,7 @@ def declarators(text):
 
 
 def one_by_one(line, above):
-    """`double a, b;  ///< m` as two declarations that both are m."""
+    """Splits `double a, b;  ///< m` into two declarations with the same comment."""
     match = SEVERAL.match(line)
     if not match or match[2] in ("return", "using", "friend", "case", "template", "operator"):
         return line
@@ -75,7 +75,7 @@ def one_by_one(line, above):
 
 
 def begins_at(out):
-    """Where the statement begins that the next line goes on with: behind `template <...>` and `requires`."""
+    """Index of the first line of the statement that the next line continues, after `template <...>` and `requires`."""
     at = len(out)
     while at > 0 and re.match(r"\s*(template\s*<.*>|requires .*)\s*$", out[at - 1]):
         at -= 1
@@ -83,7 +83,7 @@ def begins_at(out):
 
 
 def as_words(line):
-    """What Doxygen would take for a command or for HTML in a comment, as it stands there."""
+    """Escapes what Doxygen would interpret as a command or as HTML."""
     code, mark, words = line.partition("//")
     if not mark:
         return line

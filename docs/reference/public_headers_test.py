@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What Doxygen is given for what stands in a header, and which links count as dead."""
+"""Checks the rewritten headers for Doxygen, and which links count as dead."""
 
 import os
 import subprocess
@@ -75,7 +75,7 @@ class Pages(unittest.TestCase):
 
 class Script(unittest.TestCase):
     def refused(self, folder, out):
-        """What ./saltus docs says, called in that folder with a word too many."""
+        """The error of ./saltus docs, called in this folder with an extra argument."""
         done = subprocess.run([os.path.join(make.ROOT, "saltus"), "docs", "--out", out, "one-too-many"], cwd=folder, text=True,
                               capture_output=True, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
@@ -85,7 +85,7 @@ class Script(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             os.makedirs(os.path.join(folder, "mine"))
             self.assertIn("one-too-many", self.refused(folder, "mine"))
-            self.assertIn("one-too-many", self.refused(folder, "docs"))  # there is one in the clone
+            self.assertIn("one-too-many", self.refused(folder, "docs"))  # the clone has a folder of this name
             with open(os.path.join(folder, "mine/a.txt"), "w", encoding="utf-8") as file:
                 file.write("a")
             self.assertIn("the folder has other files", self.refused(folder, "mine"))

@@ -1,5 +1,5 @@
-"""Tables of push recovery that set one choice beside another: when to step, what the real robot loses, the baseline's
-constants, solvers, whole-body controllers."""
+"""Tables of push recovery that compare choices: the time of the step, the losses of the real robot, the constants of
+the baseline, solvers, and whole-body controllers."""
 
 import statistics
 
@@ -20,7 +20,7 @@ def momentum_or_reason(run):
     return cell
 
 
-# --- when to step, and where ----------------------------------------------------------------------
+# --- time and decision of the step ----------------------------------------------------------------
 
 CONDITIONS = (("ideal", PAPER), ("ideal", {}), ("measured", {}))
 
@@ -32,7 +32,7 @@ def decided(word, *pushes, duration=0.1):
 
 
 def recovered_with(condition):
-    """How many, and their largest |H|."""
+    """The number of recovered runs, and their largest |H|."""
     def cell(row, summaries):
         count = len(summaries) // len(CONDITIONS)
         part = summaries[condition * count:(condition + 1) * count]
@@ -55,12 +55,12 @@ DECISIONS = Table(
     quick=False)
 
 
-# --- what measured sensors lose -------------------------------------------------------------------
+# --- losses by measured sensors -------------------------------------------------------------------
 
 def with_short_steps(degrees):
     def run(size, sensors):
         if degrees == 270 and sensors == "measured":
-            return as_it_is(size, 0.3, 1)  # a run of the table `robot`, too
+            return as_it_is(size, 0.3, 1)  # also a run of the table `robot`
         return toward(degrees, size, sensors, **{"step.duration": 0.3})
     return Row(COMPASS[degrees], [run(size, sensors) for size in (8, 10) for sensors in ("ideal", "measured")])
 
@@ -123,7 +123,7 @@ STANDING, STEPPING = (3.5, 4, 4.2, 4.4, 4.6, 4.8), (4, 5, 5.5, 6, 8)
 
 
 def of_controller(controller, stepping):
-    """Empty where that size was not run so."""
+    """Empty for impulses without such a run."""
     def cell(row, summaries):
         for summary, settings in zip(summaries, row.runs):
             if (settings.get("whole_body.controller", "inverse_dynamics") == controller

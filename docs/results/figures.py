@@ -1,4 +1,4 @@
-"""Tables of single figures: each row has a name, a value in words and numbers, and the runs that it comes from."""
+"""Tables of single figures. Each row has a name, a value in words and numbers, and the runs that determine it."""
 
 import dataclasses
 import math
@@ -14,7 +14,7 @@ from tables import README, ROBOT, TABLES, as_it_is, in_dart, look_up, markdown, 
 
 @dataclasses.dataclass
 class Figure:
-    """One row. A field for words such as {} is empty while the claim holds, and says VIOLATED otherwise."""
+    """One row. A field for words such as {} is empty if the claim holds, and VIOLATED otherwise."""
     name: str
     value: str  # with {} for the numbers
     runs: List[Dict[str, object]]  # settings of push_recovery
@@ -27,7 +27,7 @@ class Figure:
 
 @dataclasses.dataclass
 class Figures:
-    """A table of figures that are no rows of another table."""
+    """A table of figures that are not rows of other tables."""
     title: str
     rows: List[Figure]
     readme: str = README
@@ -51,12 +51,12 @@ def momentum(summary):
 
 
 def all_recovered(summaries):
-    """Empty if all recovered; otherwise the runs that did not, which differs from what is printed."""
+    """Empty if all recovered; otherwise the other runs, which then differ from the printed text."""
     return "".join(f" VIOLATED: {s['push_impulse_ns']:g} N s: {s['reason']}" for s in summaries if not s["recovered"])
 
 
 def furthest(summary):
-    """The largest distance of the capture point from where it was when the push began, m."""
+    """The largest distance of the capture point from its position at the start of the push, m."""
     rows = [(float(r["t"]), float(r["icp_x"]), float(r["icp_y"]))
             for r in rows_of(summary["folder"], "trajectory.csv")]
     _, x, y = next(r for r in rows if r[0] > summary["push_start_s"] - 1e-9)
@@ -64,7 +64,7 @@ def furthest(summary):
 
 
 def early(size, **settings):
-    """Pushed at 0.3 s, which spares two seconds of standing."""
+    """A push at 0.3 s, which saves two seconds of standing."""
     return in_dart(size, push__start=0.3, **settings)
 
 
@@ -94,7 +94,7 @@ def mean_iterations(summary):
 
 
 def planned(summary):
-    """When the planned forces of both feet have settled, s after the last landing."""
+    """Settling time of the planned forces of both feet, s after the last landing."""
     return max(summary["force_settling"][f"planned_{foot}_s"] for foot in ("left", "right"))
 
 
@@ -105,7 +105,7 @@ def apart(a, b):
 
 
 def left_the_sole(summary):
-    """When the capture point left the stance sole to the right, s after the push began."""
+    """The time at which the capture point leaves the stance sole to the right, s after the start of the push."""
     edge = min(y for _, y in summary["left_sole"])
     return next(t for t, y in zip(column(summary, "t"), column(summary, "icp_y")) if y < edge) - summary["push_start_s"]
 
@@ -121,14 +121,14 @@ def cells_of_the_map(programs, name):
 
 
 def of_the_map(programs):
-    """Cells that were run and cells that were spared, each with the number of all cells."""
+    """The numbers of cells that were run and skipped, each with the number of all cells."""
     cells = cells_of_the_map(programs, "map_centroidal")
     run = [cell for cell in cells if cell["outcome"] != "not_run" and not cell["known_from"]]
     return [len(run), len(cells), sum(cell["outcome"] == "not_run" for cell in cells), len(cells)]
 
 
 def slips_of_the_map(programs):
-    """Of the MPC in DART, mm: forward with 15 N s, back right with 7 and 9."""
+    """Slip of the MPC in DART, mm: forward with 15 N s, back right with 7 and 9."""
     cells = {(cell["direction_deg"], cell["impulse_ns"]): cell["reason"]
              for cell in cells_of_the_map(programs, "map_dart") if cell["controller"] == "mpc"}
     return [int(re.search(r"slipped by (\d+) mm", cells[key]).group(1))
@@ -136,7 +136,7 @@ def slips_of_the_map(programs):
 
 
 def stairs(programs):
-    """Largest steps in cost between neighbouring impact times, rounded to grids of 10 and 50 ms."""
+    """Largest steps in cost between adjacent impact times, rounded to grids of 10 and 50 ms."""
     rows = rows_of(*os.path.split(programs.beside("impact_sweep")))
     found = []
     for grid in ("10", "50"):
@@ -148,7 +148,7 @@ def stairs(programs):
 
 
 def other_icubs(programs):
-    """Of the package icub-models, which the set-up fetches."""
+    """Other models of the package icub-models, which the set-up downloads."""
     found = []
     for name in ("iCubGazeboV2_7", "iCubGenova02", "iCubGenova11"):
         urdf = os.path.join(os.path.dirname(programs.program), "venv/share/iCub/robots", name, "model.urdf")
@@ -163,7 +163,7 @@ def on_two_feet(degrees, size):
 
 
 def after_a_landing(degrees, later):
-    """7 N s to the right, and 6 N s so long after the landing, which comes 0.4 s after the first."""
+    """7 N s to the right, then 6 N s this long after the landing, which comes 0.4 s after the first push."""
     return toward(270, 7, "measured", **{"step.planner": "reactive", "pushes": f"{1 + 0.4 + later:g} 6 {degrees:g}"})
 
 
@@ -177,7 +177,7 @@ def recovered(summaries):
 
 
 def swing(summary):
-    """Of the first step, s."""
+    """Duration of the first step, s."""
     return summary["steps"][0]["touchdown_s"] - summary["steps"][0]["lift_off_s"]
 
 

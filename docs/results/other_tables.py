@@ -17,7 +17,7 @@ STEP_PLANNING = "problems/push_recovery/step_experiments.md"
 
 @dataclasses.dataclass
 class Suite:
-    """Cases of the library with what was found and what is known."""
+    """Cases of the library with computed and known values."""
     title: str
     cases: Tuple[str, ...]
     readme: str = "problems/README.md"
@@ -48,7 +48,7 @@ class Suite:
 
 @dataclasses.dataclass
 class Solvers:
-    """How many cases of the library each solver meets."""
+    """The number of cases of the library that each solver solves."""
     title: str
     readme: str = "README.md"
     quick: bool = False
@@ -102,7 +102,7 @@ class Library:
 
 
 def unbroken(rows, controller, step_time, direction):
-    """The largest impulse up to which all were recovered, and the bound of the pendulum there."""
+    """The largest impulse up to which all pushes are recovered, and the bound of the pendulum there."""
     cells = sorted((float(r["impulse_ns"]), r["outcome"], float(r["bound_ns"])) for r in rows
                    if r["controller"] == controller and float(r["step_time_s"]) == step_time
                    and float(r["direction_deg"]) == direction)
@@ -166,7 +166,7 @@ class Map:
 
 @dataclasses.dataclass
 class Lost:
-    """The largest push up to which all are recovered: of the map in DART, and of the table `stepping`."""
+    """The largest push up to which all pushes are recovered, of the map in DART and of the table `stepping`."""
     title: str
     readme: str = README
     quick: bool = False
@@ -205,7 +205,7 @@ class Lost:
 
 @dataclasses.dataclass
 class StepMap:
-    """What each freedom of the planner of steps wins on the pendulum, by the program step_map, and the picture of it."""
+    """The gain from each freedom of the step planner on the pendulum, from the program step_map, with its picture."""
     title: str
     picture: str
     readme: str = README
@@ -237,7 +237,7 @@ class StepMap:
 
 @dataclasses.dataclass
 class Humanoids:
-    """Robots that nobody described, from their URDF alone."""
+    """Other humanoids, described from their URDF alone."""
     title: str
     readme: str = "robots/README.md"
     quick: bool = False
@@ -272,14 +272,15 @@ class Humanoids:
 
 @dataclasses.dataclass
 class Freedoms:
-    """What each freedom of the step wins on the whole body, by bisection to 1 N s (survival is taken to be monotone)."""
+    """The gain from each freedom of the step on the whole body, by bisection to 1 N s (assuming that survival is
+    monotone)."""
     title: str
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
     exact: Tuple[str, ...] = ("forward, N s", "to the right", "back", "to the left")
     directions = 8
-    most = {"push_formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
+    most = {"push_formula": 16, "ocp": 24}  # N s, by planner: not survived by any variant
     told = {"step.planner": "push_formula", "step.duration": 0.6}
     in_place = {"step.reach": "settings", "step.forward_max": 0.001, "step.lateral_min": 0.139, "step.lateral_max": 0.141}
     variants = {"time and place fixed, push known (the paper)": {**told, "step.placement": "fixed"},
@@ -318,7 +319,7 @@ class Freedoms:
                 *(text.format(radii[self.angles().index(degrees)]) for degrees in self.shown)]
 
     def make(self, programs):
-        # The bound does not ask what the plant is: the smallest map there is.
+        # The bound does not depend on the plant, so the smallest map suffices.
         rows = rows_of(programs.survival_map("--directions", str(self.directions), "--impulses", "1",
                                              "--controllers", "mpc,none", "--set", "step.planner=ocp"))
         bounds = {word: [unbroken(rows, controller, 0.0, degrees)[1] for degrees in self.angles()]
@@ -333,19 +334,19 @@ class Freedoms:
 
 
 def area(radii):
-    """Of the polygon with these radii, evenly spread."""
+    """Area of the polygon with these radii, evenly spaced."""
     return 0.5 * math.sin(2 * math.pi / len(radii)) * sum(a * b for a, b in zip(radii, radii[1:] + radii[:1]))
 
 
 @dataclasses.dataclass
 class Agreement:
-    """Cells at the border of what steps by optimal control recover, in both engines."""
+    """Cells at the limit of recovery with steps by optimal control, in both engines."""
     title: str
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
     exact: Tuple[str, ...] = ("N s",)
-    border = {0: 17, 45: 8, 90: 6, 135: 8, 180: 13, 225: 14, 270: 16, 315: 20}  # N s, the largest recovered in DART
+    border = {0: 17, 45: 8, 90: 6, 135: 8, 180: 13, 225: 14, 270: 16, 315: 20}  # N s, largest push recovered in DART
     engines = {"dart": "DART", "mujoco": "MuJoCo"}
 
     def runs(self):
@@ -384,7 +385,7 @@ class Agreement:
 
 @dataclasses.dataclass
 class RandomPushes:
-    """A minute with ten random pushes, told nothing, by seeds of pushes and sensors."""
+    """One minute with ten unknown random pushes, by seeds of pushes and sensors."""
     title: str
     readme: str = STEP_PLANNING
     quick: bool = False

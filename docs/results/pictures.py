@@ -1,4 +1,4 @@
-"""The READMEs' pictures: which runs they show, and how they are drawn."""
+"""The pictures of the READMEs: their runs and how they are drawn."""
 
 import io
 import json
@@ -28,8 +28,8 @@ def both_controllers(programs):
 
 
 def moving(programs):
-    """The replay of the demo from just before the push until the robot stands again, at half its speed. Its shapes are
-    drawn as boxes: the meshes have a licence of their own."""
+    """The replay of the demo, from shortly before the push until the robot stands again, at half speed. Shapes are
+    drawn as boxes, because the meshes have another licence."""
     sys.path.insert(0, PACKAGE)
     from PIL import Image
     from saltus.walking import movie, report
@@ -45,7 +45,7 @@ def moving(programs):
     rate = 15  # pictures per second of the run
     try:
         drawn = movie.pictures_of(os.path.join(run, "replay.html"), begin + 0.3, end - 0.6, rate)
-    except SystemExit as why:  # Chromium is not there, or draws nothing
+    except SystemExit as why:  # Chromium is missing or draws nothing
         raise NotHere(str(why)) from None
     pictures = [Image.open(io.BytesIO(picture)) for picture in drawn]
     frames = [picture.crop((140, 0, 540, picture.height)) for picture in pictures]
@@ -60,7 +60,7 @@ def impact_sweep(programs):
 
 
 def of_an_example(name, table, *arguments):
-    """As examples/README.md says it."""
+    """Builds as examples/README.md describes."""
     def draw(programs):
         built = os.environ.get("SALTUS_EXAMPLES", os.path.join(ROOT, "examples/build"))
         program = os.path.join(built, f"example_{name}")

@@ -1,4 +1,4 @@
-"""Runs of the program saltus that tables and pictures are made of."""
+"""Runs of the program saltus for tables and pictures."""
 
 import csv
 import glob
@@ -18,7 +18,7 @@ from saltus.whole_file import write_text  # noqa: E402
 
 
 class NotHere(Exception):
-    """What is needed is not on this machine; the sentence says what, and where it comes from."""
+    """A requirement is missing on this machine; the sentence names it and its source."""
 
 
 def call(command, good=(0, 3), folder=None, environment=None):
@@ -47,7 +47,7 @@ def read_bytes(path):
 
 
 def is_whole(folder):
-    """Whether a run has ended there by itself: what was interrupted keeps its results, too."""
+    """True if a run has ended there by itself. An interrupted run keeps its results, too."""
     try:
         with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
             return not json.load(file)["reason"].startswith("interrupted")
@@ -56,13 +56,13 @@ def is_whole(folder):
 
 
 class Programs:
-    """Every run is made once, in a folder of its own below `folder`."""
+    """Makes every run once, in a separate folder below `folder`."""
 
     def __init__(self, program, folder, jobs):
         self.program, self.folder, self.jobs = program, folder, jobs
-        self.pictures = {}  # drawn beside a table: path in the project -> file
-        self.maps = set()  # folders of those that are whole
-        self.versions = set()  # of the programs that made the runs that were looked at
+        self.pictures = {}  # pictures of tables: path in the project -> file
+        self.maps = set()  # folders of complete runs
+        self.versions = set()  # versions of the programs that made the checked runs
 
     def _folder(self, kind, what):
         digest = hashlib.sha1(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
@@ -72,7 +72,7 @@ class Programs:
         return call([self.program, "--version"]).stdout.strip()
 
     def _noted(self, note):
-        """Maps and tables do not say which programs made them, so a file beside them does: a line each."""
+        """Maps and tables do not contain the versions of their programs, so a file next to them has one line for each."""
         if not os.path.exists(note):
             return {UNKNOWN}
         with open(note, encoding="utf-8") as file:
@@ -82,12 +82,12 @@ class Programs:
         write_text(note, "\n".join(sorted(versions)))
 
     def made_by(self):
-        """The versions of what was looked at since the last time: a run that was kept has its own."""
+        """The versions of the runs checked since the last call. A kept run has its own version."""
         versions, self.versions = self.versions or {self.version()}, set()
         return ", ".join(sorted(versions))
 
     def run(self, settings, pictures=False):
-        """summary.json of a run of push recovery, and the folder that it lies in."""
+        """summary.json of a run of push recovery, with its folder."""
         folder = self.run_folder(settings, pictures)
         with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
             summary = json.load(file)
@@ -105,14 +105,14 @@ class Programs:
         return out
 
     def outcome(self, settings):
-        """The same of a long run, whose tables (more than 100 MB a minute) do not stay."""
+        """The same for a long run, whose tables (more than 100 MB per minute) are deleted."""
         summary = self.run(settings)
         for table in glob.glob(os.path.join(summary["folder"], "*.csv")):
             os.remove(table)
         return summary
 
     def suite(self, solver, only=""):
-        """What `saltus suite --json` says."""
+        """The output of `saltus suite --json`."""
         out = self._folder("suite", [solver, only]) + ".json"
         if not os.path.exists(out):
             call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
@@ -123,14 +123,14 @@ class Programs:
             return json.load(file)
 
     def survival_map(self, *arguments):
-        """The folder of a map: map.csv and map.png. A map that was cut off goes on, and is then of two programs."""
+        """The folder of a map: map.csv and map.png. An interrupted map is continued, and then comes from two programs."""
         out = self._folder("map", arguments)
         table, note = os.path.join(out, "map.csv"), os.path.join(out, "made_by")
         if out not in self.maps:
             before = read_bytes(table)
             known = set() if before is None else self._noted(note)
             os.makedirs(out, exist_ok=True)
-            self._note(note, known | {self.version()})  # before a cell is run: it may be cut off again
+            self._note(note, known | {self.version()})  # before a cell is run, because the map may be interrupted again
             call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
             if read_bytes(table) == before:
                 self._note(note, known)
@@ -139,7 +139,7 @@ class Programs:
         return out
 
     def beside(self, name, *arguments):
-        """What a program of benchmarks/ prints, as a file."""
+        """The output of a program of benchmarks/, as a file."""
         program = os.path.join(os.path.dirname(self.program), name)
         table = os.path.join(self.folder, "_".join([name, *arguments]) + ".csv")
         if not os.path.exists(table):
@@ -157,7 +157,7 @@ class Programs:
         return table, picture
 
     def new_robot(self, urdf):
-        """run.yaml of a robot that `saltus robot new` has described."""
+        """run.yaml of a robot, written by `saltus robot new`."""
         out = self._folder("robot", urdf)
         if not os.path.exists(os.path.join(out, "run.yaml")):
             call([self.program, "robot", "new", urdf, "--out", out], good=(0,))
@@ -165,14 +165,14 @@ class Programs:
 
 
 def rows_of(folder, name="map.csv"):
-    """Of a table, by the names of its columns without their units."""
+    """The rows of a table, by the names of its columns without units."""
     with open(os.path.join(folder, name), encoding="utf-8", newline="") as file:
         return [{column.split(" [")[0]: cell for column, cell in row.items()} for row in csv.DictReader(file)]
 
 
 def humanoid(package, path):
-    """A URDF of another robot, from a package of PyPI that is installed beside Python or in the
-    virtual environment that SALTUS_HUMANOIDS names."""
+    """A URDF of another robot, from a package of PyPI installed for this Python or in the virtual environment that
+    SALTUS_HUMANOIDS names."""
     roots = [os.environ.get("SALTUS_HUMANOIDS"), sys.prefix]
     for root in filter(None, roots):
         for folder, _, _ in os.walk(root):

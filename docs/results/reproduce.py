@@ -3,12 +3,13 @@
 
 Usage: reproduce.py PROGRAM [NAME...] [--quick] [--write] [--jobs N] [--keep FOLDER] [--list]
 
-PROGRAM is saltus. Without names all are made, with --quick those that take seconds. A table stands in its README
-between the marks <!-- table: NAME --> and <!-- end of table -->. Two cells agree if their words do and their numbers do
-to one unit of the last printed digit (times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the
-READMEs' pictures again and says how many of their points differ. Status 3 if something differs, 2 for a mistake on the command
-line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
-and into docs/results/NAME.md with machine, versions and date; --keep leaves the runs in a folder, where they are not made again.
+PROGRAM is saltus. Without names all tables are made, with --quick those that take seconds. A table is in its README
+between the marks <!-- table: NAME --> and <!-- end of table -->. Two cells agree if their words are equal and their
+numbers agree to one unit of the last printed digit (times: within a factor of three; counts, cells of a map and names
+of rows: exactly). `pictures` draws the pictures of the READMEs again and prints the fraction of pixels that differ.
+Status 3 if something differs, 2 for a mistake on the command line. Tables whose packages are missing are skipped with a
+sentence. --write puts the tables into the READMEs, and into docs/results/NAME.md with machine, versions and date.
+--keep stores the runs in a folder and reuses them.
 """
 
 import argparse
@@ -28,13 +29,13 @@ from pictures import PICTURES
 from programs import ROOT, NotHere, Programs
 from tables import TABLES
 
-from saltus.whole_file import whole_file, write_text  # programs.py has said where it is
+from saltus.whole_file import whole_file, write_text  # programs.py has added its folder to the path
 
 ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES, **FIGURES}
 DIFFERENT = 3
-INTERRUPTED = 130  # as shells have it
+INTERRUPTED = 130  # exit status of shells for SIGINT
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-SHARE = re.compile(r"(?<![\d.])\d+ of \d+(?![\d.])")  # so many of so many
+SHARE = re.compile(r"(?<![\d.])\d+ of \d+(?![\d.])")  # such as 3 of 8
 TIMED_FACTOR = 3.0
 
 
@@ -65,14 +66,15 @@ def cells(text):
 
 
 def unit_of(number):
-    """One in the last printed digit."""
+    """One unit of the last printed digit."""
     mantissa, _, exponent = number.partition("e")
     decimals = len(mantissa.partition(".")[2])
     return 10.0 ** (int(exponent or 0) - decimals)
 
 
 def agree(there, here, timed, exact=False):
-    """Measured numbers to one unit of the last digit. Counts have none: shares, and where it is `exact` all without a point."""
+    """Measured numbers agree to one unit of the last digit. Counts must be equal: those in fractions such as 3 of 8,
+    and in `exact` columns all whole numbers."""
     if there == here:
         return True
     if NUMBER.sub("#", there) != NUMBER.sub("#", here) or SHARE.findall(there) != SHARE.findall(here):
@@ -106,7 +108,7 @@ def differences(name, table, made):
 
 
 def stamp(programs):
-    """Versions, machine, date."""
+    """Versions, machine and date."""
     return f"{programs.made_by()}; {platform.machine()}, {processor()}; {datetime.date.today().isoformat()}"
 
 
@@ -135,7 +137,7 @@ def put_into_readme(name, table, made):
 
 
 def make_table(name, programs, is_written):
-    """What differs, a line each."""
+    """The differences, one per line."""
     table = ALL[name]
     made = table.make(programs)
     found = differences(name, table, made)
@@ -146,12 +148,12 @@ def make_table(name, programs, is_written):
 
 
 def share_of_points(there, here):
-    """That differ visibly between two pictures, 0 to 1."""
+    """Fraction of pixels that differ visibly between two pictures, 0 to 1."""
     try:
         import matplotlib.image
     except ImportError as error:
         raise NotHere(f"{sys.executable} has no matplotlib (Debian: python3-matplotlib)") from error
-    # Of a picture that moves the first; numbers from 0 to 1 whatever the format.
+    # The first frame of an animation; numbers from 0 to 1 for any format.
     a, b = (image / 255.0 if image.dtype.kind == "u" else image
             for image in (matplotlib.image.imread(there), matplotlib.image.imread(here)))
     if a.shape != b.shape:
@@ -160,7 +162,7 @@ def share_of_points(there, here):
 
 
 def make_each(names, make_one):
-    """What differs of several, and how many were skipped in words."""
+    """The differences of several pictures, and the number of skipped ones in words."""
     found, skipped = [], 0
     for name in names:
         try:
@@ -174,7 +176,7 @@ def make_each(names, make_one):
 
 
 def make_pictures(programs, is_written):
-    """The maps' pictures are made with their tables."""
+    """The pictures of maps are made with their tables."""
     return make_each(PICTURES, lambda path: compare_pictures({path: PICTURES[path](programs)}, is_written))
 
 
@@ -193,7 +195,7 @@ def compare_pictures(made, is_written):
 
 
 def make(name, programs, is_written):
-    """What differs, a line each, and what was skipped, in words. Throws NotHere if all was."""
+    """The differences, one per line, and the skipped pictures in words. Raises NotHere if all were skipped."""
     if name == "pictures":
         return make_pictures(programs, is_written)
     found = make_table(name, programs, is_written)

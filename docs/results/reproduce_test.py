@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Does reproduce.py see what differs from a printed table, and nothing else?"""
+"""Checks that reproduce.py finds all differences from a printed table, and no others."""
 
 import contextlib
 import io
@@ -78,7 +78,7 @@ class Tables(unittest.TestCase):
 
 class Skipped(unittest.TestCase):
     def told(self, pictures, points=0.0):
-        """Of pictures that are drawn or not here: status and what is printed."""
+        """Status and output for pictures that can or cannot be drawn."""
         def draw(is_here):
             def picture(programs):
                 if not is_here:
@@ -114,7 +114,7 @@ class Kept(unittest.TestCase):
                 self.assertEqual(is_whole(folder), whole, reason)
 
     def test_kept_runs_name_their_programs(self):
-        """A program of a version, that runs so many cells of a map at a time."""
+        """A program with a version that runs this many cells of a map at a time."""
         with tempfile.TemporaryDirectory() as folder:
             def look(version, cells, what):
                 path = os.path.join(folder, "saltus")

@@ -1,4 +1,4 @@
-"""What the tables of push recovery are made of: the runs of each row and the cells of each column."""
+"""Building blocks of the tables of push recovery: the runs of each row and the cells of each column."""
 
 import concurrent.futures
 import dataclasses
@@ -6,7 +6,7 @@ import math
 from typing import Callable, Dict, List, Tuple
 
 README = "problems/push_recovery/experiments.md"
-# Named, so that figures stay valid whatever the default is.
+# Explicit values, so that figures do not depend on defaults.
 PAPER = {"preset": "paper", "step.planner": "push_formula"}
 ROBOT = {"preset": "robot", "step.planner": "icp_formula"}
 
@@ -20,7 +20,7 @@ def markdown(titles, rows):
 class Row:
     name: str
     runs: List[Dict[str, object]]  # settings of push_recovery
-    word: str = ""  # for a column of the row's own
+    word: str = ""  # for a column that belongs to the row
 
 
 @dataclasses.dataclass
@@ -30,14 +30,14 @@ class Table:
     columns: List[Tuple[str, Callable]]  # title, cell(row, summaries)
     readme: str = README
     quick: bool = True
-    timed: Tuple[str, ...] = ()  # columns that are times
+    timed: Tuple[str, ...] = ()  # columns with times
     exact: Tuple[str, ...] = ()  # columns whose whole numbers are counts
 
     def runs(self):
         return sum(len(row.runs) for row in self.rows)
 
     def shape(self):
-        """Titles, and how many rows there are below them."""
+        """Titles, and the number of rows."""
         return [title for title, _ in self.columns], len(self.rows)
 
     def make(self, programs):
@@ -58,7 +58,7 @@ def look_up(summary, key):
 
 
 def figure(key, text="{:g}", factor=1.0, otherwise="", run=0, if_recovered=False):
-    """A cell with one number of a summary; `otherwise` where there is none."""
+    """A cell with one number of a summary, or `otherwise` if it is missing."""
     def cell(row, summaries):
         summary = summaries[run]
         value = look_up(summary, key)
@@ -102,7 +102,7 @@ def error(row, summaries):
 
 
 def later(kind, run):
-    """When the forces of both feet have settled."""
+    """Settling time of the forces of both feet."""
     def cell(row, summaries):
         if not summaries[run]["recovered"]:
             return ""
@@ -117,7 +117,7 @@ def peak_force(row, summaries):
 
 
 def too_much(run=0):
-    """Largest |H|, marked where it is what the verdict objects to."""
+    """Largest |H|, marked if it violates the verdict."""
     def cell(row, summaries):
         value = f"{summaries[run]['angular_momentum_max']:.2f}"
         return value if summaries[run]["recovered"] else value + ", " + summaries[run]["reason"].split(";")[0]
@@ -136,7 +136,7 @@ def seeds_recovered(row, summaries):
 
 
 def worst(key, text, factor=1.0, least=False):
-    """Over all runs of a row; those that fell too."""
+    """The worst value of all runs of a row, including falls."""
     def cell(row, summaries):
         values = [look_up(summary, key) for summary in summaries]
         values = [factor * value for value in values if value is not None]

@@ -8,7 +8,7 @@ NOT_WRITTEN = 4
 
 
 def on_folder(main, usage, what):
-    """Calls main(folder). If a file is missing, the message names the folder by `what`."""
+    """Calls main(folder). If a file is missing, the message describes the folder by `what`."""
     if len(sys.argv) != 2:
         sys.exit(usage)
     try:

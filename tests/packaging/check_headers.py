@@ -1,7 +1,7 @@
-"""Every public header compiles alone, and finds what it includes among the installed headers.
+"""Checks that every public header compiles alone and finds its includes among the installed headers.
 
-Usage: check_headers.py PREFIX COMPILER [FLAG ...]. Exits with 1 and the compiler's words if one does not.
-The flags name the headers of others; the prefix is an installation of all components.
+Usage: check_headers.py PREFIX COMPILER [FLAG ...]. Exits with 1 and the output of the compiler if one does not. The
+flags name the headers of other packages; the prefix is an installation of all components.
 """
 
 import concurrent.futures
@@ -13,7 +13,7 @@ import sys
 
 
 def check(header, include, compiler, flags):
-    source = f"#include <{header}>\n#include <{header}>\n"  # twice: the guard
+    source = f"#include <{header}>\n#include <{header}>\n"  # twice, to test the include guard
     command = [compiler, "-x", "c++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{include}",
                *flags, "-"]
     done = subprocess.run(command, input=source, capture_output=True, text=True)

@@ -110,7 +110,7 @@ def check_page(text):
 
 
 def hits(root):
-    """(folder, file, line, rule, text), and the words that were read per folder."""
+    """(folder, file, line, rule, text), and the number of words per folder."""
     found, words = [], collections.Counter()
     for name in tracked(root):
         if name.startswith(SKIPPED) or not name.endswith((*SOURCES, ".md")):
@@ -126,7 +126,7 @@ def hits(root):
         for line, rule, where in (check_page if is_page else check_source)(text):
             found.append((folder, name, line, rule, where))
     log = subprocess.run(["git", "-C", root, "log", "--format=%s", f"{BASE}..HEAD"], capture_output=True, text=True, check=False)
-    for subject in log.stdout.split("\n"):  # empty where the history does not reach that far
+    for subject in log.stdout.split("\n"):  # empty if the history does not reach that far
         if len(subject) > LONGEST_SUBJECT:
             found.append(("commits", "commit", 0, "subject", subject))
     return found, words

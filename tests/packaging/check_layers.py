@@ -1,7 +1,7 @@
-"""Dependencies run one way: no circle between folders, no include against the direction of the layers.
+"""Checks the dependencies: no cycle between folders, and no include of a higher layer.
 
-Usage: check_layers.py ROOT [--list]. Exits with 1 and a line for every include that breaks a rule, or for a
-circle with an include of each of its steps; public headers include public headers only. --list writes the folders in an order of dependence.
+Usage: check_layers.py ROOT [--list]. Exits with 1 and a line for every include that breaks a rule, or for a cycle with
+one include per step. Public headers may include public headers only. --list writes the folders in order of dependence.
 """
 
 import collections
@@ -12,7 +12,7 @@ import sys
 TOPS = ("framework", "integrators", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples")
 # "saltus/ocp/phase.hpp" is framework/saltus/ocp/phase.hpp (SALTUS_INCLUDE_ROOTS of framework/cmake/SaltusTarget.cmake).
 INCLUDE_ROOTS = ("framework", "integrators", "robots")
-# What a folder must not include; the longest name that fits decides.
+# Forbidden includes by folder; the longest matching name applies.
 FORBIDDEN = {
     "framework": ("framework/app", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
     "integrators": ("framework/app", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
@@ -21,11 +21,11 @@ FORBIDDEN = {
     "benchmarks": ("program", "tests", "docs", "examples"),
     "program": ("tests", "docs", "examples"),
     "tests/qp": ("problems", "program", "docs", "examples"),
-    # They see what is installed, by the names that it is installed under.
+    # These see installed headers only, by their installed names.
     "examples": ("framework", "problems", "program", "benchmarks", "tests", "docs"),
     "docs": ("problems", "program", "benchmarks", "tests", "examples"),
 }
-# Files that must not include these folders and headers, not even through others: a robot's computer runs them without a
+# Files that must not include these folders and headers, even indirectly: a robot's computer runs them without a
 # simulator and without the application.
 CONTROLLER = ("robots/saltus/robots/walking/balance_controller.cpp", "robots/saltus/robots/whole_body/sensor_estimator.cpp",
               "robots/saltus/robots/whole_body/inverse_dynamics_controller.cpp",
@@ -36,7 +36,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 
 
 def folder_of(path):
-    """The unit that a file belongs to: framework/ocp, robots/dart, integrators, tests/qp, ..."""
+    """The unit of a file: framework/ocp, robots/dart, integrators, tests/qp, ..."""
     parts = path.parts
     if parts[0] in INCLUDE_ROOTS and parts[1] == "saltus":
         below = parts[2:]
@@ -47,7 +47,7 @@ def folder_of(path):
 
 
 def resolve(root, including, included):
-    """The file of the tree that an include names, relative to the root, or None for one of others."""
+    """The file that an include names, relative to the root, or None for a header of another package."""
     path = pathlib.PurePosixPath(included)
     if path.parts[0] == "saltus" and len(path.parts) > 1:
         top = path.parts[1] if path.parts[1] in INCLUDE_ROOTS else "framework"
@@ -68,7 +68,7 @@ def rules_for(folder):
 
 
 def circle(graph):
-    """Folders that need one another in turn, or an empty list."""
+    """A cycle of folders, or an empty list."""
     state, trail = {}, []
 
     def visit(node):
@@ -182,7 +182,7 @@ def look(root):
                 target = resolve(root, including, included)
                 if target is None:
                     continue
-                # tests/packaging builds projects of their own, with headers of their own.
+                # tests/packaging builds separate projects with their own headers.
                 if not (root / target).exists():
                     problems.append(f"{including}: includes {included}, which is not there")
                     continue

@@ -1,4 +1,4 @@
-"""The check of the layers finds what it is there to find."""
+"""Checks that the check of the layers finds violations."""
 
 import contextlib
 import io
@@ -24,7 +24,7 @@ def verdict(files):
 
 ROBOT = {"robots/saltus/robots/model/foot.hpp": ""}
 CASES = [
-    # name, files, what the verdict says
+    # name, files, expected text of the verdict
     ("good", {"framework/saltus/ocp/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/saltus/core/b.hpp": ""}, None),
     ("framework to robots", {"framework/saltus/ocp/a.hpp": '#include "saltus/robots/model/foot.hpp"\n', **ROBOT},
      "framework/ocp must not include robots/model"),

@@ -20,7 +20,7 @@ from ..on_folder import on_folder
 from ..whole_file import whole_file
 
 RATE = 20  # pictures per second
-SIZE = (640, 532)  # of the window, pixels; the bar of the replay takes 52
+SIZE = (640, 532)  # size of the window in pixels; the bar of the replay takes 52
 PATIENCE = 20  # s per picture; without a graphics card it takes about one
 BEFORE, AFTER = 0.5, 2.0  # s shown before the first push, and after the last landing or push
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
