@@ -36,7 +36,7 @@ else()
       message(FATAL_ERROR "SALTUS_COMPONENTS: there is no component '${component}'; there are ${SALTUS_ALL_COMPONENTS}")
     endif()
   endforeach()
-  foreach(component ${SALTUS_WANTED}) # twice would be deeper than the table is
+  foreach(component ${SALTUS_WANTED}) # two passes suffice for the depth of the table
     list(APPEND SALTUS_WANTED ${SALTUS_${component}_NEEDS})
   endforeach()
   list(REMOVE_DUPLICATES SALTUS_WANTED)

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Do the scripts of `saltus bench` judge, resume, merge and compare as they say? Argument: the program saltus-bench.
+"""Checks that the scripts of `saltus bench` check answers, resume, merge and compare correctly. Argument: the program
+saltus-bench.
 
-Needs numpy; peers are stood for by packages that are made here.
+Needs numpy; packages made here replace the peers.
 """
 
 import importlib.util
@@ -339,7 +340,7 @@ class Scripts(unittest.TestCase):
                        "upper": [4.0], "row_lower": [], "row_upper": [], "stages": []}, file)
 
     def test_results_of_other_inputs_are_rejected(self):
-        """The data, a library and the program's own file: what changed is named, and what was kept is counted."""
+        """Data, a library and the program file: changes are named, and unchanged files are counted."""
         self.own_problem(-1.0)
         words = ["run", "--problems", "own/one", "--solvers", "sparse,hpipm", "--repetitions", "1", "--out", self.path("a.jsonl")]
         own = {"SALTUS_BENCH_PROGRAMS": self.path("own"), "SALTUS_HPIPM": ""}
@@ -488,7 +489,7 @@ class Scripts(unittest.TestCase):
             Trajectory(qp)
 
     def test_solvers_do_not_depend_on_earlier_solves(self):
-        """Of those that are installed: as many iterations to the same point, solve after solve."""
+        """Installed solvers need the same iterations to the same point in repeated solves."""
         import numpy
         asked = 0
         for problem, is_warm in (("steps/chain", False), ("steps/car", True), ("box/4x1", False)):
@@ -514,7 +515,7 @@ class Scripts(unittest.TestCase):
 
     @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
     def test_front_ends_receive_our_discretisation(self):
-        """One interval as a function leads from state to state as the rows of the whole program say."""
+        """One interval as a function maps states as the rows of the whole program do."""
         import numpy
         sys.path.insert(0, SCRIPTS)
         import peers
@@ -542,7 +543,8 @@ class Scripts(unittest.TestCase):
         self.assertAlmostEqual(float(functions["nlp_f"](w, [])), cost, delta=1e-12)
 
     def test_multiplier_without_active_bound_counts(self):
-        """min 1/2 w^2 - w, 0 <= w without an upper side, -1 <= w by a row without one: the optimum is 1, nothing pushes."""
+        """min 1/2 w^2 - w with 0 <= w without upper bound and a row -1 <= w without upper bound: the optimum is 1,
+        without active bounds."""
         import numpy
         sys.path.insert(0, SCRIPTS)
         from quadratic_program import QuadraticProgram, kkt_residual

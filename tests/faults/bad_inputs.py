@@ -47,7 +47,7 @@ def biped(sole=BOX, left=None, right=None):
 
 
 def write_npz(path, shapes):
-    """Arrays of ones, as numpy keeps them."""
+    """Arrays of ones in the format of numpy."""
     with zipfile.ZipFile(path, "w") as archive:
         for name, (rows, columns) in shapes.items():
             head = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}".encode()
@@ -56,7 +56,8 @@ def write_npz(path, shapes):
 
 
 class Case:
-    """`files`: contents by name (a function makes something else of the path). `words` may name {d}, the case's folder."""
+    """`files`: contents by name (a function of the path creates other files). `words` may contain {d}, the folder of
+    the case."""
 
     def __init__(self, group, kind, words, files=None, env=None, status=(2,), **how):
         self.group, self.kind, self.words, self.files = group, kind, words, files or {}
@@ -64,7 +65,7 @@ class Case:
 
 
 def cases():
-    """By groups, in the order of the page."""
+    """All cases by groups, in the order of the page."""
     everything = []
 
     def group(name):
@@ -402,7 +403,7 @@ def cases():
 
 
 def half_written(folder):
-    """Files that a stopped program would leave."""
+    """Files that a stopped program may leave."""
     found = []
     for path in sorted(pathlib.Path(folder).rglob("*")) if os.path.isdir(folder) else []:
         if path.is_symlink() or not path.is_file():
@@ -422,7 +423,7 @@ def half_written(folder):
 
 
 def shown(text, folder):
-    """As the page has it: the same on every machine."""
+    """The message in the form of the page, the same on every machine."""
     text = text.replace(folder, "DIR").replace(os.path.realpath(folder), "DIR")
     text = re.sub(r"x{20,}|(.)\1{40,}", lambda m: m.group(0)[:3] + "...", text)
     lines = [line for line in text.strip().splitlines() if line.strip()]
@@ -548,7 +549,7 @@ def main():
         for line in page(outcomes).splitlines():
             if line.startswith("| ") and line not in stated:
                 kind = line[: line.index(" | ", line.index(" | ") + 3)]
-                if kind + " | " not in stated:  # the status; sentences may depend on the machine
+                if kind + " | " not in stated:  # compare the status only; sentences may depend on the machine
                     print(f"not as {args.page} has it: {line}")
                     wrong.append(line)
     sys.exit(1 if wrong else 0)

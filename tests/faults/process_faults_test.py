@@ -1,5 +1,5 @@
-"""Programs that are stopped, killed, left without disk or given one folder for two: what is on disk is whole, the
-exit status says what happened, and the next start goes on. Usage: process_faults_test.py SALTUS
+"""Programs that are stopped, killed, without disk space, or two in one folder: files on disk are complete, the exit
+status has the reason, and the next start resumes. Usage: process_faults_test.py SALTUS
 """
 
 import csv
@@ -29,7 +29,7 @@ DEADLINE = 300  # s, for a program on a loaded machine
 
 
 def unreadable(folder):
-    """Files below the folder that end before they should, or that a stopped program left beside its own."""
+    """Files below the folder that are truncated, or left by a stopped program."""
     bad = []
     for path in pathlib.Path(folder).rglob("*"):
         if path.is_dir():
@@ -75,14 +75,14 @@ class Stopped(unittest.TestCase):
         return time.monotonic() - begin
 
     def stop_at_random(self, words, kind, times):
-        """Every time the next start goes on as if nothing had been."""
+        """The next start always succeeds as if nothing had happened."""
         whole = self.time_of(words)
         for _ in range(times):
             process = self.start(words)
             time.sleep(self.random.uniform(0.0, 1.1 * whole))
             process.send_signal(kind)
             status, out, error = self.finish(process)
-            # The program may have finished before.
+            # The program may have ended before.
             self.assertIn(status, (0, -kind, 128 + kind), out + error)
             self.assertEqual(unreadable(self.out), [], f"seed {SEED}")
         status, out, error = self.once(words)
@@ -106,7 +106,7 @@ class Stopped(unittest.TestCase):
         self.stop_at_random(MAP, signal.SIGINT, 4)
 
     def test_run_is_stopped_and_continued(self):
-        """As with a disk that is slow, or a machine that sleeps: stopped and continued."""
+        """A slow disk or a sleeping machine: stopped and continued."""
         process = self.start(RUN)
         for _ in range(5):
             time.sleep(self.random.uniform(0.0, 0.2))
@@ -118,7 +118,7 @@ class Stopped(unittest.TestCase):
         self.assertEqual(unreadable(self.out), [])
 
     def stop_bench(self, kind, times):
-        """`bench run` keeps whole tasks, and goes on after them."""
+        """`bench run` keeps complete tasks and resumes after them."""
         os.makedirs(self.out)
         results = os.path.join(self.out, "r.json")
 
@@ -171,7 +171,7 @@ class Stopped(unittest.TestCase):
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def tree(self):
-        """What reproduce.py reads and writes, apart from the project."""
+        """The files that reproduce.py reads and writes, outside of the project."""
         tree = pathlib.Path(self.temporary.name, "tree")
         for folder in ("docs", "problems", "robots", "benchmarks", "framework", "python"):
             for path in (ROOT / folder).rglob("*"):
@@ -213,7 +213,7 @@ class Stopped(unittest.TestCase):
         self.assertNotIn("Traceback", error)
 
     def entry_script(self):
-        """The entry script in a tree where what it calls takes half a second in place of minutes."""
+        """The entry script in a tree whose commands take half a second instead of minutes."""
         tree, tools = pathlib.Path(self.temporary.name, "tree"), pathlib.Path(self.temporary.name, "tools")
         tools.mkdir()
         (tree / "robots/icub").mkdir(parents=True)
@@ -266,7 +266,7 @@ class Stopped(unittest.TestCase):
         first, second = self.start(RUN), self.start(RUN)
         for process in (first, second):
             status, out, error = self.finish(process)
-            self.assertIn(status, (0, 2), out + error)  # both succeed, or one is refused
+            self.assertIn(status, (0, 2), out + error)  # both succeed, or one is rejected
         self.assertEqual(unreadable(self.out), [])
 
     def test_two_maps_in_one_folder(self):
@@ -280,7 +280,7 @@ class Stopped(unittest.TestCase):
         self.assertEqual(unreadable(self.out), [])
 
     def test_disk_is_full(self):
-        """No file may grow above 4 kB: what the system says then is what it says of a full disk, but for the word."""
+        """No file may exceed 4 kB: the error is that of a full disk, with another word."""
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
@@ -304,7 +304,8 @@ class Stopped(unittest.TestCase):
                     self.assertEqual(list(pathlib.Path(self.out).glob(".*.part")), [])
 
     def test_little_address_space(self):
-        """Allocations fail in the loader, in OpenBLAS, in Ipopt and in ours: nothing waits for ever, each ends in a sentence."""
+        """Allocations fail in the loader, in OpenBLAS, in Ipopt and in our code: nothing hangs, and each case ends with
+        a sentence."""
         for megabytes in (50, 75, 100, 125, 150, 175, 200, 225, 250, 300, 350, 400, 500, 700, 1000):
             for words in (SOLVE, SOLVE + ["--solver", "sparse"], SOLVE + ["--solver", "riccati"], ["list"]):
                 with self.subTest(megabytes=megabytes, words=words):

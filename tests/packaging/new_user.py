@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""As somebody who has just installed Saltus: what its pages say, typed in by a script.
+"""Types the commands of the pages as a new user of an installed Saltus.
 
 Usage: new_user.py SOURCES WORK [--icub-urdf FILE]
 
-SOURCES is a checkout or a copy of it: its README.md, docs/, problems/README.md and what these need. The installed library
-and program are used, not those of SOURCES. WORK is made anew. Every command is printed with its minutes and processor time;
-the exit status is 1 if one of them does not do what its page says. `./saltus` of a page is the program `saltus`.
+SOURCES is a checkout or a copy of it: its README.md, docs/, problems/README.md and their files. The installed library
+and program are used, not those of SOURCES. WORK is created anew. Every command is printed with its minutes and
+processor time; the exit status is 1 if one of them does not do what its page says. `./saltus` on a page is the program
+`saltus`.
 """
 
 import os
@@ -19,7 +20,7 @@ import time
 
 # Commands of the pages that need a checkout, other solvers or files, or a browser.
 LEFT_OUT = re.compile(r"saltus (test|setup|docs|reproduce|movie|robot new|bench run|bench latency --against)\b")
-# What takes hours as it stands, or offers choices in brackets, in a form that takes a minute.
+# Replacements for commands that take hours or have alternatives in brackets; they take a minute.
 SHORTENED = {
     "saltus map": "saltus map --plant centroidal --directions 2 --impulses 2:4:6 --step-times 0.6 --out results/map",
     "saltus bench latency": "saltus bench latency --quick --only kI=7",
@@ -38,7 +39,7 @@ def blocks(page, language=""):
 
 
 def command_of(line):
-    """Without the words behind it, and choices as the first of them."""
+    """The command without its comment, and with the first of its alternatives."""
     words = re.split(r"\s+#", line)[0].strip()
     return re.sub(r"^\./saltus\b", "saltus", words)
 
@@ -67,7 +68,7 @@ class User:
 
 
 def own_projects(user):
-    """`saltus new`, and what the README of the project says; the first is to be solved within ten minutes."""
+    """`saltus new`, and the commands in the README of the project; the first must be solved within ten minutes."""
     for kind in KINDS:
         began = time.monotonic()
         user.types(f"saltus new my_{kind} --kind {kind}")
@@ -86,7 +87,7 @@ def own_projects(user):
 
 
 def tutorial(user, sources):
-    """All steps built by the CMakeLists.txt of the page, and the page as they are."""
+    """All steps, built by the CMakeLists.txt of the page, and the unchanged page."""
     page = os.path.join(sources, "docs", "tutorial.md")
     folder = os.path.join(user.work, "tutorial")
     os.makedirs(folder)

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Do the scripts that draw a run leave the files that they promise?
+"""Checks that the scripts that draw a run write all their files.
 
-Usage: pictures_test.py PROGRAM SOURCE_DIR. Runs the program for two short pushes: on the whole
-body if SALTUS_ICUB_URDF names a file, and on the centroidal model. Exits with 77, "skipped", when
-matplotlib is missing.
+Usage: pictures_test.py PROGRAM SOURCE_DIR. Runs the program for two short pushes: on the whole body if SALTUS_ICUB_URDF
+names a file, and on the centroidal model. Exits with 77, "skipped", if matplotlib is missing.
 """
 
 import json
@@ -96,7 +95,7 @@ def summary_of(results):
 
 
 def page_about(results):
-    """The report, made again."""
+    """The report, written again."""
     done = script("report", results)
     if done.returncode != 0:
         raise RuntimeError(done.stderr)

@@ -1,4 +1,4 @@
-"""A run made again is the same to the bit, whatever runs at the same time.
+"""A repeated run is bit-identical, independent of other programs on the machine.
 Usage: repeatability_test.py SALTUS
 """
 

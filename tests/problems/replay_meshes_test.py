@@ -1,5 +1,5 @@
-"""Where meshes are found, how STL is read, and what clustering keeps. Usage: this file FOLDER, that
-of the package saltus."""
+"""Checks where meshes are found, how STL is read, and that clustering keeps the shape. Usage: this file FOLDER, the
+folder of the package saltus."""
 
 import base64
 import os

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Do the pages that Saltus makes open in a browser without a word on its console, and with what belongs there?
+"""Checks that the pages made by Saltus open in a browser without console messages and with the expected contents.
 
-Usage: browser_test.py PROGRAM SOURCE_DIR. Makes the documentation (where Doxygen and its theme are), a report and, if
-SALTUS_ICUB_URDF names a file, a replay, and opens them in a headless Chromium. Exits with 77, "skipped", without one.
+Usage: browser_test.py PROGRAM SOURCE_DIR. Makes the documentation (if Doxygen and its theme are installed), a report
+and, if SALTUS_ICUB_URDF names a file, a replay, and opens them in a headless Chromium. Exits with 77, "skipped",
+without one.
 """
 
 import os
@@ -18,7 +19,7 @@ PATIENCE = 300  # s for a page; a replay is drawn without a graphics card
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
 URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 BROWSER = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-# Its drivers' own remark on pictures that are taken of what a processor draws.
+# A remark of its drivers on screenshots of software rendering.
 OF_THE_DRIVER = "GL Driver Message"
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
@@ -41,7 +42,7 @@ def push(name, *settings):
 
 class Browser(unittest.TestCase):
     def opened(self, page, anchor="", *more):
-        """What the page has become after its scripts have run; nothing may have been said on the console."""
+        """The page after its scripts have run. There must be no console messages."""
         with tempfile.TemporaryDirectory(prefix="saltus-profile-") as profile:
             done = subprocess.run(
                 [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
@@ -83,7 +84,7 @@ class Browser(unittest.TestCase):
             self.assertTrue(words in self.opened(os.path.join(html, name)), f"{name} does not say {words}")
         with open(os.path.join(html, "index.html"), encoding="utf-8") as file:
             page = file.read()
-        # Types a word, and leaves what the frame of results shows where it can be read.
+        # Types a word, and copies the frame of results into the page.
         typed = """<script>
           const typed = () => {
             document.getElementById("MSearchField").value = "make_native_solver";

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Of every problem of the program: what --print-config prints is a file that --config takes, of the same run, and that the
-JSON Schema of --print-schema allows.
+"""Checks for every problem of the program that --config accepts the output of --print-config, gives the same run, and
+that the JSON Schema of --print-schema allows it.
 
-Usage: configuration_test.py PROGRAM. The schemas are asked only where python3 has the packages jsonschema and yaml.
+Usage: configuration_test.py PROGRAM. The schemas are checked only if python3 has the packages jsonschema and yaml.
 """
 
 import csv
@@ -20,7 +20,7 @@ except ImportError:
     jsonschema = None
 
 PROGRAM = sys.argv.pop(1)
-# Made twice, with other settings than the defaults: short ones of each kind.
+# Run twice, with settings other than the defaults: short ones of each kind.
 RUNS = {"B22": ["intervals=12", "samples=3"], "E01": [], "A04": [], "C03": ["solver=riccati", "loop.run=true", "loop.seed=3"],
         "push_recovery": ["push.impulse=7", "push.start=0.1", "weights.wrench_change=2e-4"],
         "sway": [], "quadruped": ["duration=0.5"]}
@@ -39,7 +39,7 @@ def problems():
 
 
 def tables(folder):
-    """Of each CSV file the rows, without how long computing took."""
+    """The rows of each CSV file, without computing times."""
     found = {}
     for name in sorted(os.listdir(folder)):
         if name.endswith(".csv"):

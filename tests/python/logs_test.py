@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""MAT and MCAP files that `saltus run --log.formats csv,mat,mcap` leaves, read by the packages of those who use
-them: h5py, robot-log-visualizer's own reader, without a display, and mcap. Every number is that of the CSV file.
+"""Checks the MAT and MCAP files of `saltus run --log.formats csv,mat,mcap` with the packages of their users: h5py, the
+reader of robot-log-visualizer, without a display, and mcap. Every number must equal that of the CSV file.
 
-Usage: logs_test.py PROGRAM. SALTUS_LOG_PYTHON names a python3 that has the packages; skipped (77) where one is missing.
+Usage: logs_test.py PROGRAM. SALTUS_LOG_PYTHON names a python3 that has the packages; skipped (77) if one is missing.
 """
 
 import csv
@@ -67,7 +67,7 @@ def tables(out):
 
 
 def numbers(cells):
-    """None where a cell is no number; an empty one is NaN."""
+    """None if a cell is not a number; NaN if it is empty."""
     try:
         return [float(cell) if cell else math.nan for cell in cells]
     except ValueError:

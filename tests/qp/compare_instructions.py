@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Counts instructions, of the structured solver's solves unless said, and compares them with those on record.
+"""Counts instructions, by default of the solves of the structured solver, and compares them with the record.
 
 Usage: compare_instructions.py PROGRAM FILE [--write] [--of FUNCTION]
 
-Times depend on the machine and its load, instructions on compiler and sources alone. Compared as `saltus bench compare`
-does: more than the tolerance above the record is a failure (exit status 1); less is said, so that the record is renewed by --write.
-So is a batch that takes more than so many times what another one takes, if the record has such bounds (at_most). Without
-valgrind or with another compiler than the record's nothing is compared (exit status 77).
+Times depend on the machine and its load; instructions depend only on compiler and sources. As in `saltus bench
+compare`, more instructions than the record and its tolerance are a failure (exit status 1). Fewer are reported, so that
+--write can update the record. A batch also fails if it exceeds a multiple of another one that the record limits
+(at_most). Without valgrind, or with another compiler than that of the record, nothing is compared (exit status 77).
 """
 
 import argparse
@@ -27,7 +27,7 @@ def skip(why):
 
 
 def count(program, batch, function):
-    """Instructions of a batch inside of this function, and the compiler that the program names."""
+    """Instructions of a batch inside this function, and the compiler named by the program."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}", program,
                batch]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -40,7 +40,7 @@ def count(program, batch, function):
 
 
 def dearer(bounds, found):
-    """Whether a batch takes more than it may beside another one."""
+    """True if a batch exceeds its limit relative to another one."""
     above = False
     for batch, (most, other) in bounds.items():
         ratio = found[batch] / found[other]

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What differs between the structured solver's optima in vectors of two, four and eight doubles, and how much.
+"""Compares the optima of the structured solver in vectors of two, four and eight doubles.
 
-Usage: compare_widths.py BUILD [PROGRAMS]. Needs the targets riccati_optima_baseline, _avx2 and _avx512; the first makes
-its optima twice.
+Usage: compare_widths.py BUILD [PROGRAMS]. Needs the targets riccati_optima_baseline, _avx2 and _avx512. The first
+computes its optima twice.
 """
 
 import os
