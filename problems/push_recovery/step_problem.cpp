@@ -236,7 +236,7 @@ Jump clock_restarts(const char* event) {
 OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_two_feet) {
   if (steps < 0 || steps > most_planned_steps)
     throw DefinitionError(
-        fmt::format("problem of steps: {} steps, expected 0 to {}", steps, most_planned_steps));
+        fmt::format("step problem: {} steps, expected 0 to {}", steps, most_planned_steps));
   OptimalControlProblem ocp(fmt::format("{} steps", steps));
   // Costs are integrated (the default). A sum at the nodes times a free length has an indefinite
   // Gauss-Newton matrix, and making it convex took three quarters of a tick.

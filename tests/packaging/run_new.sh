@@ -28,4 +28,4 @@ done
 status=0
 "$prefix/bin/saltus" new my_switched 2>refused.txt || status=$?
 [[ $status == 2 ]] && grep -q "'my_switched' exists already; nothing was changed" refused.txt
-echo "three projects of their own: built, run, drawn, tested"
+echo "three new projects: built, run, drawn, tested"

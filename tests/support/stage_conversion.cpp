@@ -98,8 +98,8 @@ void StageConversion::for_each_row_entry(const StageQp& qp, Emit&& emit) const {
 void StageConversion::update(const StageQp& qp) {
   if (!fits(qp))
     throw DefinitionError(
-        "The sparse form was made for other sizes of states, inputs or rows than this program has "
-        "in force.");
+        "The sparse form was made for other sizes of states, inputs or rows than this program "
+        "has.");
   SparseQp& to = sparse_;
   double* value = to.hessian.data();
   for_each_hessian(qp, [&](int, int, double entry) { *value++ = entry; });
