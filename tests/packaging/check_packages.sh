@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Debian packages of a build folder that was configured with SALTUS_PACKAGES=ON and
-# CMAKE_INSTALL_PREFIX=/usr, unpacks them into a clean prefix, and uses them: a project of somebody else's,
-# the installed program without the checkout, and examples/ in Release and Debug.
+# CMAKE_INSTALL_PREFIX=/usr, unpacks them into a clean prefix, and uses them: a separate project, the installed
+# program without the checkout, and examples/ in Release and Debug.
 # Usage: check_packages.sh BUILD_FOLDER WORK_FOLDER
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -27,7 +27,7 @@ for package in *.deb; do
 done
 step "$(ls ./*.deb | wc -l) built: $(ls ./*.deb | sed 's/^..//; s/_.*//' | xargs)"
 if command -v lintian >/dev/null; then
-  # Without an upload there is no bug to close, and an address has only who builds the packages for others.
+  # Without an upload there is no bug to close, and only distributors have an address.
   lintian --allow-root --suppress-tags initial-upload-closes-no-bugs,malformed-contact,bogus-mail-host-in-debian-changelog \
     --fail-on error ./*.deb >"$work/lintian" 2>&1 || {
     cat "$work/lintian"

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# In clean file systems of a Debian release, the steps of docs/install.md in their order: get Saltus, as
-# packages or below a prefix, then configure, build and run a project outside; the program, too. What to
-# install beforehand is read from the tables and lines of that page, so that it is the page that is tried.
+# Runs the steps of docs/install.md in clean file systems of a Debian release: installs Saltus, as packages or
+# below a prefix, then configures, builds and runs a separate project and the program. The packages to install
+# are read from the tables and lines of that page, so that the page itself is tested.
 #
 # Usage, as root:
 #   clean_debian.sh RELEASE FOLDER [--components core,ipopt | all] [--packages FOLDER_OF_DEBS | --sources]
 #                                  [--mirror URL] [--launcher ccache] [--icub-urdf FILE] [--new-user]
-# RELEASE is bookworm or trixie. FOLDER gets the file system as debootstrap makes it, `clean`, and copies:
-# `build`, where the packages are built unless some are given, and `user`, made anew by every run, which
-# never sees what a build needs. With --sources the user builds and installs below a prefix instead, where
-# nothing but the components' own -dev packages is installed. A launcher of that name is installed where
-# compilers run and keeps its cache in FOLDER. The model of iCub is fetched as the program does it, or is
-# taken from the folder of the given URDF. With --new-user and all components what README, tutorial and `saltus
-# new` say is typed in (new_user.py), in place of the projects of tests/packaging and examples. Every step is told
-# with the seconds since the start and the processor time spent. The mirror is the one of this machine's apt if none is
-# named. All components take 6 GB. JOBS compilers run at once, one per processor if it is not set. Needs debootstrap.
+# RELEASE is bookworm or trixie. FOLDER receives the file system made by debootstrap, `clean`, and two copies:
+# `build`, in which the packages are built unless some are given, and `user`, made anew by every run, without
+# the requirements of a build. With --sources the user builds and installs below a prefix instead, with only the
+# -dev packages of the components. The given launcher is installed where compilers run and keeps its cache in
+# FOLDER. The model of iCub is downloaded as by the program, or taken from the folder of the given URDF. With
+# --new-user and all components, new_user.py runs the commands of README, tutorial and `saltus new` instead of the
+# projects of tests/packaging and examples. Every step is printed with the seconds since the start and its processor
+# time. The default mirror is that of apt on this machine. All components take 6 GB. JOBS compilers run at once, by
+# default one per processor. Needs debootstrap.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source_tree=$(realpath "$here/../..")
@@ -69,12 +69,12 @@ mounted=()
 unmount() { ((${#mounted[@]} == 0)) || umount --lazy "${mounted[@]}"; }
 trap unmount EXIT
 
-# enter ROOT: what follows runs `inside` it.
+# enter ROOT: later commands run `inside` it.
 enter() {
   root=$1
   mount -t proc proc "$root/proc"
   mounted+=("$root/proc")
-  # Only what a package says that it needs comes with it.
+  # Installs only the declared dependencies of packages.
   echo 'APT::Get::Assume-Yes "true"; APT::Install-Recommends "false"; Dpkg::Use-Pty "false";' >"$root/etc/apt/apt.conf.d/90clean"
   echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fast" # nothing is lost with this file system
   if [[ -n $launcher ]]; then
@@ -86,7 +86,7 @@ enter() {
 }
 inside() {
   local compiler=()
-  # Both languages, and precompiled headers from the cache too.
+  # For both languages, and for precompiled headers.
   [[ -z $launcher ]] || compiler=(CMAKE_C_COMPILER_LAUNCHER="$launcher" CMAKE_CXX_COMPILER_LAUNCHER="$launcher"
     CXXFLAGS=-fpch-preprocess CCACHE_DIR=/var/cache/compiler CCACHE_NOHASHDIR=1 CCACHE_COMPILERCHECK=content
     CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime)
@@ -105,11 +105,11 @@ put_sources() { # what git knows of, in the file system
   (cd "$source_tree" && git ls-files -z | xargs -0 tar c) | tar x -C "$root/src/saltus" --no-same-owner
 }
 
-# ---- what the page says ---------------------------------------------------------------------------
+# ---- contents of the page -------------------------------------------------------------------------
 
-# packages_of COMPONENT: those of the table, to build and to use.
+# packages_of COMPONENT: the packages in the table, to build and to use it.
 packages_of() { sed -nE "s/^\| $1 \|.*\|([^|]*)\|\$/\1/p" "$page" | grep -oE '[a-z0-9][a-z0-9.+-]*-dev' || true; }
-# line_of_page BEGINNING: the first line of a sample that begins so.
+# line_of_page BEGINNING: the first line of a sample with this beginning.
 line_of_page() { grep -m 1 -F -e "$1" "$page" | sed 's/ *#.*//'; }
 needed=$(for component in ${components//;/ }; do packages_of "$component"; done | sort -u | xargs)
 
@@ -119,13 +119,13 @@ if [[ ! -x $folder/clean/usr/bin/apt-get ]]; then
   mv "$folder/clean.new" "$folder/clean"
 fi
 
-# ---- 1. get it ------------------------------------------------------------------------------------
+# ---- 1. install -----------------------------------------------------------------------------------
 
 if [[ -z $packages && -z $sources ]]; then
   [[ -d $folder/build ]] || fresh_copy build
   enter "$folder/build"
   to_build=$(line_of_page "apt-get install g++ cmake ninja-build")
-  # The page names the rest of what all components' build asks for in a line of its own.
+  # A separate line of the page has the other packages for a build of all components.
   [[ $components != "$everything" ]] || needed+=" $(line_of_page "apt-get install libbenchmark-dev" | sed 's/apt-get install //')"
   step "$to_build $needed"
   inside_sh "$to_build $needed $launcher"
@@ -144,7 +144,7 @@ fi
 fresh_copy user
 enter "$folder/user"
 if [[ -n $sources ]]; then
-  # The prefix: nothing of what the components do not need is there.
+  # The prefix, with the requirements of the components only.
   to_build=$(line_of_page "apt-get install g++ cmake make")
   step "$to_build $needed"
   inside_sh "$to_build $needed $launcher"
@@ -154,7 +154,7 @@ if [[ -n $sources ]]; then
     step "$command"
     inside_sh "cd /src/saltus && $command"
   done
-  # What is found by default is just this.
+  # The default configuration finds exactly these components.
   inside_sh "cd /src/saltus && cmake -S . -B build-found"
   step "by default: $(grep -o 'Saltus without [a-z]*' "$log" | sed 's/Saltus //' | xargs)"
   rm -rf "$root/src/saltus/build-mine" "$root/src/saltus/build-found"
@@ -181,7 +181,7 @@ else
   prefix=
 fi
 
-# ---- 2. use it ------------------------------------------------------------------------------------
+# ---- 2. use ----------------------------------------------------------------------------------------
 
 # The project of the page: its CMakeLists.txt with the components at hand, and the first problem.
 mkdir -p "$root/src/car"
@@ -224,7 +224,7 @@ inside_sh "saltus list"
 step "saltus list: $(wc -l <"$log") lines"
 inside_sh "mkdir /src/runs && cd /src/runs && saltus run bryson_denham --out bare && cat bare/summary.json"
 step "saltus run bryson_denham, without what is recommended: $(ls "$root/src/runs/bare" | xargs)"
-# What the package itself recommends: pictures, and what fetches the model. By default apt installs it too.
+# The recommended packages, for pictures and the download of the model. By default apt installs them, too.
 inside_sh "apt-get install \$(dpkg-query -W -f '\${Recommends}' saltus | tr -d ,)"
 inside_sh "cd /src/runs && saltus run bryson_denham --out problem"
 step "saltus run bryson_denham: $(ls "$root/src/runs/problem" | xargs)"
@@ -245,12 +245,12 @@ inside_sh "cd /src/runs && $environment saltus run push_recovery --plant dart --
 step "saltus run push_recovery --plant dart: $(ls "$root/src/runs/dart" | xargs); cache: $(ls "$root/root/.cache/saltus" 2>/dev/null | xargs)"
 ls "$root/src/runs/dart/report.html" >/dev/null
 
-# ---- what the pages say, typed in -----------------------------------------------------------------
+# ---- commands of the pages ------------------------------------------------------------------------
 
 [[ -n $new_user ]] || exit 0
 mkdir -p "$root/src/pages"
 (cd "$source_tree" && git ls-files -z README.md docs problems/README.md python tests/packaging | xargs -0 tar c) | tar x -C "$root/src/pages" --no-same-owner
-# For pip: what every installed Debian has, and whom this machine trusts.
+# For pip: the certificates of an installed Debian, and those that this machine trusts.
 cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
 inside_sh "apt-get install ca-certificates && update-ca-certificates"
 step "as a new user"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes a project of each kind with an installed program, as its user would, then builds, runs, draws and tests it.
+# Creates a project of each kind with an installed program, then builds, runs, draws and tests it.
 # Usage: run_new.sh PREFIX WORK_FOLDER [CMake argument ...]
 set -euo pipefail
 prefix=$1 work=$2
@@ -24,7 +24,7 @@ for kind in trajectory controller switched; do
   done
   cd ..
 done
-# What exists already is left alone, with status 2.
+# An existing project is not changed: status 2.
 status=0
 "$prefix/bin/saltus" new my_switched 2>refused.txt || status=$?
 [[ $status == 2 ]] && grep -q "'my_switched' exists already; nothing was changed" refused.txt

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Configures, builds and runs the project in outside/ against an installation, as its user would.
+# Configures, builds and runs the project in outside/ against an installation.
 # Usage: run_outside.sh PREFIX WORK_FOLDER COMPONENTS(;-list) [CMake argument ...]
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
