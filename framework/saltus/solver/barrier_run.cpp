@@ -111,6 +111,9 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
     if (iterations_ >= options_.max_iterations) return give_up(SolveStatus::iteration_limit);
     if (best_.error < infinity && iterations_ - best_.iteration >= patience_with_best)
       return give_up(SolveStatus::numerical_failure);
+    if (options_.can_restore && largest(now_.rows) > options_.tolerance &&
+        cycle_.is_cycling(now_.cost, now_.violation))
+      return give_up(SolveStatus::numerical_failure);
     lower_barrier();
     const bool has_step = !evaluation_failed_ && compute_step(now_.rows);
     if (evaluation_failed_) return SolveStatus::evaluation_failed;
@@ -168,9 +171,11 @@ void BarrierRun::lower_barrier() {
       now_.x[i] = upper_[i] - kept_room * to_upper;
   }
   const bool has_moved = tighten_bounds();
+  keep_inside(now_.x);  // in spite of rounding
   if (!evaluate(now_) || (has_moved && !linearise())) evaluation_failed_ = true;
   if (has_moved) compute_stationarity();
   tiny_ = 0;
+  cycle_.restart();
   tau_ = std::max(least_fraction, 1.0 - mu_);
   filter_.reset(largest_violation_);
   watch_.active = false;

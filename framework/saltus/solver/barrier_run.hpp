@@ -19,6 +19,7 @@
 
 #include "saltus/core/clock.hpp"
 #include "saltus/solver/barrier_step.hpp"
+#include "saltus/solver/cycle_watch.hpp"
 #include "saltus/solver/filter.hpp"
 #include "saltus/solver/restoration_program.hpp"
 #include "saltus/solver/solver.hpp"
@@ -152,6 +153,7 @@ class BarrierRun {
   Trial now_, trial_;
   Filter filter_;
   Watch watch_;
+  CycleWatch cycle_;  // of the iterates at one barrier parameter
   Best best_;
   double mu_ = 0.1, tau_ = 0.99;
   double least_violation_ = 0.0, largest_violation_ = 0.0;

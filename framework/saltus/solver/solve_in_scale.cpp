@@ -156,6 +156,31 @@ void begin_nearer_to_rows(Solver& solver, NonlinearProgram& program, const NlpPo
   best = std::move(next);
 }
 
+// True if the solver broke down, without a limit set by the user, at a point that satisfies the
+// rows.
+bool has_broken_down(NonlinearProgram& program, const NlpResult& nlp) {
+  const bool is_final = nlp.status == SolveStatus::numerical_failure ||
+                        nlp.status == SolveStatus::evaluation_failed ||
+                        (nlp.status == SolveStatus::iteration_limit && nlp.iterations >= patience);
+  return is_final && relative_violation(program, nlp.point.w) <= most_violation;
+}
+
+// Solves again from such a point if the values there show that the program was badly scaled,
+// divided by the sizes there.
+void begin_at_rows(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                   const Quantities& quantities, ProgramSize& size, const ProgramScale& scale,
+                   ScaledResult& best) {
+  if (!has_broken_down(program, best.nlp) || !size.look_at(best.nlp.point.w)) return;
+  if (size.is_well_scaled_where_known(scale) && !size.is_badly_scaled(scale)) return;
+  NlpPoint from = start;
+  from.w = best.nlp.point.w;
+  ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
+  judge(solver, program, quantities, next);
+  const bool is_better = is_convincing(next);
+  add_effort(is_better ? best : next, is_better ? next : best);
+  if (is_better) best = std::move(next);
+}
+
 }  // namespace
 
 void judge(const Solver& solver, NonlinearProgram& program, const Quantities& quantities,
@@ -220,7 +245,8 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     best = std::move(next);
     of_best = scale;
   }
-  if (best.is_doubtful) sharpen(solver, program, quantities, std::move(of_best), best);
+  if (best.is_doubtful) sharpen(solver, program, quantities, of_best, best);
+  begin_at_rows(solver, program, start, quantities, size, of_best, best);
   prove_infeasible(program, best);
   begin_nearer_to_rows(solver, program, start, quantities, size, best);
   return best;

@@ -30,9 +30,10 @@ inline constexpr double most_violation = 1e-6;
 /// start are multiplied by powers of two. If the solver fails, or its result is no optimum of the
 /// program as stated, solves again with everything divided by its size (ProgramSize::to_one).
 /// Returns the first result that is an optimum, otherwise the best one. If its cost can still
-/// decrease, solves up to three more times with the cost magnified. A failure at a point that violates the rows
-/// is `infeasible` if is_proved_infeasible(). Otherwise, if step_towards_rows() reduces the
-/// violation, solves again from there.
+/// decrease, solves up to three more times with the cost magnified. After a breakdown at a point
+/// that satisfies the rows, solves again from there in the scale of that point if it differs. A
+/// failure at a point that violates the rows is `infeasible` if is_proved_infeasible(). Otherwise,
+/// if step_towards_rows() reduces the violation, solves again from there.
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities = {});
 
