@@ -118,13 +118,6 @@ SparseLdl::~SparseLdl() = default;
 
 int SparseLdl::rows() const { return static_cast<int>(handle_->position.size()); }
 
-int SparseLdl::factor_entries() const {
-  const int* count = static_cast<const int*>(handle_->factor->nz);
-  int sum = 0;
-  for (int j = 0; j < rows(); ++j) sum += count[j] - 1;
-  return sum;
-}
-
 void SparseLdl::set(int entry, double value) {
   static_cast<double*>(handle_->matrix->x)[handle_->slot[entry]] = value;
 }

@@ -27,7 +27,6 @@ class SparseLdl {
   SparseLdl& operator=(const SparseLdl&) = delete;
 
   int rows() const;
-  int factor_entries() const;  ///< number of entries of L without the unit diagonal
   /// Sets the value of an entry of the pattern.
   void set(int entry, double value);
   /// By Sylvester's law the signs of D give the inertia in any order. Returns false if the signs

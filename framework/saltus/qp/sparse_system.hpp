@@ -71,7 +71,6 @@ class SparseSystem {
   /// Number of factorisations since load() with another regularisation, because the first one broke
   /// down or gave poor solutions.
   int regularisation_changes() const { return changes_; }
-  int factor_entries() const { return ldl_.factor_entries(); }
 
  private:
   /// lower <= quantity has sign +1; quantity <= upper has sign -1.

@@ -155,7 +155,6 @@ class ShootingProgram final : public BlockProgram {
   void refresh_rows();
   void refresh_limits();
   void refresh_changes();
-  void refresh_unknowns();
   void refresh_continuity();
   void refresh_costs();
   void charge_slack(int slack, const SlackCost& cost, double fraction, double length);

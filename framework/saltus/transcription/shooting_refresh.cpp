@@ -84,7 +84,7 @@ void ShootingProgram::refresh_start() {
   }
 }
 
-// Sets bounds of states and inputs from the proposal. refresh_unknowns() handles unknowns.
+// Sets the bounds of all variables but the slacks.
 void ShootingProgram::refresh_bounds() {
   for (int v = 0; v < first_slack_; ++v) bound_variable(v, proposal_.lower[v], proposal_.upper[v]);
   for (int j = 0; j < grid_.phases(); ++j) {
