@@ -1,4 +1,4 @@
-// Public functions of StageMap; its lists do the work.
+// Public functions of StageMap, and rows that are written directly into the stages.
 #include "saltus/qp/stage_map.hpp"
 
 #include <algorithm>
@@ -16,9 +16,7 @@ StageMap::~StageMap() = default;
 
 const StageQp& StageMap::stages() const { return lists_->stages; }
 
-StageFill StageMap::fill(const SparseQp& qp) noexcept { return fill(qp, true); }
-
-StageFill StageMap::fill(const SparseQp& qp, bool rows_changed) noexcept {
+StageFill StageMap::fill(const SparseQp& qp, bool matrices_changed) noexcept {
   Lists& lists = *lists_;
   const StageFill seen = lists.watch(qp);
   if (seen != StageFill::filled) return seen;
@@ -31,9 +29,26 @@ StageFill StageMap::fill(const SparseQp& qp, bool rows_changed) noexcept {
     }
     lists.make_lists(qp);
   }
-  if (lists.direct != nullptr && (has_moved || rows_changed) && !lists.direct->write(lists.targets))
+  const bool with_matrices = matrices_changed || has_moved;
+  if (lists.direct != nullptr && with_matrices && !lists.direct->write(lists.targets))
     return StageFill::not_staged;
-  return lists.write(qp);
+  return lists.write(qp, with_matrices);
+}
+
+// First all targets point aside. Constant entries, which scale the dynamics, are then also written
+// there.
+void StageMap::Lists::write_directly(SparseQp& qp, DirectRows& rows) {
+  direct = &rows;
+  aside = qp.rows.data();
+  for (int e = 0; e < qp.rows.size(); ++e) targets[e] = no_stage(e);
+  row_values = VectorXd::Zero(qp.row_pattern.rows());
+  mark(0, static_cast<int>(plans.size()) - 1);
+  rows.write(targets);
+}
+
+void StageMap::Lists::restart(const VectorXd& row_sides) {
+  for (std::size_t i = 0; i < structure.start_rows.size(); ++i)
+    stages.start[i] = row_sides[structure.start_rows[i]] / aside[start_entry[i]];
 }
 
 void StageMap::write_directly(SparseQp& qp, DirectRows& rows) { lists_->write_directly(qp, rows); }
@@ -41,6 +56,11 @@ void StageMap::restart(const VectorXd& row_sides) noexcept { lists_->restart(row
 
 void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept {
   lists_->to_sparse(qp, from, to);
+}
+
+void StageMap::convert_part(const SparseQp& qp, const StagePoint& from,
+                            PrimalDualPoint& to) noexcept {
+  lists_->part_to_sparse(qp, from, to);
 }
 
 void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) noexcept {

@@ -55,20 +55,21 @@ class StageMap {
 
   /// The program in stages of the last fill(). The reference stays valid.
   const StageQp& stages() const;
-  StageFill fill(const SparseQp& qp) noexcept;
+  /// Without `matrices_changed`, H and J are those of the last fill(), which must have staged them.
+  /// Their entries are written again only if one of them moved to another column.
+  StageFill fill(const SparseQp& qp, bool matrices_changed = true) noexcept;
 
   /// From now on the row entries come from `rows`. `qp` must be the program that is filled later;
   /// it keeps only the entries that belong to no stage. Both must outlive the map.
   void write_directly(SparseQp& qp, DirectRows& rows);
-  /// As fill(qp). Without `rows_changed`, only entries that moved to another column are written
-  /// again.
-  StageFill fill(const SparseQp& qp, bool rows_changed) noexcept;
   /// For direct rows, if only the values of a given start have changed since the last fill().
   void restart(const VectorXd& row_sides) noexcept;
 
   // For the program of the last fill(), which must have succeeded.
   /// Converts all variables and multipliers, including those of eliminated variables. Resizes `to`.
   void convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept;
+  /// Converts only the variables and multipliers that are part of the stages, without slacks.
+  void convert_part(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept;
   /// `to` must be made for stages(). If `from` has no multipliers, those of `to` are set to zero.
   void convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) noexcept;
 

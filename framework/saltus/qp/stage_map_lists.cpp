@@ -1,4 +1,4 @@
-// Lists of a StageMap: the target of every value of the sparse program. Rebuilt only for stages in
+// Destinations of all values of the sparse program in the stages. They change only in stages in
 // which a variable, row or coupling appeared or vanished.
 #include <algorithm>
 
@@ -8,6 +8,13 @@ namespace saltus {
 namespace {
 
 constexpr int elsewhere = -2;  // result of column(): not carried to this stage
+
+// Address of an entry of the Hessian for columns a and b of (x, u).
+double* hessian_entry(Stage& s, int a, int b) {
+  if (a < s.nx && b < s.nx) return &s.Q(a, b);
+  if (a >= s.nx && b >= s.nx) return &s.R(a - s.nx, b - s.nx);
+  return &s.S(std::max(a, b) - s.nx, std::min(a, b));
+}
 
 }  // namespace
 
@@ -60,17 +67,14 @@ void StageMap::Lists::list_cost(int k) {
   stage.Q.setZero();
   stage.S.setZero();
   stage.R.setZero();
-  const int nx = plan.nx, ld_x = plan.max_nx, ld_u = plan.max_nu;
-  for (int i = static_cast<int>(plan.states.size()); i < nx; ++i) {
+  for (int i = static_cast<int>(plan.states.size()); i < plan.nx; ++i) {
     stage.x_lower[i] = -infinity;
     stage.x_upper[i] = infinity;
   }
-  plan.Q.clear();
-  plan.S.clear();
-  plan.R.clear();
   plan.cost_fixed.clear();
   plan.cost_constant.clear();
   for (const Entry& e : plan.hessian) {
+    hessian_targets[e.from] = {&nowhere, &nowhere};
     const bool joins_stages = e.a != e.b && variables[e.a].kind != Kind::global &&
                               variables[e.b].kind != Kind::global &&
                               variables[e.a].stage != variables[e.b].stage;
@@ -83,12 +87,8 @@ void StageMap::Lists::list_cost(int k) {
       plan.cost_constant.push_back(e);
     } else if (a < 0 || b < 0) {
       plan.cost_fixed.push_back({e.from, std::max(a, b), a < 0 ? e.a : e.b});
-    } else if (a < nx && b < nx) {
-      plan.Q.push_back({e.from, a + b * ld_x, b + a * ld_x});
-    } else if (a >= nx && b >= nx) {
-      plan.R.push_back({e.from, a - nx + (b - nx) * ld_u, b - nx + (a - nx) * ld_u});
     } else {
-      plan.S.push_back({e.from, std::max(a, b) - nx + std::min(a, b) * ld_u});
+      hessian_targets[e.from] = {hessian_entry(stage, a, b), hessian_entry(stage, b, a)};
     }
   }
   for (const Entry& e : plan.later)
@@ -104,24 +104,19 @@ void StageMap::Lists::list_dynamics(const SparseQp& qp, int k) {
   stage.A.setZero();
   stage.B.setZero();
   stage.b.setZero();
-  plan.A.clear();
-  plan.B.clear();
   plan.b_fixed.clear();
-  const int nx = plan.nx, ld = next.max_nx;
+  const int nx = plan.nx;
   for (int i = 0; i < static_cast<int>(plan.dynamics.size()); ++i) {
     const int row = plan.dynamics[i];
+    const double scale = scale_of(qp.rows[plan.diagonal[i]]);
     for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e) {
       if (e == plan.diagonal[i]) continue;
       const int c = column(qp.row_pattern.col(e), k);
-      if (c < 0)
-        plan.b_fixed.push_back({e, i, qp.row_pattern.col(e)});
-      else if (c < nx)
-        plan.A.push_back({e, i + c * ld, i});
-      else
-        plan.B.push_back({e, i + (c - nx) * ld, i});
+      if (c < 0) plan.b_fixed.push_back({e, i, qp.row_pattern.col(e)});
+      targets[e] =
+          c < 0 ? no_stage(e) : EntryTarget{c < nx ? &stage.A(i, c) : &stage.B(i, c - nx), scale};
     }
   }
-  if (direct != nullptr) aim_dynamics(qp, k);
   const auto pass = [&](int v, int to) {
     const int c = column(v, k);
     if (c < nx)
@@ -143,8 +138,10 @@ void StageMap::Lists::list_groups(const SparseQp& qp, int k) {
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     Group& group = plan.groups[g];
     RowGroup& target = stages.stages[k].groups[g];
-    group.M.clear();
     group.fixed.clear();
+    group.twins.clear();
+    // Rows that are not active must not overwrite active ones.
+    for (const int e : group.entries) targets[e] = no_stage(e);
     target.M.setZero();
     target.rows = 0;
     target.columns.clear();
@@ -177,13 +174,17 @@ void StageMap::Lists::list_groups(const SparseQp& qp, int k) {
         const int v = pattern.col(e);
         if (variables[v].kind == Kind::slack) continue;
         const int c = column(v, k);
-        if (c < 0)
+        if (c < 0) {
           group.fixed.push_back({e, p, v});
+          continue;
+        }
+        const int at = part.group_row + position[c] * ld;
+        if (targets[e].to == no_stage(e).to)
+          targets[e].to = target.M.data() + at;
         else
-          group.M.push_back({e, part.group_row + position[c] * ld});
+          group.twins.push_back({static_cast<int>(targets[e].to - target.M.data()), at});
       }
     }
-    if (direct != nullptr) aim_group(group, target);
   }
 }
 

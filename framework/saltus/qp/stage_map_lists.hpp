@@ -39,11 +39,12 @@ struct Slack {
 struct SoftRow {
   Slack below, above;
 };
-struct Move {  // values[from] goes to data[to]
+struct Twin {  // M.data()[from] is also M.data()[to]
   int from, to;
 };
-struct MovePair {  // entry of a symmetric matrix
-  int from, to, mirror;
+// Destinations of a Hessian entry.
+struct HessianTarget {
+  double *to, *mirror;
 };
 struct Fixed {  // values[from] times the value of an eliminated variable goes to entry `to`
   int from, to, variable;
@@ -54,10 +55,9 @@ struct Group {
   std::vector<Part> parts;
   std::vector<int> variables;  ///< possible columns
   std::vector<int> entries;    ///< row entries without slacks
-  std::vector<Move> M;
-  std::vector<Fixed> fixed;  ///< `to` is a part
-  std::vector<Move> twins;   ///< in M: second side of a soft row (direct rows)
-  VectorXd shift;            ///< per part: contribution of eliminated variables and minimum slacks
+  std::vector<Fixed> fixed;    ///< `to` is a part
+  std::vector<Twin> twins;     ///< second sides of soft rows
+  VectorXd shift;  ///< per part: contribution of eliminated variables and minimum slacks
 };
 struct Entry {  // entry of the Hessian
   int from, a, b;
@@ -78,15 +78,9 @@ struct StagePlan {
   // Current lists.
   bool dirty = true;
   int nx = 0, nu = 0;
-  std::vector<int> u_variable;  ///< variables of the current inputs
-  std::vector<MovePair> Q, R;
-  std::vector<Move> S;
+  std::vector<int> u_variable;       ///< variables of the current inputs
   std::vector<Fixed> cost_fixed;     ///< `to` is an index into (x, u)
   std::vector<Entry> cost_constant;  ///< entries of two eliminated variables
-  struct Scaled {
-    int from, to, row;
-  };
-  std::vector<Scaled> A, B;
   std::vector<Fixed> b_fixed;
   std::vector<double> scale;  ///< per row of the dynamics: -1 / entry of the next state
 };
@@ -109,9 +103,9 @@ struct StageMap::Lists {
   using Slack = stage_map::Slack;
   using SoftRow = stage_map::SoftRow;
   using Fixed = stage_map::Fixed;
-  using Move = stage_map::Move;
-  using MovePair = stage_map::MovePair;
+  using HessianTarget = stage_map::HessianTarget;
   using Group = stage_map::Group;
+  using Twin = stage_map::Twin;
   using Entry = stage_map::Entry;
   using StagePlan = stage_map::StagePlan;
   using Coupling = stage_map::Coupling;
@@ -135,7 +129,7 @@ struct StageMap::Lists {
   StageFill watch_soft(const SparseQp& qp, Part& part) const;
   bool hold_carried();
 
-  // Lists of offsets: stage_map_lists.cpp.
+  // Destinations of all entries: stage_map_lists.cpp.
   void make_lists(const SparseQp& qp);
   void count_columns(StagePlan& plan);
   int column(int variable, int stage) const;
@@ -145,24 +139,28 @@ struct StageMap::Lists {
   int resultant_size(int stage) const;
 
   // Writing values along the lists: stage_map_values.cpp.
-  StageFill write(const SparseQp& qp);
+  StageFill write(const SparseQp& qp, bool with_matrices);
+  bool write_matrices(const SparseQp& qp);
   void write_cost(const SparseQp& qp, int stage);
   StageFill write_dynamics(const SparseQp& qp, int stage);
   StageFill write_groups(const SparseQp& qp, int stage);
   void write_bounds(const SparseQp& qp, int stage);
   StageFill write_start(const SparseQp& qp);
+  // d x_next + (row) v = rhs means x_next = scale (row) v - scale rhs.
+  static double scale_of(double d) { return d == 1.0 ? -1.0 : -1.0 / d; }
   const Slack& slack_of(const Part& part) const {
     const SoftRow& soft = soft_rows[soft_of_row[part.row]];
     return part.side < 0 ? soft.below : soft.above;
   }
 
-  // Direct rows: stage_map_direct.cpp.
+  // Direct rows: stage_map.cpp.
   void write_directly(SparseQp& qp, DirectRows& rows);
-  void aim_dynamics(const SparseQp& qp, int stage);
-  void aim_group(Group& group, RowGroup& target);
   void restart(const VectorXd& row_sides);
+  // Destination of a row entry that belongs to no stage.
+  EntryTarget no_stage(int entry) { return {direct == nullptr ? &nowhere : aside + entry, 1.0}; }
 
   // Conversion of points: stage_map_points.cpp.
+  void part_to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to);
   void give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
@@ -190,10 +188,12 @@ struct StageMap::Lists {
   StageQp stages;
   VectorXd gradient;
 
-  DirectRows* direct = nullptr;      // null: row entries come from the sparse program
-  double* aside = nullptr;           // target of entries that belong to no stage
-  std::vector<EntryTarget> targets;  // target of every entry
-  VectorXd row_values;               // work space
+  DirectRows* direct = nullptr;                // null: row entries come from the sparse program
+  double* aside = nullptr;                     // row entries of the sparse program, for direct rows
+  double nowhere = 0.0;                        // receives entries that are not needed
+  std::vector<EntryTarget> targets;            // per row entry
+  std::vector<HessianTarget> hessian_targets;  // per Hessian entry
+  VectorXd row_values;                         // work space
 };
 
 }  // namespace saltus

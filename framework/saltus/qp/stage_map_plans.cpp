@@ -39,8 +39,6 @@ void StageMap::Lists::make_plans(const SparseQp& patterns) {
     std::size_t entries = 0;
     for (const int r : given.dynamics)
       entries += patterns.row_pattern.row_end(r) - patterns.row_pattern.row_begin(r);
-    plan.A.reserve(entries);
-    plan.B.reserve(entries);
     plan.b_fixed.reserve(entries);
     make_groups(patterns, k, given);
     plan.resultants = given.resultants;
@@ -111,7 +109,7 @@ void StageMap::Lists::make_groups(const SparseQp& patterns, int stage,
       std::sort(group.variables.begin(), group.variables.end());
       group.variables.erase(std::unique(group.variables.begin(), group.variables.end()),
                             group.variables.end());
-      group.M.reserve(entries);
+      if (soft) group.twins.reserve(entries);
       group.fixed.reserve(entries);
       group.shift = VectorXd::Zero(static_cast<int>(group.parts.size()));
       plans[stage].groups.push_back(std::move(group));
@@ -127,9 +125,6 @@ void StageMap::Lists::make_stages() {
     plan.max_nu = static_cast<int>(plan.inputs.size() + plan.chosen.size());
     plan.u_variable.resize(plan.max_nu);
     plan.scale.assign(plan.dynamics.size(), 0.0);
-    plan.Q.reserve(plan.hessian.size());
-    plan.R.reserve(plan.hessian.size());
-    plan.S.reserve(plan.hessian.size());
     plan.cost_fixed.reserve(plan.hessian.size() + plan.later.size());
     plan.cost_constant.reserve(plan.hessian.size());
     StageCapacity& c = capacity.emplace_back();

@@ -7,7 +7,8 @@
 
 namespace saltus {
 
-void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
+void StageMap::Lists::part_to_sparse(const SparseQp& qp, const StagePoint& from,
+                                     PrimalDualPoint& to) {
   to.w.resize(qp.variables());
   to.z.setZero(qp.variables());
   to.lambda.setZero(qp.row_pattern.rows());
@@ -32,7 +33,10 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
   }
   for (const int v : removable)
     if (variables[v].gone) to.w[v] = qp.lower[v];
+}
 
+void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
+  part_to_sparse(qp, from, to);
   give_slacks(qp, from, to);
   // The rest follows from stationarity: multipliers of eliminated variables' bounds, of slacks, and
   // of the start.

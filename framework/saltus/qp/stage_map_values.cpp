@@ -1,4 +1,4 @@
-// Writes the values of the sparse program along the lists into the stages.
+// Writes the values of the sparse program into the stages.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,11 +8,12 @@
 
 namespace saltus {
 
-StageFill StageMap::Lists::write(const SparseQp& qp) {
+StageFill StageMap::Lists::write(const SparseQp& qp, bool with_matrices) {
   StageFill result = StageFill::filled;
   const auto note = [&](StageFill part) {
     if (part != StageFill::filled) result = part;
   };
+  if (with_matrices && !write_matrices(qp)) return StageFill::not_staged;
   for (int k = 0; k < static_cast<int>(plans.size()); ++k) {
     write_cost(qp, k);
     note(write_dynamics(qp, k));
@@ -24,14 +25,34 @@ StageFill StageMap::Lists::write(const SparseQp& qp) {
   return result == StageFill::filled ? start : result;
 }
 
+// Returns false if a row of the dynamics does not define its state.
+bool StageMap::Lists::write_matrices(const SparseQp& qp) {
+  for (StagePlan& plan : plans)
+    for (std::size_t i = 0; i < plan.dynamics.size(); ++i) {
+      const double d = qp.rows[plan.diagonal[i]];
+      if (d == 0.0) return false;
+      if (plan.scale[i] == scale_of(d)) continue;
+      plan.scale[i] = scale_of(d);
+      const int row = plan.dynamics[i];
+      for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e)
+        if (direct == nullptr) targets[e].scale = plan.scale[i];
+    }
+  for (int e = 0; e < qp.hessian.size(); ++e)
+    *hessian_targets[e].to = *hessian_targets[e].mirror = qp.hessian[e];
+  for (int e = 0; e < qp.rows.size() && direct == nullptr; ++e)
+    *targets[e].to = targets[e].scale * qp.rows[e];
+  for (std::size_t k = 0; k < plans.size(); ++k)
+    for (std::size_t g = 0; g < plans[k].groups.size(); ++g) {
+      double* M = stages.stages[k].groups[g].M.data();
+      for (const Twin& twin : plans[k].groups[g].twins) M[twin.to] = M[twin.from];
+    }
+  return true;
+}
+
 void StageMap::Lists::write_cost(const SparseQp& qp, int k) {
   const StagePlan& plan = plans[k];
   Stage& stage = stages.stages[k];
   const double* hessian = qp.hessian.data();
-  double *Q = stage.Q.data(), *S = stage.S.data(), *R = stage.R.data();
-  for (const MovePair& m : plan.Q) Q[m.to] = Q[m.mirror] = hessian[m.from];
-  for (const MovePair& m : plan.R) R[m.to] = R[m.mirror] = hessian[m.from];
-  for (const Move& m : plan.S) S[m.to] = hessian[m.from];
   stage.constant = 0.0;
   const int states = static_cast<int>(plan.states.size());
   for (int i = 0; i < states; ++i) stage.q[i] = plan.is_front ? 0.0 : qp.gradient[plan.states[i]];
@@ -49,27 +70,17 @@ void StageMap::Lists::write_cost(const SparseQp& qp, int k) {
       if (variables[v].gone) stage.constant += qp.gradient[v] * qp.lower[v];
 }
 
-// Converts d x_next + (row) v = rhs to x_next = -(row)/d v + rhs/d.
 StageFill StageMap::Lists::write_dynamics(const SparseQp& qp, int k) {
-  StagePlan& plan = plans[k];
-  Stage& stage = stages.stages[k];
+  const StagePlan& plan = plans[k];
+  VectorXd& b = stages.stages[k].b;
   for (std::size_t i = 0; i < plan.dynamics.size(); ++i) {
     const int row = plan.dynamics[i];
-    const double d = qp.rows[plan.diagonal[i]];
-    if (d == 0.0 || qp.row_lower[row] != qp.row_upper[row]) return StageFill::not_staged;
-    const double scale = d == 1.0 ? -1.0 : -1.0 / d;
-    plan.scale[i] = scale;
-    stage.b[i] = -scale * qp.row_lower[row];
-  }
-  const double *rows = qp.rows.data(), *scale = plan.scale.data();
-  double *A = stage.A.data(), *B = stage.B.data();
-  if (direct == nullptr) {
-    for (const StagePlan::Scaled& m : plan.A) A[m.to] = rows[m.from] * scale[m.row];
-    for (const StagePlan::Scaled& m : plan.B) B[m.to] = rows[m.from] * scale[m.row];
+    if (qp.row_lower[row] != qp.row_upper[row]) return StageFill::not_staged;
+    b[i] = -plan.scale[i] * qp.row_lower[row];
   }
   if (any_fixed_value)
     for (const Fixed& f : plan.b_fixed)
-      stage.b[f.to] += scale[f.to] * rows[f.from] * qp.lower[f.variable];
+      b[f.to] += plan.scale[f.to] * qp.rows[f.from] * qp.lower[f.variable];
   return StageFill::filled;
 }
 
@@ -81,11 +92,6 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
     Group& group = plan.groups[g];
     RowGroup& target = stage.groups[g];
     if (!group.in_force && !group.soft) continue;
-    double* M = target.M.data();
-    if (direct == nullptr)
-      for (const Move& m : group.M) M[m.to] = qp.rows[m.from];
-    else
-      for (const Move& m : group.twins) M[m.to] = M[m.from];
     group.shift.setZero();
     if (any_fixed_value)
       for (const Fixed& f : group.fixed)
