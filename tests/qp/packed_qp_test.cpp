@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <utility>
+#include <vector>
 
+#include "saltus/qp/riccati_system.hpp"
+#include "tests/qp/program_with_groups.hpp"
 #include "tests/support/random_qp.hpp"
 
 namespace saltus::qp {
 namespace {
 
 using saltus::testing::multiplier_scale;
+using saltus::testing::program_with_groups;
 using saltus::testing::random_qp;
 using saltus::testing::RandomQp;
 
@@ -85,7 +89,85 @@ TEST(PackedQp, RepackingChangesNothing) {
   }
 }
 
-TEST(PackedQp, RejectsInvalidPrograms) {
+// Residuals at a point and sides of a packed program.
+std::vector<double> contents(RiccatiSystem& system, const StageQp& qp, const StagePoint& point) {
+  const PackedQp& packed = system.packed();
+  FlatPoint at(packed), residual(packed);
+  pack_point(qp, point, packed, true, at.v.data(), at.y.data(), at.lambda.data());
+  system.evaluate(at.v.data(), at.y.data(), at.lambda.data(), residual.v.data(), residual.y.data(),
+                  residual.lambda.data());
+  std::vector<double> all;
+  const auto add = [&](const AlignedArray& numbers, int first, int last) {
+    all.insert(all.end(), numbers.data() + first, numbers.data() + last);
+  };
+  add(residual.v, 0, packed.variables);
+  add(residual.y, 0, packed.equalities);
+  add(residual.lambda, 0, packed.sides);
+  for (const AlignedArray* of_sides : {&packed.active, &packed.beta})
+    add(*of_sides, 0, packed.sides);
+  for (const AlignedArray* of_soft : {&packed.l1, &packed.l2})
+    add(*of_soft, packed.first_soft, packed.sides);
+  return all;
+}
+
+void move_vectors(StageQp& qp) {
+  const auto move = [](VectorXd& lower, VectorXd& upper) {  // infinite values stay so
+    lower.array() += 0.25;
+    upper.array() += 0.25;
+  };
+  for (Stage& s : qp.stages) {
+    s.q.array() += 1.0;
+    s.r.array() -= 2.0;
+    s.b.array() += 0.5;
+    move(s.x_lower, s.x_upper);
+    move(s.u_lower, s.u_upper);
+    for (RowGroup& g : s.groups) {
+      move(g.lower, g.upper);
+      g.l1.array() += 3.0;
+    }
+  }
+  qp.start.array() += 0.125;
+}
+
+// Writing only the vectors, or only the start, gives the program that packing all of it gives.
+// Returns true if the other start contradicts the rows.
+bool expect_updated(const StageQp& qp, const StagePoint& point) {
+  StageQp moved = qp, started = qp;
+  move_vectors(moved);
+  started.start.array() += 0.125;
+  RiccatiSystem anew(qp, {}), system(qp, {});
+  EXPECT_TRUE(system.pack(qp));
+  system.pack_start(started);
+  EXPECT_TRUE(anew.pack(started));
+  EXPECT_EQ(contents(system, started, point), contents(anew, started, point));
+  const bool contradiction = anew.packed().contradiction;
+  EXPECT_EQ(system.packed().contradiction, contradiction);
+
+  system.pack_vectors(moved);
+  EXPECT_TRUE(anew.pack(moved));
+  EXPECT_EQ(contents(system, moved, point), contents(anew, moved, point));
+  FlatPoint constants(system.packed()), residual(system.packed()), zero(system.packed());
+  system.constants(constants.v.data(), constants.y.data());
+  system.evaluate(zero.v.data(), zero.y.data(), zero.lambda.data(), residual.v.data(),
+                  residual.y.data(), residual.lambda.data());
+  for (int i = 0; i < system.variables(); ++i) EXPECT_EQ(constants.v[i], residual.v[i]);
+  for (int i = 0; i < system.equalities(); ++i) EXPECT_EQ(constants.y[i], residual.y[i]);
+  return contradiction;
+}
+
+TEST(PackedQp, VectorsAndStartReplaceThoseOfTheLastProgram) {
+  int contradictions = 0;
+  for (int seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    const RandomQp random = random_qp(seed);
+    contradictions += expect_updated(random.qp, random.optimum) ? 1 : 0;
+    const StageQp groups = program_with_groups(1 + seed % 3, seed, 0.3);
+    expect_updated(groups, StagePoint(groups));
+  }
+  EXPECT_GT(contradictions, 0);
+}
+
+TEST(PackedQp, WhatIsNoProgramIsRefused) {
   const RandomQp random = random_qp(1);
   PackedQp packed(random.qp, {});
   StageQp crossed = random.qp;

@@ -412,6 +412,37 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrAreInfeasible) {
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal);
   row.lower[0] = 2.5;
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
+  // The start decides, also where it arrives after the rest of the program.
+  const auto solver = make_riccati_solver(qp);
+  solver->prepare(qp);
+  for (const double start : {3.0, 2.0, 2.25, 3.5}) {
+    qp.start[0] = start;
+    EXPECT_EQ(solver->solve_prepared(qp, point, false).status,
+              start < 2.5 ? QpStatus::infeasible : QpStatus::optimal);
+  }
+}
+
+TEST(RiccatiSolver, APreparedProgramIsSolvedFromAnyStartAsOneThatIsNot) {
+  for (int seed = 1; seed <= 100; ++seed) {
+    RandomQp random = random_qp(seed, {.free_start = 0.1});
+    const auto prepared = make_riccati_solver(random.qp), other = make_riccati_solver(random.qp);
+    prepared->prepare(random.qp);
+    StagePoint a = random.optimum, b = random.optimum;
+    for (const bool warm : {true, false, true}) {
+      random.qp.start.array() += 1e-3;
+      const AllocationCount count;
+      const QpResult first = prepared->solve_prepared(random.qp, a, warm);
+      EXPECT_EQ(count.made(), 0);
+      const QpResult second = other->solve(random.qp, b, warm);
+      EXPECT_EQ(first.status, second.status) << random.describe();
+      EXPECT_EQ(first.iterations, second.iterations) << random.describe();
+      EXPECT_EQ(first.objective, second.objective) << random.describe();
+      for (std::size_t k = 0; k < a.stages.size(); ++k) {
+        EXPECT_EQ(a.stages[k].x, b.stages[k].x) << random.describe();
+        EXPECT_EQ(a.stages[k].costate, b.stages[k].costate) << random.describe();
+      }
+    }
+  }
 }
 
 // min 1/2 (u - a)^2 + h(u), with Huber's penalty h on u > 0 as in stage_qp.hpp.

@@ -11,8 +11,8 @@ void Packing::fill_sides() {
   std::fill_n(to.active.data(), to.sides, 0.0);
   std::fill_n(to.beta.data(), to.sides, 0.0);
   std::fill_n(to.wanted.data(), to.equalities, 0.0);
-  std::fill_n(to.l1.data() + to.first_soft, soft, 1.0);
-  std::fill_n(to.l2.data() + to.first_soft, soft, 0.0);
+  std::fill_n(to.l1.data() + to.first_soft, to.sides - to.first_soft, 1.0);
+  std::fill_n(to.l2.data() + to.first_soft, to.sides - to.first_soft, 0.0);
   for (int k = 0; k < static_cast<int>(qp.stages.size()); ++k) {
     for (RowBlock& b : to.stages[k].rows)
       if (b.twin != nullptr)
@@ -21,6 +21,16 @@ void Packing::fill_sides() {
         fill_rows(k, b);
     fill_bounds(k);
   }
+}
+
+void Packing::start() {
+  vectors(0);
+  for (RowBlock& b : to.stages.front().rows) fill_rows(0, b);
+  const Stage& s = qp.stages.front();
+  for (int g = 0; g < static_cast<int>(s.groups.size()); ++g)
+    for (int row = 0; row < s.groups[g].rows && !s.groups[g].soft; ++row)
+      if (!without_sides(s.groups[g].lower[row], s.groups[g].upper[row]))
+        depends_on_start_only(0, g, row);  // to find contradictions
 }
 
 void Packing::set_side(int side, double value, double sign) {

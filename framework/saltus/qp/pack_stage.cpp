@@ -114,7 +114,10 @@ bool Packing::stage(int k) {
   p.kernel = &any_size;
   for (const RiccatiKernel& kernel : to.storage.kernels)
     if (fits(kernel, w) && (kernel.copies_inputs || !p.kernel->copies_inputs)) p.kernel = &kernel;
-  if (ok) gradient(k);
+  p.b = numbers(w.ld_next);
+  p.g = numbers(w.ld);
+  p.r = p.parts > 1 ? numbers((p.parts - 1) * padded(w.nu)) : nullptr;
+  if (ok) vectors(k);
   if (ok) hessian(k);
   return ok;
 }
@@ -201,12 +204,6 @@ void Packing::dynamics(int k) {
     ok = false;
     return;
   }
-  double* b = zeros(w.ld_next);
-  if (!ok) return;
-  for (int i = 0; i < next; ++i) b[i] = s.b[i];
-  for (int j = 0; j < p.constant_states; ++j)
-    for (int i = 0; i < next; ++i) b[i] += s.A(i, j) * qp.start[j];
-  p.b = b;
   if (k > 1) {
     const PackedStage& before = to.stages[k - 1];
     const Stage& t = qp.stages[k - 1];
@@ -247,22 +244,24 @@ void Packing::dynamics(int k) {
   }
 }
 
-void Packing::gradient(int k) {
+// The step from a fixed start is known: it moves b and g.
+void Packing::vectors(int k) {
   const Stage& s = qp.stages[k];
   PackedStage& p = to.stages[k];
   const SweepStage& w = p.sweep;
   const int n = w.nx + w.nu, states = k == 0 ? p.free_states : w.nx, inputs = n - states;
   const int ld = padded(inputs), further = p.parts - 1;
-  double* g = zeros(w.ld);
-  double* r = further > 0 ? zeros(further * ld) : nullptr;
-  if (!ok) return;
-  for (int j = 0; j < n; ++j) g[j] = j < states ? s.q[j] : s.r[j - states];
+  std::fill_n(p.b, w.ld_next, 0.0);
+  for (int i = 0; i < w.next; ++i) p.b[i] = s.b[i];
   for (int j = 0; j < p.constant_states; ++j)
-    for (int i = 0; i < inputs; ++i) g[i] += s.S(i, j) * qp.start[j];
+    for (int i = 0; i < w.next; ++i) p.b[i] += s.A(i, j) * qp.start[j];
+  std::fill_n(p.g, w.ld, 0.0);
+  for (int j = 0; j < n; ++j) p.g[j] = j < states ? s.q[j] : s.r[j - states];
+  for (int j = 0; j < p.constant_states; ++j)
+    for (int i = 0; i < inputs; ++i) p.g[i] += s.S(i, j) * qp.start[j];
+  if (further > 0) std::fill_n(p.r, further * ld, 0.0);
   for (int part = 0; part < further; ++part)
-    to_common_inputs(p.T_inverse, part, inputs, &s.r[(part + 1) * inputs], r + part * ld);
-  p.g = g;
-  p.r = r;
+    to_common_inputs(p.T_inverse, part, inputs, &s.r[(part + 1) * inputs], p.r + part * ld);
 }
 
 void Packing::hessian(int k) {

@@ -100,6 +100,18 @@ bool PackedQp::pack(const StageQp& qp) {
   return true;
 }
 
+void PackedQp::pack_vectors(const StageQp& qp) {
+  Packing packing{*this, qp};
+  for (int k = 0; k < static_cast<int>(stages.size()); ++k) packing.vectors(k);
+  packing.fill_sides();
+}
+
+void PackedQp::pack_start(const StageQp& qp) {
+  if (stages.front().constant_states == 0) return;
+  contradiction = false;
+  Packing{*this, qp}.start();
+}
+
 Packing::Column Packing::column_of(int k, int j) const {
   const Stage& s = qp.stages[k];
   const PackedStage& p = to.stages[k];

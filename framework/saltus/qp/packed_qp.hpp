@@ -38,8 +38,8 @@ struct PackedStage {
   int costate_at = 0;  ///< index in y of the multipliers of the dynamics that leave this stage
   const double* H = nullptr;      ///< n x n, both triangles
   const double* outer = nullptr;  ///< H; with several parts, H without the block of the inputs
-  const double* g = nullptr;
-  const double* b = nullptr;
+  double* g = nullptr;
+  double* b = nullptr;
   int constant_states = 0;  ///< number of states in the user's x that are not variables (fixed
                             ///< start)
   int free_states = 0;      ///< number of states in the user's x that count as inputs (free start)
@@ -48,7 +48,7 @@ struct PackedStage {
   const double* T = nullptr;  ///< per further part: B_p = B_1 T_p
   const double* T_inverse = nullptr;
   const double* R = nullptr;  ///< per part: Hessian in resultant coordinates
-  const double* r = nullptr;  ///< per further part: gradient
+  double* r = nullptr;        ///< per further part: gradient
   double* R_work = nullptr;   ///< R plus the barrier terms
   Split* splits = nullptr;    ///< per further part
   const SplitKernel* split_kernel = nullptr;
@@ -64,6 +64,12 @@ struct PackedQp {
   /// Copies the program. Returns false if the program is invalid: NaN, crossed bounds, or sizes
   /// beyond the capacity. Does not allocate.
   bool pack(const StageQp& qp);
+  /// Copies only the start, the linear cost, the offsets of the dynamics and the values of bounds
+  /// and penalties. The other data, and which bounds are finite or equal, are those of the last
+  /// pack().
+  void pack_vectors(const StageQp& qp);
+  /// Copies only the values of a fixed start. The last pack() must have found no contradiction.
+  void pack_start(const StageQp& qp);
 
   // Data of the last packed program.
   std::vector<PackedStage> stages;

@@ -23,8 +23,12 @@ struct Packing {
   bool allocate_recursion();
   /// pack_rows.cpp: packs the groups and bounds of a stage into blocks of rows.
   bool rows(int k);
+  /// Fills the linear cost and the offsets of the dynamics of a stage.
+  void vectors(int k);
   /// pack_sides.cpp: fills the values of all sides and equality rows.
   void fill_sides();
+  /// Fills all that depends on the values of a fixed start.
+  void start();
 
  private:
   bool starts_fixed(int k) const { return k == 0 && qp.fixed_start; }
@@ -55,7 +59,6 @@ struct Packing {
   void choose_parts(int k);
   bool find_maps(int k, int parts);
   void dynamics(int k);
-  void gradient(int k);
   void hessian(int k);
   void make_splits(int k);
 

@@ -41,11 +41,9 @@ class RiccatiNewton final : public NewtonSystem {
         soft_(rows.rows(), 0),
         is_fixed_(rows.cols(), 0) {
     const qp::PackedQp::Capacity& most = system_.packed().capacity;
-    for (qp::AlignedArray* of_v : {&v_, &gradient_, &zero_v_})
-      *of_v = qp::AlignedArray(most.variables);
-    for (qp::AlignedArray* of_y : {&y_, &equality_, &zero_y_})
-      *of_y = qp::AlignedArray(most.equalities);
-    for (qp::AlignedArray* of_sides : {&side_, &weights_, &zero_side_})
+    for (qp::AlignedArray* of_v : {&v_, &gradient_}) *of_v = qp::AlignedArray(most.variables);
+    for (qp::AlignedArray* of_y : {&y_, &equality_}) *of_y = qp::AlignedArray(most.equalities);
+    for (qp::AlignedArray* of_sides : {&weights_, &zero_side_})
       *of_sides = qp::AlignedArray(most.sides);
     for (int i = 0; i < rows.cols(); ++i) diagonal_slot_.push_back(hessian.find(i, i));
     for (const StageStructure::SoftRow& soft : structure_.soft_rows) {
@@ -167,7 +165,8 @@ class RiccatiNewton final : public NewtonSystem {
     }
     step_.gradient.setZero();
     cost_slacks();
-    if (!fill()) return false;
+    // Rows whose variables are all fixed do not affect the step.
+    if (map_.fill(step_) == StageFill::not_staged || !system_.pack(map_.stages())) return false;
     // Weights are passed as multipliers, with the sign of an existing side.
     point_.w.setZero();
     point_.z.setZero();
@@ -206,14 +205,13 @@ class RiccatiNewton final : public NewtonSystem {
         step_.gradient[rows.col(e)] += step_.rows[e] * pull;
     }
     cost_slacks();
-    if (fill()) {
-      system_.evaluate(zero_v_.data(), zero_y_.data(), zero_side_.data(), gradient_.data(),
-                       equality_.data(), side_.data());
-      system_.solve(gradient_.data(), equality_.data(), v_.data(), y_.data());
-    }
+    map_.fill(step_, false);
+    system_.pack_vectors(map_.stages());
+    system_.constants(gradient_.data(), equality_.data());
+    system_.solve(gradient_.data(), equality_.data(), v_.data(), y_.data());
     qp::unpack_point(map_.stages(), system_.packed(), v_.data(), y_.data(), zero_side_.data(),
                      stage_point_);
-    map_.convert(step_, stage_point_, point_);
+    map_.convert_part(step_, stage_point_, point_);
     dw = point_.w;
     for (int i = 0; i < n; ++i)
       if (is_fixed_[i]) dw[i] = 0.0;
@@ -254,12 +252,6 @@ class RiccatiNewton final : public NewtonSystem {
     rr += start_part_;
   }
 
-  bool fill() {
-    const StageFill result = map_.fill(step_);
-    // Rows whose variables are all fixed do not affect the step.
-    return result != StageFill::not_staged && system_.pack(map_.stages());
-  }
-
   // The multipliers of the start balance the stationarity of its states.
   void give_start_multipliers(const VectorXd& rw, const VectorXd& dw, VectorXd& dlambda) {
     for (const int row : structure_.start_rows)
@@ -296,7 +288,7 @@ class RiccatiNewton final : public NewtonSystem {
   std::vector<Start> start_;
   std::vector<double> slack_curvature_;
   std::vector<int> diagonal_slot_;
-  qp::AlignedArray v_, y_, gradient_, equality_, side_, weights_, zero_v_, zero_y_, zero_side_;
+  qp::AlignedArray v_, y_, gradient_, equality_, weights_, zero_side_;
 };
 
 }  // namespace

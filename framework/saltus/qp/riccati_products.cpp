@@ -163,6 +163,16 @@ void RiccatiSystem::apply(const double* v, const double* y, const double* lambda
   multiply(v, side);
 }
 
+void RiccatiSystem::constants(double* stationarity, double* equality) const {
+  for (int i = 0; i < packed_.equalities; ++i) equality[i] = -packed_.wanted[i];
+  for (const PackedStage& p : packed_.stages) {
+    const int further = (p.parts - 1) * padded(p.sweep.nu);
+    std::copy_n(p.g, p.sweep.ld, stationarity + p.v_at);
+    std::copy_n(p.r, further, stationarity + p.v_at + p.sweep.ld);
+    std::copy_n(p.b, p.sweep.ld_next, equality + p.costate_at);
+  }
+}
+
 double RiccatiSystem::cost(const double* v) {
   double* slope = work_.data();
   Lanes total{};

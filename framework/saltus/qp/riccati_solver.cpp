@@ -39,8 +39,24 @@ class RiccatiSolver final : public StageQpSolver {
                 system_.packed().capacity.sides, options.active_set_rounds) {}
 
   QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
+    prepare(qp);
+    return is_valid_ ? solve_packed(qp, point, warm) : QpResult{};
+  }
+
+  void prepare(const StageQp& qp) noexcept override { is_valid_ = system_.pack(qp); }
+
+  QpResult solve_prepared(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
+    // A contradiction may have been one of the start.
+    if (!is_valid_ || system_.packed().contradiction) return solve(qp, point, warm);
+    system_.pack_start(qp);
+    return solve_packed(qp, point, warm);
+  }
+
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
+
+ private:
+  QpResult solve_packed(const StageQp& qp, StagePoint& point, bool warm) {
     QpResult result;
-    if (!system_.pack(qp)) return result;
     if (system_.packed().contradiction) {
       result.status = QpStatus::infeasible;
       return result;
@@ -65,13 +81,11 @@ class RiccatiSolver final : public StageQpSolver {
     return result;
   }
 
-  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
-
- private:
   RiccatiOptions options_;
   qp::RiccatiSystem system_;
   qp::InteriorPoint<qp::RiccatiSystem> method_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
+  bool is_valid_ = false;  // result of the last pack()
 };
 
 }  // namespace

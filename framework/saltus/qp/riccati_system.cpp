@@ -122,6 +122,11 @@ bool RiccatiSystem::pack(const StageQp& qp) {
   return packed_.pack(qp);
 }
 
+void RiccatiSystem::pack_start(const StageQp& qp) {
+  least_equality_weight_ = least_equality_weight;
+  packed_.pack_start(qp);
+}
+
 bool RiccatiSystem::factor(const double* weights) {
   if (packed_.has_equality_rows) {
     Lanes most{};

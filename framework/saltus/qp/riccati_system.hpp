@@ -19,9 +19,15 @@ class RiccatiSystem {
 
   /// Returns false if the program is invalid; see PackedQp::pack().
   bool pack(const StageQp& qp);
+  /// Copies the vectors of a program with the matrices of the last pack(), which keeps the factor:
+  /// see PackedQp::pack_vectors().
+  void pack_vectors(const StageQp& qp) { packed_.pack_vectors(qp); }
+  void pack_start(const StageQp& qp);
   const PackedQp& packed() const { return packed_; }
   /// Replaces the states in v by a roll-out of its inputs.
   void roll_out(double* v);
+  /// Computes g and -e: the right-hand sides of solve() for a step from v = y = lambda = 0.
+  void constants(double* stationarity, double* equality) const;
 
   // Implements KktSystem.
   int variables() const { return packed_.variables; }

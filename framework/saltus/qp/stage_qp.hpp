@@ -126,6 +126,12 @@ class StageQpSolver {
   virtual ~StageQpSolver() = default;
   /// `point` is the start and receives the solution. With `warm`, its multipliers are used too.
   virtual QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept = 0;
+  /// Does the work on a program that does not need the values of its start.
+  virtual void prepare(const StageQp&) noexcept {}
+  /// As solve(), for the program of the last prepare(). Only a fixed start may have changed.
+  virtual QpResult solve_prepared(const StageQp& qp, StagePoint& point, bool warm) noexcept {
+    return solve(qp, point, warm);
+  }
   /// Later solves stop at this time; time_point::max(): no deadline.
   virtual void set_deadline(WallClock::time_point deadline) = 0;
 };

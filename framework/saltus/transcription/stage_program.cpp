@@ -40,6 +40,7 @@ void StageProgram::fill() noexcept {
   state_ = map_.fill(model_->qp(), is_new_model_);
   is_new_model_ = state_ != StageFill::filled;  // entries are missing unless the fill succeeded
   filled_bounds_ = program_->bounds_revision();
+  if (state_ == StageFill::filled) solver_->prepare(map_.stages());
 }
 
 QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept {
@@ -52,7 +53,7 @@ QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool wa
     return result;
   }
   map_.convert(qp, point, point_);
-  result = solver_->solve(map_.stages(), point_, warm);
+  result = solver_->solve_prepared(map_.stages(), point_, warm);
   if (result.status != QpStatus::invalid_problem) map_.convert(qp, point_, point);
   return result;
 }
