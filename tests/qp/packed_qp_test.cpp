@@ -167,7 +167,7 @@ TEST(PackedQp, VectorsAndStartReplaceThoseOfTheLastProgram) {
   EXPECT_GT(contradictions, 0);
 }
 
-TEST(PackedQp, WhatIsNoProgramIsRefused) {
+TEST(PackedQp, RejectsInvalidPrograms) {
   const RandomQp random = random_qp(1);
   PackedQp packed(random.qp, {});
   StageQp crossed = random.qp;

@@ -246,7 +246,7 @@ TEST(Verdicts, StoppedSolveIsNotRestarted) {
 // Forces of up to 2 N per kg are at their bounds for any mass. The guess of zero gives no magnitude
 // of a force, and the native solvers cycle in the units of large masses: they must notice that
 // (500 iterations is the limit).
-TEST(Verdicts, AForceAtItsBoundIsFoundForAnyMass) {
+TEST(Verdicts, SolvesForceBoundsForAnyMass) {
   const auto push = [](double mass) {
     Phase<2, 1> phase{"push",
                       [=](auto, auto x, auto u) {

@@ -16,6 +16,7 @@
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/sample_period.hpp"
 
 namespace saltus::walking {
 namespace {
