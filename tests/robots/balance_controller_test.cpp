@@ -121,7 +121,7 @@ TEST_F(RecordedRun, RejectsInvalidPartsAndPeriods) {
 
 TEST_F(RecordedRun, IdealEstimatorRejectsMeasuredReadings) {
   const std::unique_ptr<Estimator> estimator = make_ideal_estimator();
-  EXPECT_THROW(estimator.update(lines.front().readings), DefinitionError);
+  EXPECT_THROW(estimator->update(lines.front().readings), DefinitionError);
 }
 
 }  // namespace
