@@ -104,7 +104,7 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
                         Case{ControllerChoice::mpc, Placement::fixed},
                         Case{ControllerChoice::capture_point, Placement::predicted}}) {
     Config config = pushed_by(6.0);
-    config.push.direction = {0.3, -1.0, 0.0};
+    config.push.direction = Vec<double, 3>(0.3, -1.0, 0.0);
     config.controller = c.controller;
     config.step.placement = c.placement;
     const Outcome left = run(config);

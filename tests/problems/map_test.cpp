@@ -259,7 +259,7 @@ RunLog map_log() {
 
 TEST(MapRow, HasTheResultsOfTheRun) {
   Push push;
-  push.direction = {2.0, 0.0, 0.0};
+  push.direction = Vec<double, 3>(2.0, 0.0, 0.0);
   push.start = 0.5;
   const MapCell cell{MapController::mpc, 0.6, 0.0, 4.0};
   Verdict verdict;
