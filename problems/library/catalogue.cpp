@@ -82,9 +82,8 @@ const ReferenceCase& reference_case(const std::string& id_or_name) {
     known.push_back(c.id);
     known.push_back(c.name);
   }
-  const std::string near = nearest_name(id_or_name, known);
   throw InputError(fmt::format("there is no reference case '{}'{}", id_or_name,
-                               near.empty() ? "" : "; did you mean '" + near + "'?"));
+                               did_you_mean(id_or_name, known)));
 }
 
 }  // namespace saltus

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include "saltus/app/defer_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "saltus/simulation/explanation_json.hpp"
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/solve/explain.hpp"
@@ -40,11 +40,6 @@ void finish(const RunContext& context, Json summary, bool pictures, const std::s
       pictures && run_python_module("saltus.plot_trajectory", output.path(), "picture");
   fmt::print("{}results in {}: trajectory and events (.csv), summary.json{}\n", text,
              output.path().string(), drawn ? ", pictures (.png)" : "");
-}
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 template <class Config>

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <sstream>
 
 #include "problems/library/c01_mpc_qps.hpp"
@@ -13,11 +12,6 @@
 
 namespace saltus {
 namespace {
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 bool is_wanted(const SuiteCase& c, const std::string& pattern) {
   return lower_case(c.id + " " + c.name).find(lower_case(pattern)) != std::string::npos;

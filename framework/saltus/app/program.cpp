@@ -7,7 +7,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -34,10 +33,6 @@ namespace {
 
 // Finds a problem by name or alias, ignoring case.
 const ProblemEntry* find_problem(std::span<const ProblemEntry> problems, const std::string& given) {
-  const auto lower_case = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
   const std::string wanted = lower_case(given);
   for (const ProblemEntry& problem : problems) {
     if (lower_case(problem.name) == wanted) return &problem;

@@ -41,6 +41,17 @@ std::string nearest_name(std::string_view given, const std::vector<std::string>&
   return best;
 }
 
+std::string did_you_mean(std::string_view given, const std::vector<std::string>& known) {
+  const std::string near = nearest_name(given, known);
+  return near.empty() ? "" : "; did you mean '" + near + "'?";
+}
+
+std::string lower_case(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
 std::string shortened(std::string_view text) {
   if (text.size() <= max_shown_bytes) return std::string(text);
   std::size_t end = max_shown_bytes / 2;

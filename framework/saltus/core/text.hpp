@@ -11,6 +11,12 @@ namespace saltus {
 /// is close, i.e. if more than half of the letters differ.
 std::string nearest_name(std::string_view given, const std::vector<std::string>& known);
 
+/// "; did you mean 'name'?" with the nearest name. Empty if no name is close.
+std::string did_you_mean(std::string_view given, const std::vector<std::string>& known);
+
+/// The text with its ASCII letters in lower case.
+std::string lower_case(std::string text);
+
 /// Shortens long text for a message: its beginning and its length in bytes.
 std::string shortened(std::string_view text);
 

@@ -22,11 +22,6 @@ std::vector<std::string> names_of(std::span<const ParameterEntry> entries) {
   return names;
 }
 
-std::string suggestion(std::string_view given, const std::vector<std::string>& known) {
-  const std::string near = nearest_name(given, known);
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
-}
-
 // Throws with a list of the valid names.
 [[noreturn]] void throw_unknown_name(const OptimalControlProblem& problem, std::string_view name) {
   std::vector<std::string> data;
@@ -37,14 +32,14 @@ std::string suggestion(std::string_view given, const std::vector<std::string>& k
         const std::string_view entry = name.substr(block.name.size() + 1);
         throw DefinitionError(fmt::format("parameter '{}' has no entry '{}', it has {}{}",
                                           block.name, entry, join_names(entries),
-                                          suggestion(entry, entries)));
+                                          did_you_mean(entry, entries)));
       }
       if (!block.unknown && std::ranges::find(data, block.name) == data.end())
         data.push_back(block.name);
     }
   throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}{}", problem.name(),
                                     name, data.empty() ? "" : ", it has " + join_names(data),
-                                    suggestion(name, data)));
+                                    did_you_mean(name, data)));
 }
 
 }  // namespace

@@ -281,11 +281,9 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
     if (t.kind == TermKind::constraint) known.push_back(t.name);
   for (const ComponentBounds& b : phase.state_bounds)
     known.push_back(fmt::format("bounds of state {}", b.component));
-  if (std::ranges::find(known, term) == known.end()) {
-    const std::string near = nearest_name(term, known);
+  if (std::ranges::find(known, term) == known.end())
     fail(phase, fmt::format("allow() names '{}', which is not a constraint declared before{}", term,
-                            near.empty() ? "" : "; did you mean '" + near + "'?"));
-  }
+                            did_you_mean(term, known)));
   if (!(between_nodes > 0.0 && std::isfinite(between_nodes)))
     fail(phase, fmt::format("allow(\"{}\") is given {} between the nodes, expected a positive "
                             "number",

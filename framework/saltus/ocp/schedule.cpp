@@ -16,11 +16,6 @@ constexpr std::size_t max_modes = 64;  // bits of a mask
 
 [[noreturn]] void fail(const std::string& what) { throw DefinitionError("schedule: " + what); }
 
-std::string suggestion(std::string_view given, const std::vector<std::string>& known) {
-  const std::string near = nearest_name(given, known);
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
-}
-
 void check_time(std::string_view event, double time) {
   if (std::isnan(time)) fail(fmt::format("event '{}' has time NaN", event));
 }
@@ -95,7 +90,7 @@ int Schedule::index_of(std::string_view event) const {
     if (events_[i].name.view() == event) return static_cast<int>(i);
   std::vector<std::string> names;
   for (const Event& e : events()) names.push_back(e.name.str());
-  fail(fmt::format("there is no event '{}'{}", event, suggestion(event, names)));
+  fail(fmt::format("there is no event '{}'{}", event, did_you_mean(event, names)));
 }
 
 bool Schedule::contains(std::string_view event) const {
@@ -106,7 +101,7 @@ bool Schedule::contains(std::string_view event) const {
 int Schedule::number_of(std::string_view mode) const {
   const auto found = std::find(names_->begin(), names_->end(), mode);
   if (found == names_->end())
-    fail(fmt::format("there is no mode '{}'{}", mode, suggestion(mode, *names_)));
+    fail(fmt::format("there is no mode '{}'{}", mode, did_you_mean(mode, *names_)));
   return static_cast<int>(found - names_->begin());
 }
 

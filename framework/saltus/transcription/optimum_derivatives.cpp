@@ -224,12 +224,10 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
       first += static_cast<int>(block.value.size());
     }
   }
-  if (found == nullptr) {
-    const std::string near = nearest_name(name, names);
+  if (found == nullptr)
     throw DefinitionError(fmt::format("problem '{}' has no parameter '{}'{}",
                                       shooting_->problem().name(), name,
-                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
-  }
+                                      did_you_mean(name, names)));
   if (i < 0 || i >= found->value.size())
     throw DefinitionError(fmt::format("parameter '{}' has {} entries, but entry {} was requested",
                                       name, found->value.size(), i));

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
 #include <utility>
 
+#include "saltus/core/text.hpp"
 #include "saltus/robots/model/mesh.hpp"
 
 namespace saltus::survey {
@@ -71,12 +71,6 @@ class Survey {
   std::vector<Eigen::Isometry3d> poses_;
   std::vector<int> group_;
 };
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // A link of the foot's group with x forward, y left, z up. Prefers names with "sole", then "foot".
 int sole_link(const UrdfModel& model, const Survey& survey, int group) {
