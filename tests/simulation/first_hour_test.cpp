@@ -90,7 +90,7 @@ TEST(UserTasks, CostsAtTheStart) {
 }
 
 // From 0 through 1 to 3 in 3 s. In a phase of length T the minimum effort is d^2 / 2 T.
-OptimalControlProblem two_moves(bool equal_lengths) {
+OptimalControlProblem two_moves(bool equal_lengths, bool as_square = false) {
   Phase<1, 1> first{"first", Rate{}, between(0.1, 2.9)},
       second{"second", Rate{}, between(0.1, 2.9)};
   for (auto* phase : {&first, &second})
@@ -99,7 +99,12 @@ OptimalControlProblem two_moves(bool equal_lengths) {
   second.reach("there", state, exactly(3.0));
   OptimalControlProblem problem("two moves");
   problem.start_at({0.0}).then(first).then(second).total_time(exactly(3.0));
-  if (equal_lengths)
+  if (as_square)
+    problem.minimise_link(
+        "equal lengths",
+        [](const auto& a, const auto& b) { return 5.0 * square(a.duration - b.duration); },
+        end_of(first), end_of(second));
+  else if (equal_lengths)
     problem.track_link(
         "equal lengths", [](const auto& a, const auto& b) { return a.duration - b.duration; }, 10.0,
         end_of(first), end_of(second));
@@ -120,6 +125,10 @@ TEST(UserTasks, CostsAndBoundsOverLinks) {
   const double slope = -0.5 / (T * T) + 2.0 / ((3.0 - T) * (3.0 - T)) + 20.0 * (2.0 * T - 3.0);
   EXPECT_NEAR(slope, 0.0, 1e-4);  // minimum of 1/2T + 2/(3-T) + 10/2 (2T-3)^2
   EXPECT_NEAR(plan.cost, 0.5 / T + 2.0 / (3.0 - T) + 5.0 * (2.0 * T - 3.0) * (2.0 * T - 3.0), 1e-6);
+  const Solution square = solve(two_moves(true, true));
+  ASSERT_TRUE(square.ok()) << square.message;
+  EXPECT_NEAR(square.durations[0], T, 1e-5);
+  EXPECT_NEAR(square.cost, plan.cost, 1e-6);
   const std::string wrong = refusal([] {
     OptimalControlProblem problem = two_moves(true);
     problem.editable_link(1).limits = exactly({1.0, 2.0, 3.0});

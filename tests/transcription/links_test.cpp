@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <string>
+#include <type_traits>
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -76,6 +77,10 @@ OptimalControlProblem everything(CostRule rule) {
   ocp.link(
       "soft", [](const auto& a, const auto& b) { return a.duration * b.x[0] * b.x[0]; },
       {exactly(0.1), soft("soft link", 0.4)}, end_of(third), start_of(first));
+  ocp.minimise_link(
+      "cost",
+      [](const auto& a, const auto& b) { return 0.1 * cosh(a.x[0] - b.x[1]) * b.duration + a.t; },
+      start_of(second), end_of(third));
   return ocp;
 }
 
@@ -102,6 +107,33 @@ TEST(Links, AllSolversFindTheSameOptimum) {
       EXPECT_TRUE(own.ok()) << name_of(choice) << ": " << own.message;
       EXPECT_NEAR(own.cost, reference.cost, 1e-7) << name_of(choice);
     }
+  }
+}
+
+// The ends are x1 and x2. Their cost is (x1^2 + (x2 - x1)^2) / 2 + exp(-x1 - x2) - 7, so the
+// optimum has x2 - x1 = e, x1 = 2 e and e = exp(-5 e).
+TEST(Links, MayBeAnyCost) {
+  const auto half = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+  Phase<1, 1> a{"a", Velocity{}, exactly(1.0)}, b{"b", Velocity{}, exactly(1.0)};
+  a.minimise("effort", half);
+  b.minimise("effort", half);
+  OptimalControlProblem ocp("cost of ends");
+  ocp.start_at({0}).then(a).then(b);
+  ocp.minimise_link(
+      "late", [](const auto& x, const auto& y) { return exp(-x.x[0] - y.x[0]) - 7.0; }, end_of(a),
+      end_of(b));
+  double e = 0.3;
+  for (int i = 0; i < 50; ++i) e -= (e - std::exp(-5.0 * e)) / (1.0 + 5.0 * std::exp(-5.0 * e));
+  for (const SolverChoice choice :
+       {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+    MultipleShooting shooting(ocp, {.intervals_per_phase = 4, .integrator = runge_kutta4()});
+    const Solution s = solve(shooting, *make_solver(choice, {.tolerance = 1e-10}));
+    ASSERT_TRUE(s.ok()) << name_of(choice) << ": " << s.message;
+    EXPECT_NEAR(s.trajectory.pieces()[3].end_state[0], 2.0 * e, 1e-7) << name_of(choice);
+    EXPECT_NEAR(s.cost, 2.5 * e * e + e - 7.0, 1e-9) << name_of(choice);
+    ASSERT_EQ(s.costs.size(), 3u);
+    EXPECT_EQ(s.costs[2].term, "late");
+    EXPECT_NEAR(s.costs[2].value, e - 7.0, 1e-7) << name_of(choice);
   }
 }
 
@@ -218,6 +250,11 @@ TEST(Links, RejectsInvalidLinksByName) {
                             .link("gap", gap, exactly(0.0), start_of(a), end_of(b))
                             .link("gap", gap, exactly(0.0), start_of(a), end_of(b))),
               "there are two links with this name");
+  const auto two_rows = [](const auto& x, const auto&) {
+    return Vec<std::decay_t<decltype(x.t)>, 2>{x.t, x.duration};
+  };
+  EXPECT_SAYS(complaint(problem().minimise_link("gap", two_rows, start_of(a), end_of(b))),
+              "link 'gap': a cost must be a scalar, but the formula has 2 rows");
   EXPECT_SAYS(complaint(problem().start_time(between(0.0, 1.0), 2.0)),
               "the guess of the start time, 2 s, lies outside its bounds [0, 1] s");
 }

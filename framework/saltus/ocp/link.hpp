@@ -1,5 +1,5 @@
-// A link: a constraint that couples ends of phases through their states, times, durations and
-// parameters.
+// A link: a constraint or a cost that couples ends of phases through their states, times, durations
+// and parameters.
 #pragma once
 
 #include <string>
@@ -87,6 +87,7 @@ struct Link {
   std::vector<End> ends;  ///< the ends whose values the function reads, in this order
   Function function;      ///< z = (nothing | t duration x p of the first end | of the second | ...)
   Limits limits;          ///< limits of the function's rows
+  bool is_cost = false;   ///< true: the function is a scalar that is added to the cost
 };
 
 namespace detail {
@@ -139,7 +140,8 @@ Link make_link(std::string name, F formula, Limits limits, PhaseEnd<nx, np>... e
   return {std::move(name),
           {Link::End{std::move(ends.phase), ends.is_end, nx, np}...},
           std::move(function),
-          std::move(limits)};
+          std::move(limits),
+          false};
 }
 
 }  // namespace saltus

@@ -90,6 +90,17 @@ class OptimalControlProblem {
     return link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...);
   }
 
+  /// Adds a scalar formula to the cost. It takes the ends as that of link() does.
+  ///
+  ///     ocp.minimise_link("imbalance", [](const auto& a, const auto& b) {
+  ///       return cosh(a.x[0] - b.x[0]); }, end_of(first), end_of(second));
+  template <class F, class... Ends>
+  OptimalControlProblem& minimise_link(std::string name, F formula, Ends... ends) {
+    Link cost = make_link(std::move(name), std::move(formula), Limits(), std::move(ends)...);
+    cost.is_cost = true;
+    return add_link(std::move(cost));
+  }
+
   /// Sets the events and modes to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
   /// Sets the rule for running costs. Default: the integral.

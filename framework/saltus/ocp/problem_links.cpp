@@ -31,11 +31,9 @@ int OptimalControlProblem::phase_index(const std::string& phase) const {
     throw DefinitionError(fmt::format(
         "{} phases are called '{}', so the name is ambiguous: give each phase a unique name", count,
         phase));
-  if (count == 0) {
-    const std::string near = nearest_name(phase, names);
-    throw DefinitionError(fmt::format("there is no phase '{}'{}", phase,
-                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
-  }
+  if (count == 0)
+    throw DefinitionError(
+        fmt::format("there is no phase '{}'{}", phase, did_you_mean(phase, names)));
   return found;
 }
 
@@ -75,6 +73,12 @@ void OptimalControlProblem::check_links() const {
                         where, end.nx, end.np, end.phase, sizes.nx, sizes.np));
     }
     const int rows = link.function.outputs();
+    if (link.is_cost) {
+      if (rows != 1)
+        throw DefinitionError(
+            fmt::format("{}a cost must be a scalar, but the formula has {} rows", where, rows));
+      continue;
+    }
     const std::vector<Bounds>& bounds = link.limits.bounds;
     if (bounds.size() != 1 && static_cast<int>(bounds.size()) != rows)
       throw DefinitionError(fmt::format("{}the formula has {} rows, but {} bounds were given",

@@ -134,7 +134,7 @@ class Warnings {
         undecided = &phase;
     }
     for (const Link& link : problem_.links())
-      if (link.limits.soft) return;
+      if (link.limits.soft || link.is_cost) return;
     if (undecided)
       add("there is no cost, so the duration of phase '{}' is arbitrary within the constraints",
           undecided->name);

@@ -60,6 +60,12 @@ struct ChangeInstance {
   int block = -1;                    ///< index in the program
 };
 
+/// The block of a link that is a cost.
+struct LinkCost {
+  int link = -1, phase = 0;  ///< index of the link and of the latest phase that it reads
+  int block = -1;            ///< index in the program
+};
+
 /// Rows that connect an interval to its successor.
 struct IntervalInstance {
   int phase = 0, interval = 0;  ///< indices of phase and interval

@@ -75,14 +75,21 @@ void ShootingProgram::build_link(int l) {
     placed.push_back(where);
     first += end.size();
   }
-  instance.first_row = new_rows(instance.count, describe_limit(instance) + ", row");
-  for (int i = 0; i < instance.count; ++i) block.outputs.push_back({instance.first_row + i, 1.0});
+  if (link.is_cost) {
+    block.outputs = {BlockOutput{}};
+  } else {
+    instance.first_row = new_rows(instance.count, describe_limit(instance) + ", row");
+    for (int i = 0; i < instance.count; ++i) block.outputs.push_back({instance.first_row + i, 1.0});
+  }
   const int index = add_block(std::move(block));
   for (BlockInstance& where : placed) {
     where.block = index;
     placed_.push_back(where);
   }
-  limits_.push_back(std::move(instance));
+  if (link.is_cost)
+    link_costs_.push_back({l, instance.phase, index});
+  else
+    limits_.push_back(std::move(instance));
 }
 
 const Limits& ShootingProgram::limits_of(const LimitInstance& instance) const {

@@ -70,6 +70,7 @@ class ShootingProgram final : public BlockProgram {
   const std::vector<shooting::ChangeInstance>& change_instances() const { return changes_; }
   /// Rows of links and integrals.
   const std::vector<shooting::LimitInstance>& limit_instances() const { return limits_; }
+  const std::vector<shooting::LinkCost>& link_costs() const { return link_costs_; }
   /// Limits of an instance.
   const Limits& limits_of(const shooting::LimitInstance& instance) const;
   /// Name for messages: "phase 'burn', integral 'fuel'".
@@ -185,6 +186,7 @@ class ShootingProgram final : public BlockProgram {
   std::vector<shooting::IntervalInstance> intervals_;
   std::vector<shooting::RowInstance> rows_;
   std::vector<shooting::LimitInstance> limits_;
+  std::vector<shooting::LinkCost> link_costs_;
   std::vector<int> integral_start_rows_;  // per phase
   std::vector<shooting::CostInstance> costs_;
   std::vector<shooting::ChangeInstance> changes_;

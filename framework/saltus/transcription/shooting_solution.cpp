@@ -89,6 +89,11 @@ std::vector<CostContribution> cost_contributions(ShootingProgram& program, const
         if (s >= 0)
           contributions[index[instance.phase][instance.term]].value += program.slack_cost(s, w);
   }
+  for (const LinkCost& cost : program.link_costs()) {
+    contributions.push_back({program.problem().phases()[cost.phase].name,
+                             program.problem().links()[cost.link].name, 0.0});
+    add(cost.block, 0, contributions.back().value);
+  }
   for (const LimitInstance& instance : program.limit_instances()) {
     if (!program.limits_of(instance).soft) continue;
     double paid = 0.0;

@@ -170,12 +170,11 @@ PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
         add(penalty_of(*limits.soft, VectorXd::Constant(1, so_far[j][i]), limits.bounds));
     }
   for (const Link& link : problem.links()) {
-    if (!link.limits.soft) continue;
+    if (!link.limits.soft && !link.is_cost) continue;
     int phase = 0;
     double time = 0.0;
-    add(penalty_of(*link.limits.soft,
-                   link.function(link_argument(problem, plan, link, phase, time)),
-                   link.limits.bounds));
+    const VectorXd value = link.function(link_argument(problem, plan, link, phase, time));
+    add(link.is_cost ? value[0] : penalty_of(*link.limits.soft, value, link.limits.bounds));
   }
   return result;
 }
@@ -313,7 +312,7 @@ void check_instants(const OptimalControlProblem& problem, const Plan& plan,
     }
   }
   for (const Link& link : problem.links()) {
-    if (link.limits.soft) continue;
+    if (link.limits.soft || link.is_cost) continue;
     int phase = 0;
     double time = 0.0;
     const VectorXd z = link_argument(problem, plan, link, phase, time);
