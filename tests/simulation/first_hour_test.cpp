@@ -33,6 +33,19 @@ struct Rate {  // x' = u; one state is a scalar
   }
 };
 
+struct OneRow {  // the same in braces, as of several states
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u) const {
+    return {u[0]};
+  }
+};
+struct OneSquare {
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u) const {
+    return {u[0] * u[0]};
+  }
+};
+
 Phase<2, 1> from_rest_to_rest() {
   Phase<2, 1> phase{"dash", Cart{}, exactly(1.0)};
   phase.begin_with("from", state, {exactly(0.0), at_most(0.0)})
@@ -56,7 +69,20 @@ std::string refusal(const auto& act) {
   return "nothing was refused";
 }
 
-TEST(UserTasks, BoundsPerRow) {
+TEST(FirstHour, OneRowInBracesIsAResult) {
+  Phase<1, 1> phase{"dash", OneRow{}, exactly(1.0)};
+  phase.track("input", OneRow{}, VectorXd::Ones(1))
+      .minimise("effort", OneSquare{})
+      .keep("limit", OneRow{}, between(-3.0, 3.0))
+      .reach("there", state, exactly(1.0));
+  OptimalControlProblem problem("one row");
+  problem.start_at({0.0}).then(phase);
+  const Solution plan = solve(problem);
+  ASSERT_TRUE(plan.ok()) << plan.message;
+  EXPECT_NEAR(plan.cost, 1.5, 1e-7);
+}
+
+TEST(FirstHour, BoundsPerRow) {
   const Solution plan = solve(dash());
   ASSERT_TRUE(plan.ok()) << plan.message;
   // 1/2 int u^2 is 6 for u = 6 - 12 t, and 6 n^2 / (n^2 - 1) with n constant pieces.

@@ -23,8 +23,9 @@
 #define SALTUS_SECOND(...) SALTUS_SECOND_OF(__VA_ARGS__)
 #define EIGEN_STATIC_ASSERT(condition, name) \
   static_assert(condition, SALTUS_SECOND(SALTUS_ADVICE_##name, #name, ));
-#ifndef EIGEN_PLAINOBJECTBASE_PLUGIN
+#if !defined(EIGEN_PLAINOBJECTBASE_PLUGIN) && !defined(EIGEN_MATRIX_PLUGIN)
 #define EIGEN_PLAINOBJECTBASE_PLUGIN "saltus/core/eigen_plain_object.hpp"
+#define EIGEN_MATRIX_PLUGIN "saltus/core/eigen_plain_object.hpp"
 #define SALTUS_INSIDE_PLAIN_OBJECT
 #endif
 #endif
@@ -32,6 +33,7 @@
 #ifdef SALTUS_INSIDE_PLAIN_OBJECT
 #undef SALTUS_INSIDE_PLAIN_OBJECT
 #undef EIGEN_PLAINOBJECTBASE_PLUGIN
+#undef EIGEN_MATRIX_PLUGIN
 #endif
 /// \endcond
 
