@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "saltus/app/settings.hpp"
 
@@ -32,26 +33,17 @@ std::string clock_complaint(const BipedSettings& c) {
 
 // Keys of version 0.2 that did not name their unit.
 void declare_renamed(Settings& s) {
-  constexpr std::pair<const char*, const char*> keys[] = {
-      {"push.random.until", "push.random.until_s"},
-      {"push.random.apart", "push.random.apart_s"},
-      {"step.decision_lead", "step.decision_lead_s"},
-      {"mpc.step", "mpc.step_s"},
-      {"mpc.deadline", "mpc.deadline_s"},
-      {"capture_point.after_landing", "capture_point.after_landing_s"},
-      {"simulator.step", "simulator.step_s"},
-      {"sensor.encoder.delay", "sensor.encoder.delay_s"},
-      {"sensor.gyroscope.delay", "sensor.gyroscope.delay_s"},
-      {"sensor.accelerometer.delay", "sensor.accelerometer.delay_s"},
-      {"sensor.force_torque.delay", "sensor.force_torque.delay_s"},
-      {"sensor.velocity_lag", "sensor.velocity_lag_s"},
-      {"explain_limit", "explain_limit_s"},
-      {"push.random.rate", "push.random.rate_hz"},
-      {"motor.bandwidth", "motor.bandwidth_hz"},
-      {"simulator.ground_step", "simulator.ground_step_m"},
-      {"contact.torsional_friction", "contact.torsional_friction_m"},
-      {"simulator.joint_friction", "simulator.joint_friction_nms_per_rad"}};
-  for (const auto& [old_key, key] : keys) s.renamed(old_key, key, "0.4");
+  const std::pair<const char*, std::vector<const char*>> keys_of_unit[] = {
+      {"_s",
+       {"push.random.until", "push.random.apart", "step.decision_lead", "mpc.step", "mpc.deadline",
+        "capture_point.after_landing", "simulator.step", "sensor.encoder.delay",
+        "sensor.gyroscope.delay", "sensor.accelerometer.delay", "sensor.force_torque.delay",
+        "sensor.velocity_lag", "explain_limit"}},
+      {"_hz", {"push.random.rate", "motor.bandwidth"}},
+      {"_m", {"simulator.ground_step", "contact.torsional_friction"}},
+      {"_nms_per_rad", {"simulator.joint_friction"}}};
+  for (const auto& [unit, keys] : keys_of_unit)
+    for (const std::string key : keys) s.renamed(key, key + unit, "0.4");
 }
 
 // Keys of version 0.2 whose values are now constants in the option structs.
