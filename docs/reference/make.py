@@ -3,12 +3,13 @@
 
 Usage: make.py OUT
 
-OUT/html/index.html is the first page. Doxygen makes it from the public headers and the pages (.md) of the
-project. The exit status is 1 on any warning, including public names without a comment, and on a dead
-link. Needs Debian's packages doxygen and doxygen-awesome-css.
+OUT/html/index.html is the first page. Made by Doxygen from the public headers and the pages (.md) of the
+project; the exit status is 1 on any warning, a public name without a comment among them, on a link that leads
+nowhere, and on a formula that KaTeX rejects. Needs Debian's packages doxygen, doxygen-awesome-css, libjs-katex, nodejs.
 """
 
 import html.parser
+import json
 import os
 import re
 import shutil
@@ -24,6 +25,18 @@ THEME = "/usr/share/doxygen-awesome-css"
 STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
           "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
 SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
+KATEX = "/usr/share/javascript/katex"  # katex.js runs here; the pages only need its style and fonts
+# Reads [[formula, is it displayed], ...] and prints for each [html, null] or [null, what KaTeX does not accept].
+TYPESET = """
+const katex = require(process.argv[1]);
+const typeset = ([formula, displayMode]) => {
+  try {
+    return [katex.renderToString(formula, {displayMode, throwOnError: true, strict: "error"}), null];
+  } catch (error) { return [null, error.message]; }
+};
+console.log(JSON.stringify(JSON.parse(require("fs").readFileSync(0)).map(typeset)));
+"""
+INLINE_FORMULA = re.compile(r"(?<![\w$])\$(?=[^\s$])([^$`]*[^\s$])\$(?![\w$])")
 # The sidebar: groups in the order in which a newcomer asks, and their pages. Other pages join the last group.
 DECISIONS = [f"framework/design/decisions/{area}.md" for area in
              ("formulas", "problems", "transcription", "solvers", "control", "robots", "program", "build")]
@@ -62,15 +75,66 @@ def slug(heading):
     return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
 
 
+# ---- formulas ------------------------------------------------------------------------------------
+
+
+class Formulas:
+    """The formulas of all pages: `$...$` within a line and blocks of ```math. Doxygen sees a mark for each."""
+
+    def __init__(self):
+        self.formulas = []  # (page, formula, is it displayed)
+
+    def mark(self, page, formula, displayed):
+        self.formulas.append((page, formula, displayed))
+        return f"FORMULA{len(self.formulas) - 1}END"
+
+    def typeset(self, folder):
+        """Puts the formulas into the pages of the folder. Returns one sentence per formula that is not typeset."""
+        asked = json.dumps([[formula, displayed] for _, formula, displayed in self.formulas])
+        done = subprocess.run(["node", "-e", TYPESET, os.path.join(KATEX, "katex.js")], input=asked, capture_output=True,
+                              text=True, check=True)
+        answers = json.loads(done.stdout)
+        wrong = [f"{page}: {error}: {formula}"
+                 for (page, formula, _), (_, error) in zip(self.formulas, answers) if error]
+        seen = set()
+
+        def html_of(match):
+            seen.add(int(match[1]))
+            return answers[int(match[1])][0] or ""
+
+        for name in os.listdir(folder):
+            if name.endswith((".html", ".js")):
+                path = os.path.join(folder, name)
+                with open(path, encoding="utf-8") as file:
+                    text = file.read()
+                if re.search(r"FORMULA\d+END", text):
+                    if name.endswith(".js"):
+                        wrong.append(f"{name}: a formula is in a heading, where it is not typeset")
+                        continue
+                    with open(path, "w", encoding="utf-8") as file:
+                        file.write(re.sub(r"FORMULA(\d+)END", html_of, text))
+        wrong += [f"{page}: this formula is not on its page: {formula}"
+                  for number, (page, formula, _) in enumerate(self.formulas) if number not in seen]
+        return wrong
+
+    @staticmethod
+    def copy_style(folder):
+        os.makedirs(os.path.join(folder, "fonts"))
+        shutil.copy(os.path.join(KATEX, "katex.min.css"), folder)
+        for name in os.listdir(os.path.join(KATEX, "fonts")):
+            if name.endswith(".woff2"):
+                shutil.copy(os.path.join(KATEX, "fonts", name), os.path.join(folder, "fonts"))
+
+
 # ---- pages ---------------------------------------------------------------------------------------
 
 
 class Page:
     """A page in the form for Doxygen: headings with names, links to pages and headers, pictures next to it."""
 
-    def __init__(self, name, names, headers, pictures, lacking):
+    def __init__(self, name, names, headers, pictures, formulas, lacking):
         self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
-        self.lacking = lacking
+        self.formulas, self.lacking = formulas, lacking
         self.folder = os.path.dirname(name)
 
     def path_of(self, link):
@@ -108,6 +172,9 @@ class Page:
         parts = re.split(r"(`[^`]*`)", line)  # code is not changed
         codes = [part for part in parts if part.startswith("`")]
         line = "".join("\0" if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
+        line = INLINE_FORMULA.sub(lambda match: self.formulas.mark(self.name, match[1], False), line)
+        if "$" in re.sub(r"\$(\{\w+\}|\(\w+\))", "", line):  # variables of shells and of CMake are no formulas
+            self.lacking.append(f"{self.name}: a formula begins or ends with $, but not both: {line}")
 
         def with_codes(text):
             return re.sub("\0", lambda _: codes.pop(0), text)
@@ -124,8 +191,18 @@ class Page:
     def text(self):
         with open(os.path.join(ROOT, self.name), encoding="utf-8") as file:
             lines = file.read().splitlines()
-        out, is_code, seen = [], False, {}
+        out, is_code, seen, formula = [], False, {}, None
         for line in lines:
+            if line.strip() == "```math" and not is_code:
+                formula = []
+                continue
+            if formula is not None:
+                if line.strip() != "```":
+                    formula.append(line)
+                    continue
+                out += ["", self.formulas.mark(self.name, "\n".join(formula), True), ""]
+                formula = None
+                continue
             if line.lstrip().startswith("```"):
                 is_code = not is_code
                 # Doxygen knows few languages; it shows shell code unchanged.
@@ -163,7 +240,7 @@ def group_page(title, pages):
 
 def write_pages(folder):
     """Writes the pages for Doxygen: the README, then each group with its pages. Returns the files in order, the
-    pictures, and one sentence per broken link and missing picture."""
+    pictures, the formulas, and one sentence per broken link and missing picture."""
     names = [name for name in PAGES if os.path.exists(os.path.join(ROOT, name))]
     lacking = [f"make.py: there is no page {name}" for name in PAGES if name not in names]
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
@@ -172,7 +249,7 @@ def write_pages(folder):
             names.append(name)
     headers = {os.path.relpath(path, ROOT): f"saltus/{name}"
                for name, path in public_headers.public_headers()}
-    files, pictures = [], {}
+    files, pictures, formulas = [], {}, Formulas()
     os.makedirs(folder)
 
     def write(name, text):
@@ -180,15 +257,15 @@ def write_pages(folder):
         with open(files[-1], "w", encoding="utf-8") as file:
             file.write(text)
 
-    write("README.md", Page("README.md", names, headers, pictures, lacking).text())
+    write("README.md", Page("README.md", names, headers, pictures, formulas, lacking).text())
     grouped = {title: [name for name in pages if name in names] for title, pages in GROUPS.items()}
     others = [name for name in names if name not in PAGES]
     grouped[list(grouped)[-1]] += others
     for title, pages in grouped.items():
         write(title + ".md", group_page(title, pages))
         for name in pages:
-            write(name, Page(name, names, headers, pictures, lacking).text())
-    return files, pictures, lacking
+            write(name, Page(name, names, headers, pictures, formulas, lacking).text())
+    return files, pictures, formulas, lacking
 
 
 # ---- Doxygen -------------------------------------------------------------------------------------
@@ -204,7 +281,8 @@ def write_header(out):
     head = os.path.join(out, "header.html")
     subprocess.run(["doxygen", "-w", "html", head, os.path.join(out, "footer.html"), os.path.join(out, "style.css")],
                    check=True, capture_output=True)
-    scripts = "".join(f'<script type="text/javascript" src="$relpath^{name}"></script>\n' for name in SCRIPTS)
+    scripts = '<link rel="stylesheet" type="text/css" href="$relpath^katex.min.css"/>\n'
+    scripts += "".join(f'<script type="text/javascript" src="$relpath^{name}"></script>\n' for name in SCRIPTS)
     scripts += ('<script type="text/javascript">DoxygenAwesomeDarkModeToggle.init();\n'
                 "DoxygenAwesomeFragmentCopyButton.init();</script>\n")
     with open(head, encoding="utf-8") as file:
@@ -316,18 +394,22 @@ def clear(out):
 def main(out):
     if not shutil.which("doxygen") or not os.path.isdir(THEME):
         sys.exit("the documentation needs doxygen and its theme: apt-get install doxygen doxygen-awesome-css")
+    if not shutil.which("node") or not os.path.isdir(KATEX):
+        sys.exit("the formulas of the documentation need KaTeX: apt-get install libjs-katex nodejs")
     clear(out)
     public_headers.main(os.path.join(out, "headers"))
-    files, pictures, lacking = write_pages(os.path.join(out, "pages"))
+    files, pictures, formulas, lacking = write_pages(os.path.join(out, "pages"))
     warnings, status = run_doxygen(out, files, pictures)
+    formulas.copy_style(os.path.join(out, "html"))
+    lacking += formulas.typeset(os.path.join(out, "html"))
     drop_dead_summaries(os.path.join(out, "html"))
     wrong, pages, links = check_links(os.path.join(out, "html"))
     wrong = [*lacking, *wrong]
     for sentence in [*warnings, *wrong]:
         print(sentence, file=sys.stderr)
     if warnings or wrong or status:
-        sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} links that lead nowhere")
-    print(f"documentation: {pages} pages, no warning, {links} links looked up; "
+        sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} links or formulas that are wrong")
+    print(f"documentation: {pages} pages, no warning, {links} links looked up, {len(formulas.formulas)} formulas; "
           f"{os.path.join(out, 'html', 'index.html')}")
 
 

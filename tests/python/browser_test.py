@@ -76,6 +76,8 @@ class Browser(unittest.TestCase):
 
     @unittest.skipUnless(shutil.which("doxygen") and os.path.isdir("/usr/share/doxygen-awesome-css"),
                          "doxygen or doxygen-awesome-css is missing")
+    @unittest.skipUnless(shutil.which("node") and os.path.isdir("/usr/share/javascript/katex"),
+                         "nodejs or libjs-katex is missing")
     def test_documentation_and_its_search(self):
         call(PYTHON, "-B", os.path.join(source, "docs", "reference", "make.py"), path("docs"))
         html = path("docs", "html")
@@ -84,7 +86,8 @@ class Browser(unittest.TestCase):
             self.assertTrue(words in self.opened(os.path.join(html, name)), f"{name} does not say {words}")
         with open(os.path.join(html, "index.html"), encoding="utf-8") as file:
             page = file.read()
-        # Types a word, and copies the frame of results into the page.
+        self.assertIn('class="katex-display"', page, "the first page shows no formula")
+        # Types a word, and leaves what the frame of results shows where it can be read.
         typed = """<script>
           const typed = () => {
             document.getElementById("MSearchField").value = "make_native_solver";
