@@ -21,6 +21,9 @@ sys.path.insert(0, str(ROOT / "tests/packaging"))
 import check_layers  # noqa: E402
 
 PRODUCT = ("framework", "integrators", "robots", "problems")
+COLOURS = {"framework": ("#e8f1fb", "#bcd7f3"), "integrators": ("#fdf0e0", "#f8d3a3"),  # of a group and of its boxes
+           "robots": ("#e9f6e9", "#b9e0ba"), "problems": ("#f3ebf8", "#dcc4ea")}
+LABELS = {"framework": "saltus.hpp", "problems": "program saltus"}  # files directly in a group's folder
 CODE = (".cpp", ".hpp")
 COMMENT_OR_STRING = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|^[ \t]*#(?:\\\n|[^\n])*', re.DOTALL | re.MULTILINE)
 SCOPE = re.compile(
@@ -111,12 +114,16 @@ def reduced(graph):
 
 def draw(graph, file):
     shown = {node: [t for t in targets if t.split("/")[0] in PRODUCT]
-             for node, targets in graph.items() if node.split("/")[0] in PRODUCT}
-    lines = ["digraph folders {", '  node [shape=box, fontname="sans-serif", fontsize=11]; edge [color="#777777"]; ranksep=0.35;']
+             for node, targets in graph.items() if node.split("/")[0] in PRODUCT and "/templates" not in node}
+    reached = {target for targets in shown.values() for target in targets}
+    shown = {node: targets for node, targets in shown.items() if targets or node in reached}
+    lines = ["digraph folders {", '  node [shape=box, style="filled,rounded", color="#888888", fontname="sans-serif", fontsize=15];',
+             '  edge [color="#555555", arrowsize=0.8]; ranksep=0.3; nodesep=0.2; fontname="sans-serif"; fontsize=17;']
     for top in PRODUCT:
         inside = sorted(node for node in shown if node.split("/")[0] == top)
-        lines.append(f'  subgraph "cluster_{top}" {{ label="{top}"; fontname="sans-serif"; color="#bbbbbb";')
-        lines += [f'    "{node}" [label="{node.split("/")[-1]}"];' for node in inside] + ["  }"]
+        lines.append(f'  subgraph "cluster_{top}" {{ label="{top}"; style="filled,rounded"; color="{COLOURS[top][0]}";')
+        lines += [f'    "{node}" [label="{LABELS.get(node, node.split("/")[-1])}", fillcolor="{COLOURS[top][1]}"];'
+                  for node in inside] + ["  }"]
     lines += [f'  "{node}" -> "{target}";' for node, targets in sorted(reduced(shown).items()) for target in targets]
     subprocess.run(["dot", "-Tsvg", "-o", file], input="\n".join(lines + ["}"]), text=True, check=True)
 
