@@ -2,7 +2,7 @@
 // of which six burn from the start and three later, and two stages.
 //
 //   r' = v, v' = T/m u/|u| - mu r/|r|^3 + D/m, m' = -mdot   |u| = 1
-//   D = -1/2 rho S Cd |w| w, w = v - omega x r, rho = 1.225 exp(-(|r| - Re) / 7200)
+//   D = -1/2 rho S Cd |w| w, w = v - cross(omega, r), rho = 1.225 exp(-(|r| - Re) / 7200)
 //   t = 0, 75.2, 150.4, 261 s, free; empty boosters and stages are dropped there
 //   at last a = 24361140 m, e = 0.7308, i = 28.5, Omega = 269.8, argument of perigee 130.5 degrees
 //
