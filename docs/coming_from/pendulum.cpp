@@ -40,5 +40,5 @@ int main() {
   const Solution plan = solve(shooting, *solver);
   std::printf("%s\ncost %.2f, first force %.2f N\n", plan.message.c_str(), plan.cost,
               plan.trajectory.input(0.0)[0]);
-  return plan.ok() && std::abs(plan.cost - 2242.166366) < 0.01 ? 0 : 1;
+  return plan.ok() && std::abs(plan.cost - 2242.166425) < 1e-6 ? 0 : 1;
 }
