@@ -16,6 +16,7 @@ from ..tables import read_by_names
 from . import events, ground
 
 FEET = (("left", "tab:blue"), ("right", "tab:orange"))
+CAPTURE_POINT, COM = "tab:orange", "tab:blue"  # as in the replay
 STANDING = {1: ("stance sole", ":"), 2: ("hull of both soles", "--")}  # by number of stance feet
 
 
@@ -24,7 +25,7 @@ def mark_events(axes, summary):
         axes.axvline(push["start_s"], color="tab:red", linestyle=":", label="push" if number == 0 else None)
     for number, landing in enumerate(events.landings(summary)):
         axes.axvline(landing, color="black", linestyle="--", linewidth=1.5 if number == 0 else 0.8,
-                     label="impact" if number == 0 else None)
+                     label="landing" if number == 0 else None)
 
 
 def new_axes(title, ylabel):
@@ -38,7 +39,7 @@ def new_axes(title, ylabel):
 
 def save(figure, axes, folder, name, begin, end):
     axes.set_xlim(begin, end)
-    axes.legend(fontsize="small", ncols=2)
+    axes.legend(fontsize="medium", ncols=2)
     save_picture(figure, os.path.join(folder, name))
     plt.close(figure)
 
@@ -77,7 +78,7 @@ def draw_feet(body, summary, folder, begin, end, what):
         for axes, quantity in ((panels[2], "sole_z"), (panels[3], "slip")):
             axes.plot(body["t"], [1e3 * v for v in body[f"{foot}_{quantity}"]], color=color,
                       label=foot)
-    panels[2].legend(fontsize="small", ncols=2)
+    panels[2].legend(fontsize="medium", ncols=2)
     panels[3].set_xlabel("t [s]")
     save(figure, panels[3], folder, "feet.png", begin, end)
 
@@ -126,8 +127,8 @@ def draw_capture_point(table, summary, folder, begin, end, what):
                                      (panels[1], "x", "forward, x [m]", 0)):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
-        axes.plot(t, table["icp_" + axis], color="tab:blue", label="capture point")
-        axes.plot(t, table["com_" + axis], color="tab:gray", linewidth=1, label="CoM")
+        axes.plot(t, table["icp_" + axis], color=CAPTURE_POINT, label="capture point")
+        axes.plot(t, table["com_" + axis], color=COM, linewidth=1, label="CoM")
         edges, named = [], set()
         for first, last, feet, corners in standing:
             extent = [f(p[entry] for p in corners) for f in (min, max)]
@@ -169,7 +170,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
             x, y = step["landed_at_m"][:2]
             axes.annotate(str(number), (y, x), color="tab:" + ("blue" if step["foot"] == "left" else "orange"))
     shown = [i for i, s in enumerate(table["t"]) if begin <= s <= end]
-    for name, color, label in (("icp", "tab:red", "capture point"), ("com", "0.3", "CoM")):
+    for name, color, label in (("icp", CAPTURE_POINT, "capture point"), ("com", COM, "CoM")):
         x, y = ([table[f"{name}_{axis}"][i] for i in shown] for axis in "xy")
         axes.plot(y, x, color=color, linewidth=1.2, label=label)
         axes.plot(y[0], x[0], "o", color=color, markersize=4)
@@ -200,7 +201,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
     axes.set_aspect("equal")
     axes.set_xlim(middle[1] + reach, middle[1] - reach)
     axes.set_ylim(middle[0] - reach, middle[0] + reach)
-    axes.legend(fontsize="small", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
+    axes.legend(fontsize="medium", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     save_picture(figure, os.path.join(folder, "from_above.png"))
     plt.close(figure)
 
@@ -263,8 +264,8 @@ def draw_step_plans(plans, summary, folder, begin, end, what):
     for axes in (cost, landing):
         mark_events(axes, summary)
         axes.set_xlim(begin, end)
-        axes.legend(fontsize="x-small", ncols=2)
-    above.legend(fontsize="x-small", ncols=2)
+        axes.legend(fontsize="small", ncols=2)
+    above.legend(fontsize="small", ncols=2)
     save_picture(figure, os.path.join(folder, "step_plans.png"))
     plt.close(figure)
 

@@ -39,12 +39,12 @@ FIGURES = [
         ("com_height_max_m", "Highest CoM", "m", 1, 3),
         ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
         ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
-        ("body.standing", "Recovered without a step, almost without tilt", "", 1, 0),
-        ("body.base_tilt_max_rad", "Largest tilt of the base relative to the start", "rad", 1, 3),
+        ("body.standing", "Balanced without a step, almost upright", "", 1, 0),
+        ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
         ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
     ]),
-    ("Settling times, from the last landing or push on", [
-        ("icp_settling_from_s", "start of this interval", "s", 1, 3),
+    ("Settling after the last landing or push", [
+        ("icp_settling_from_s", "Start of the interval", "s", 1, 3),
         ("icp_settling_s", "Capture point within 1 cm of its final place", "s", 1, 2),
         ("force_settling.planned_left_s", "Planned vertical force, left foot", "s", 1, 2),
         ("force_settling.planned_right_s", "Planned vertical force, right foot", "s", 1, 2),
@@ -59,18 +59,18 @@ FIGURES = [
         ("body.right_slip_max_m", "Largest slip of the right sole", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
     ]),
-    ("Step planner", [
-        ("step_plans.ticks", "Planning ticks", "", 1, 0),
-        ("step_plans.ticks_with_three_alternatives", "of these with three or more alternatives", "", 1, 0),
-        ("step_plans.ticks_without_feasible_alternative", "of these without a feasible alternative",
+    ("Planner of steps", [
+        ("step_plans.ticks", "Ticks that planned", "", 1, 0),
+        ("step_plans.ticks_with_three_alternatives", "of these with three choices or more", "", 1, 0),
+        ("step_plans.ticks_without_feasible_alternative", "of these without a feasible choice",
          "", 1, 0),
         ("step_plans.first_without_s", "first at the time", "s", 1, 2),
         ("step_plans.processor_us.median", "Median processor time of a tick", "ms", 1e-3, 2),
         ("step_plans.processor_us.p99", "99th percentile of the processor time of a tick", "ms", 1e-3, 2),
     ]),
-    ("Estimation errors, from 0.25 s on", [
-        ("body.estimate_com_error_m", "Largest error of the CoM relative to the stance sole", "mm", 1e3, 1),
-        ("body.estimate_velocity_error_m_s", "RMS error of the CoM velocity", "mm/s", 1e3, 0),
+    ("Error of the estimate, from 0.25 s on", [
+        ("body.estimate_com_error_m", "Largest error of the CoM from the stance sole", "mm", 1e3, 1),
+        ("body.estimate_velocity_error_m_s", "Error of its velocity, rms", "mm/s", 1e3, 0),
     ]),
     ("Joints", [
         ("body.torque_share_max", "Largest torque, fraction of its limit", "%", 100, 0),
@@ -86,22 +86,22 @@ FIGURES = [
     ]),
     ("Limbs", [
         ("body.clearance_min_m", "Smallest distance (negative: overlap)", "mm", 1e3, 1),
-        ("body.clearance_pair", "between the links", "", 1, 0),
+        ("body.clearance_pair", "of the links", "", 1, 0),
         ("body.clearance_time_s", "at the time", "s", 1, 2),
     ]),
     ("Controllers", [
         ("solves", "Solves of the planner", "", 1, 0),
-        ("failures", "Failed solves", "", 1, 0),
-        ("deadline_misses", "Solves stopped by the deadline", "", 1, 0),
-        ("icp_slack_max_m", "Largest violation of the hull in the plans", "mm", 1e3, 2),
+        ("failures", "Solves that failed", "", 1, 0),
+        ("deadline_misses", "Solves cut off by the deadline", "", 1, 0),
+        ("icp_slack_max_m", "Largest violation of the hull by the plans", "mm", 1e3, 2),
         ("kkt_max", "Largest KKT residual", "", 1, None),
         ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
         ("solve_us.p99", "99th percentile of the time of a solve", "ms", 1e-3, 3),
         ("body.control_steps", "Whole-body control steps", "", 1, 0),
-        ("body.control_failures", "of these without a solution", "", 1, 0),
-        ("body.control_cuts", "of these with torques clipped to their limits", "", 1, 0),
-        ("body.whole_body_solve_us.median", "Median time of its quadratic program", "ms", 1e-3, 3),
-        ("body.whole_body_solve_us.p99", "99th percentile of the time of its quadratic program", "ms", 1e-3, 3),
+        ("body.control_failures", "of these not solved", "", 1, 0),
+        ("body.control_cuts", "of these with torques cut to their limits", "", 1, 0),
+        ("body.whole_body_solve_us.median", "Median time of a whole-body solve", "ms", 1e-3, 3),
+        ("body.whole_body_solve_us.p99", "99 % of these within", "ms", 1e-3, 3),
     ]),
     ("Time on one core, per simulated second", [
         ("body.planner_s_per_s", "Planner", "s", 1, 3),
@@ -123,6 +123,7 @@ body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em;
 .verdict { padding: .6em 1em; border-radius: 6px; color: #fff; font-size: 1.25em; }
 .good { background: #2e7d32; } .bad { background: #b3261e; }
 table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-align: left; }
+.opening { display: flex; flex-wrap: wrap; gap: 0 2em; } .opening section { flex: 1 1 20em; }
 .groups { columns: 2 27em; column-gap: 2.5em; } section { break-inside: avoid; }
 h3 { margin: 0 0 .2em; padding-top: .9em; } section table { width: 100%; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
@@ -184,7 +185,7 @@ def unmet(summary):
     if not told:
         return ""
     rows = "".join(f"<pre>{html.escape(text)}</pre>\n" for text in told)
-    return f"<h2>Limits that plans violated</h2>\n{rows}"
+    return f"<h2>Limits that the plans violate</h2>\n{rows}"
 
 
 def picture(folder, name, caption):
@@ -224,11 +225,13 @@ def report(folder, summary, with_replay):
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
     title = f"Push recovery: {events.impulse_in_words(summary)}"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
-    figures = "".join(figure_group(summary, *group) for group in FIGURES)
+    first, *others = FIGURES
+    details = "".join(figure_group(summary, *group) for group in others)
     drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
     if "estimate_com_error_m" in summary.get("body", {}):
         drawn = drawn + ESTIMATE_PICTURES
-    pictures = "".join(picture(folder, *entry) for entry in drawn)
+    opening, *pictures = (picture(folder, *entry) for entry in drawn)
+    pictures = "".join(pictures)
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
 <style>{STYLE}</style></head><body>
@@ -239,12 +242,13 @@ def report(folder, summary, with_replay):
 {html.escape(summary['controller'])}, solver {html.escape(summary['solver_name'])}, stepping
 {'allowed' if summary['stepping'] else 'not allowed'}.</p>
 {link}
-<h2>Figures</h2>
-<div class="groups">{figures}</div>
-{unmet(summary)}<h2>Settings that differ from their defaults</h2>
-{settings_table(summary)}
+<div class="opening">{opening}{figure_group(summary, *first)}</div>
+{unmet(summary)}<h2>Details</h2>
+<div class="groups">{details}</div>
 <h2>Pictures</h2>
-{pictures or '<p>No pictures were drawn.</p>'}
+{pictures or '<p>None were drawn.</p>'}
+<h2>Settings that differ from their defaults</h2>
+{settings_table(summary)}
 <p>{html.escape(provenance(summary))}</p>
 </body></html>
 """
