@@ -69,7 +69,7 @@ std::string refusal(const auto& act) {
   return "nothing was refused";
 }
 
-TEST(FirstHour, OneRowInBracesIsAResult) {
+TEST(UserTasks, OneRowInBracesIsAResult) {
   Phase<1, 1> phase{"dash", OneRow{}, exactly(1.0)};
   phase.track("input", OneRow{}, VectorXd::Ones(1))
       .minimise("effort", OneSquare{})
@@ -82,7 +82,7 @@ TEST(FirstHour, OneRowInBracesIsAResult) {
   EXPECT_NEAR(plan.cost, 1.5, 1e-7);
 }
 
-TEST(FirstHour, BoundsPerRow) {
+TEST(UserTasks, BoundsPerRow) {
   const Solution plan = solve(dash());
   ASSERT_TRUE(plan.ok()) << plan.message;
   // 1/2 int u^2 is 6 for u = 6 - 12 t, and 6 n^2 / (n^2 - 1) with n constant pieces.

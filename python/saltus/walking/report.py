@@ -59,10 +59,10 @@ FIGURES = [
         ("body.right_slip_max_m", "Largest slip of the right sole", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
     ]),
-    ("Planner of steps", [
-        ("step_plans.ticks", "Ticks that planned", "", 1, 0),
-        ("step_plans.ticks_with_three_alternatives", "of these with three choices or more", "", 1, 0),
-        ("step_plans.ticks_without_feasible_alternative", "of these without a feasible choice",
+    ("Step planner", [
+        ("step_plans.ticks", "Planning ticks", "", 1, 0),
+        ("step_plans.ticks_with_three_alternatives", "of these with three or more alternatives", "", 1, 0),
+        ("step_plans.ticks_without_feasible_alternative", "of these without a feasible alternative",
          "", 1, 0),
         ("step_plans.first_without_s", "first at the time", "s", 1, 2),
         ("step_plans.processor_us.median", "Median processor time of a tick", "ms", 1e-3, 2),
