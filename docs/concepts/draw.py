@@ -75,7 +75,7 @@ def modes():
     bar(axes, 7.6, 10.0, 1.0, "both")
     for t, name in ((2.6, "landing"), (4.4, "lift-off"), (7.6, "landing 2")):
         event(axes, t, 0.9, 1.62, name, 0.04)
-    axes.text(0.0, 0.72, "the same states and inputs throughout; windows say what is in force when", va="top", color=GREY)
+    axes.text(0.0, 0.72, "the same states and inputs throughout; windows select the active terms", va="top", color=GREY)
     time_axis(axes, 10.3, 0.3)
     return figure
 
@@ -88,7 +88,7 @@ def windows():
     for t in nodes:
         axes.plot(t, 3.5, "o", color="black" if t != 3.6 else RED, markersize=5)
     label(axes, 3.5, "nodes")
-    event(axes, 3.6, -0.05, 4.05, "event: a node and a control break stand exactly here")
+    event(axes, 3.6, -0.05, 4.05, "event: a node and a control break are exactly here")
     rows = [(2.6, "inputs and\nrunning costs", BLUE, 0.0, 3.6, "o--", "[from, to): the interval before the event is the last"),
             (1.55, "constraints on\nstates alone", GREEN, 0.0, 3.6, "oo", "also at the left limit of `to`: what was promised holds\nwhen the event is reached"),
             (0.5, "the next window", ORANGE, 3.6, 9.8, "oo", "without `to`: the end of the horizon is part of it")]
@@ -108,7 +108,7 @@ def events():
     label(axes, 4.3, "in the schedule")
     bar(axes, 0.0, 5.0, 4.05, "left")
     bar(axes, 5.0, 10.0, 4.05, "both")
-    event(axes, 5.0, 3.95, 4.65, "at a time that you set: retime(\"landing\", 0.6)", 0.05)
+    event(axes, 5.0, 3.95, 4.65, "at a given time: retime(\"landing\", 0.6)", 0.05)
     label(axes, 2.65, "by the state:\na guard")
     times = [0.05 * i for i in range(201)]
     axes.plot(times, [2.6 + 0.7 * math.cos(0.105 * math.pi * t) for t in times], color=BLUE, linewidth=1.4)
