@@ -33,7 +33,7 @@ constexpr const char* usage =
 
 constexpr const char* help =
     "compares solvers on the same problems, measures times, runs campaigns\n"
-    "Usage: saltus bench VERB ...; each has a --help of its own\n"
+    "Usage: saltus bench VERB ...; VERB --help describes each\n"
     "\n"
     "  latency    solve times of the structured solver on this machine, every solve checked\n"
     "  list       lists problems and solvers, and which packages are missing\n"
