@@ -5,6 +5,7 @@ import dataclasses
 import math
 import os
 import re
+import statistics
 from typing import Tuple
 
 from comparisons import COMPASS
@@ -74,30 +75,32 @@ class Solvers:
 
 @dataclasses.dataclass
 class Library:
-    """Computing times of the optimisation problems of the library."""
+    """Computing times of the optimisation problems of the library: medians of several runs of the suite."""
     title: str
     readme: str = "docs/gallery.md"
     quick: bool = False
     exact: Tuple[str, ...] = ()
+    repeats = 5
     solvers = ("ipopt", "sparse", "riccati")
     titles = ("problem", "ipopt, ms", "sparse, ms", "riccati, ms")
     timed: Tuple[str, ...] = ("ipopt, ms", "sparse, ms", "riccati, ms")
 
     def runs(self):
-        return len(self.solvers)
+        return self.repeats * len(self.solvers)
 
     def shape(self):
         with open(os.path.join(ROOT, "problems/library/cases.hpp"), encoding="utf-8") as file:
             return list(self.titles), len(re.findall(r"^ReferenceCase \w+\(\);", file.read(), re.MULTILINE))
 
     def make(self, programs):
-        found = {solver: {case["id"]: case for case in programs.suite(solver)["cases"]} for solver in self.solvers}
+        found = {solver: [{case["id"]: case for case in programs.suite(solver, repeat=repeat)["cases"]}
+                          for repeat in range(self.repeats)] for solver in self.solvers}
         rows = []
-        for name, case in found["ipopt"].items():
+        for name, case in found["ipopt"][0].items():
             if case["kind"] != "optimisation" or name == "C01":  # C01 is a set of quadratic programs from files
                 continue
-            rows.append([f"{name} {case['name']}",
-                         *(f"{1e3 * found[solver][name]['seconds']:.1f}" for solver in self.solvers)])
+            times = (statistics.median(run[name]["seconds"] for run in found[solver]) for solver in self.solvers)
+            rows.append([f"{name} {case['name']}", *(f"{1e3 * time:.1f}" for time in times)])
         return markdown(list(self.titles), rows)
 
 

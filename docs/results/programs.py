@@ -111,9 +111,9 @@ class Programs:
             os.remove(table)
         return summary
 
-    def suite(self, solver, only=""):
-        """The output of `saltus suite --json`."""
-        out = self._folder("suite", [solver, only]) + ".json"
+    def suite(self, solver, only="", repeat=0):
+        """What `saltus suite --json` says; `repeat` numbers runs of the same."""
+        out = self._folder("suite", [solver, only, *([repeat] if repeat else [])]) + ".json"
         if not os.path.exists(out):
             call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
                  + (["--only", only] if only else []))
