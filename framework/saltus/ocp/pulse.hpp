@@ -15,11 +15,11 @@ struct Pulse {
   /// Size of the impulse, in N s for a force; it multiplies `direction`.
   double impulse = 0.0;
   VectorXd direction;     ///< unit vector of a force, or change of the state (nx)
-  double start = 0.0;     ///< in seconds
-  double duration = 0.1;  ///< in seconds
+  double start = 0.0;     ///< s
+  double duration = 0.1;  ///< s
   PulseShape shape = PulseShape::rectangle;  ///< shape over time
 
-  double end() const { return start + duration; }  ///< in seconds
+  double end() const { return start + duration; }  ///< s
   /// Fraction of the impulse applied up to `t` seconds, 0 to 1.
   double fraction(double t) const;
   /// Mean force over an interval in seconds. Applied as a constant it gives exactly the impulse of
