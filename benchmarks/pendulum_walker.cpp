@@ -9,7 +9,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-using walking::FootState;
+using walking::StepSituation;
 
 using Vector2 = Vec<double, 2>;
 using Vector3 = Vec<double, 3>;
@@ -85,7 +85,7 @@ class Walker {
 
   void lift_off(const StepPlan& plan) {
     if (plan.count == 0) return;
-    FootState& foot = now_.foot(plan.steps[0].foot);
+    StepSituation::Foot& foot = now_.foot(plan.steps[0].foot);
     if (foot.swings() || plan.steps[0].lift_off > now_.time + o_.period) return;
     foot.stands = false;
     foot.lifted_off = now_.time;
@@ -125,7 +125,7 @@ class Walker {
 
   void advance_foot(const StepPlan& plan) {
     for (const Side side : {Side::left, Side::right}) {
-      FootState& foot = now_.foot(side);
+      StepSituation::Foot& foot = now_.foot(side);
       if (!foot.swings() || plan.count == 0) continue;
       const double left = plan.steps[0].landing - now_.time;
       if (left <= o_.period + 1e-9) {

@@ -45,10 +45,10 @@ inline QpCase read_case(const std::string& name) {
   const nlohmann::json& p = json.at("params");
   QpCase c;
   c.model.mass = p.at("m");
-  ContactConeOptions contact;
+  ContactCone::Options contact;
   contact.friction = p.at("mu");
   contact.edges = 4;
-  contact.pyramid = FrictionPyramid::circumscribed;
+  contact.pyramid = ContactCone::Pyramid::circumscribed;
   contact.foot.x = between(p.at("foot_x")[0], p.at("foot_x")[1]);
   contact.foot.y = between(p.at("foot_y")[0], p.at("foot_y")[1]);
   contact.torsional_friction = p.at("mu_z");

@@ -101,7 +101,7 @@ StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& sta
 
   const SupportPolygon hull =
       SupportPolygon::under({{flat_sole(left_foot), sole}, {flat_sole(right_foot), sole}});
-  const HalfPlanes planes = hull.half_planes();
+  const SupportPolygon::HalfPlanes planes = hull.half_planes();
   const Point2 centroid = hull.centroid();
   CentroidalState desired = CentroidalState::Zero();
   desired.head<3>() << centroid, height;

@@ -17,7 +17,7 @@ void set_scene(const Scene& scene, Tick<double>& data) {
   data.set_hull(scene.hull().half_planes(hull_rows));
   data.standing = scene.two_feet ? 0.0 : 1.0;
 }
-void set_measurement(const Measurement& measured, const Scene& scene, Tick<double>& data) {
+void set_measurement(const Planner::Measurement& measured, const Scene& scene, Tick<double>& data) {
   data.com = measured.gamma.head<3>();
   data.force = measured.contact_force;
   data.omega = lipm_frequency(measured.gamma[2] - scene.stance.position[2]);
@@ -25,7 +25,7 @@ void set_measurement(const Measurement& measured, const Scene& scene, Tick<doubl
 
 // Fits the motion through three points of the horizon; constant at the target without a plan.
 void set_motion(const Scene& scene, double begin, double length, Tick<double>& data) {
-  const walking::PlannedMotion& motion = scene.motion;
+  const walking::StepPlan::Motion& motion = scene.motion;
   data.motion_begin = begin;
   data.com_motion.setZero();
   data.capture_motion.setZero();
@@ -60,7 +60,7 @@ class Mpc final : public Planner {
         controller_(make_tick_controller(problem_of(config, robot, scene), config.planner.intervals,
                                          config.planner, robot.mass, scene.side)) {}
 
-  const ControlTick& tick(const Measurement& measured, const Scene& scene,
+  const ControlTick& tick(const Planner::Measurement& measured, const Scene& scene,
                           const Schedule& contacts) override {
     if (scene.two_feet != scene_.two_feet || scene.side != scene_.side ||
         scene.swing.position != scene_.swing.position ||
@@ -86,7 +86,7 @@ class Mpc final : public Planner {
 
  private:
   static Tick<double> data_at_rest(const RobotDescription& robot, const Scene& scene) {
-    Measurement at_rest;
+    Planner::Measurement at_rest;
     at_rest.gamma.head<3>() = scene.two_feet ? Vec<double, 3>(0.0, 0.0, scene.com_height)
                                              : robot.posture_on(scene.side).com;
     at_rest.contact_force[2] = robot.mass * standard_gravity;

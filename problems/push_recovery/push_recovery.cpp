@@ -27,12 +27,12 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
   Step step = config_.step;
   step.shortest = config_.planning.shortest;
   switch (step.planner) {
-    case StepPlannerChoice::ocp:
+    case Step::Planner::ocp:
       return make_step_choice(config_.planning, step, scene, nominal.mass,
                               reach_of_robot(config_.planning, config_.robot, nominal));
-    case StepPlannerChoice::reactive:
+    case Step::Planner::reactive:
       return make_reactive_steps(step, scene);
-    case StepPlannerChoice::formula:
+    case Step::Planner::formula:
       break;
   }
   std::optional<double> push_start;
@@ -41,18 +41,19 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
 }
 
 // The reactive planner steps as often as needed, but more than three steps gain little.
-std::optional<StepBounds> PushRecovery::step_bounds(const RobotDescription& nominal) const {
+std::optional<BipedProblem::StepBounds> PushRecovery::step_bounds(
+    const RobotDescription& nominal) const {
   const StepPlanning& planning = config_.planning;
   std::optional<survey::FootReach> reach;
   switch (config_.step.planner) {
-    case StepPlannerChoice::formula:
+    case Step::Planner::formula:
       return std::nullopt;
-    case StepPlannerChoice::reactive:
-      return StepBounds{3, planning.shortest, reach_of(config_.step).from_foot};
-    case StepPlannerChoice::ocp:
+    case Step::Planner::reactive:
+      return BipedProblem::StepBounds{3, planning.shortest, reach_of(config_.step).from_foot};
+    case Step::Planner::ocp:
       reach = reach_of_robot(planning, config_.robot, nominal);
-      return StepBounds{planning.most_steps, planning.shortest,
-                        reach ? reach->from_foot : reach_of(config_.step).from_foot};
+      return BipedProblem::StepBounds{planning.most_steps, planning.shortest,
+                                      reach ? reach->from_foot : reach_of(config_.step).from_foot};
   }
   return std::nullopt;
 }

@@ -21,7 +21,8 @@ class PushRecovery final : public ConfigurableBiped {
                                         const Scene& scene) const override;
   std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
                                                  const Scene& scene) const override;
-  std::optional<StepBounds> step_bounds(const RobotDescription& nominal) const override;
+  std::optional<BipedProblem::StepBounds> step_bounds(
+      const RobotDescription& nominal) const override;
   double end_time(double push_end, double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
   std::unique_ptr<walking::UnmetExplanations> unmet_explanations(

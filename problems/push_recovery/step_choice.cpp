@@ -264,7 +264,7 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
 
 void StepChoice::note(const Candidate& c, const StepSituation& now) {
   if (plan_.alternatives >= StepPlan::most_alternatives) return;
-  walking::StepAlternative& a = plan_.alternative[plan_.alternatives++];
+  walking::StepPlan::Alternative& a = plan_.alternative[plan_.alternatives++];
   a = {};
   a.steps = c.steps;
   a.first = c.first;
@@ -305,7 +305,7 @@ void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
   }
   Side foot = c.first;
   for (int k = 0; k < c.steps; ++k, foot = other(foot)) {
-    walking::PlannedStep& step = plan_.steps[k];
+    walking::StepPlan::Step& step = plan_.steps[k];
     step.foot = foot;
     step.lift_off = now.time + c.solution->lift_off[k];
     step.landing = now.time + c.solution->landing[k];

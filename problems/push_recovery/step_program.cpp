@@ -178,12 +178,12 @@ Vec<double, 2> StepProgram::pressure_at(double time) const {
          (steps_ > 0 ? model_.sole : model_.standing_sole).cwiseProduct(Vec<double, 2>(u[0], u[1]));
 }
 
-void StepProgram::sample(walking::PlannedMotion& motion) const {
+void StepProgram::sample(walking::StepPlan::Motion& motion) const {
   constexpr int pieces = 4;
-  constexpr double h = walking::PlannedMotion::step / pieces;
+  constexpr double h = walking::StepPlan::Motion::step / pieces;
   Vec<double, 2> com = state_.head<2>(), capture = state_.segment<2>(2);
   const Vec<double, 2> lent = state_.segment<2>(4);  // as good as constant meanwhile
-  motion.samples = walking::PlannedMotion::most_samples;
+  motion.samples = walking::StepPlan::Motion::most_samples;
   for (int i = 0; i < motion.samples; ++i) {
     motion.com[i] = com;
     motion.capture_point[i] = capture;

@@ -47,7 +47,7 @@ class StepProgram {
                             Bounds first, double elapsed, int most_iterations) noexcept;
   /// The first seconds of the last solution from the state that it was solved from, its inputs as
   /// planned, in the frame of StepNow. Does not allocate.
-  void sample(walking::PlannedMotion& motion) const;
+  void sample(walking::StepPlan::Motion& motion) const;
   /// The plan of the last solution, with its costs by name. Allocates.
   Solution report();
 

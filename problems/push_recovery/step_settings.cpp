@@ -19,7 +19,8 @@ Vec<double, 2> centre_of(const FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
 
-HalfPlanes half_planes(const std::vector<Point2>& corners, const Vec<double, 2>& offset) {
+SupportPolygon::HalfPlanes half_planes(const std::vector<Point2>& corners,
+                                       const Vec<double, 2>& offset) {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points(static_cast<int>(corners.size()), 2);
   for (std::size_t i = 0; i < corners.size(); ++i)
     points.row(static_cast<int>(i)) = (corners[i] + offset).transpose();
@@ -28,7 +29,7 @@ HalfPlanes half_planes(const std::vector<Point2>& corners, const Vec<double, 2>&
 
 // Removes the sides towards the other leg, where the feet limit the motion and not the reach from
 // the CoM. They are replaced by copies of another side.
-HalfPlanes outer(HalfPlanes sides) {
+SupportPolygon::HalfPlanes outer(SupportPolygon::HalfPlanes sides) {
   int farthest = 0;
   for (int i = 0; i < sides.rows(); ++i)
     if (sides.A(i, 1) > sides.A(farthest, 1)) farthest = i;
@@ -48,21 +49,19 @@ survey::FootReach reach_of(const walking::Step& step) {
 }
 
 void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
-  using walking::StepPlannerChoice;
-  using walking::StepTrigger;
+  using walking::Step;
   s.choice(
       "step.planner", {"push_formula", "icp_formula", "reactive", "ocp"},
       [&step]() -> std::optional<std::size_t> {
-        if (step.planner == StepPlannerChoice::formula) return step.known ? 0 : 1;
-        return step.planner == StepPlannerChoice::reactive ? 2 : 3;
+        if (step.planner == Step::Planner::formula) return step.known ? 0 : 1;
+        return step.planner == Step::Planner::reactive ? 2 : 3;
       },
       [&step](std::size_t i) {
-        constexpr StepPlannerChoice planners[] = {
-            StepPlannerChoice::formula, StepPlannerChoice::formula, StepPlannerChoice::reactive,
-            StepPlannerChoice::ocp};
+        constexpr Step::Planner planners[] = {Step::Planner::formula, Step::Planner::formula,
+                                              Step::Planner::reactive, Step::Planner::ocp};
         step.planner = planners[i];
         step.known = i == 0;
-        step.trigger = step.known ? StepTrigger::push : StepTrigger::icp;
+        step.trigger = step.known ? Step::Trigger::push : Step::Trigger::icp;
       },
       "push_formula: one step of the foot in the air, step.duration after the start of the push, "
       "which it knows; icp_formula: the same after the capture point leaves the sole; reactive: "
@@ -101,7 +100,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
          "one second after the robot has come to rest, it steps back to the usual distance of its "
          "feet (ocp)");
   s.rule({"step.bring_back", "step.planner"}, [&p, &step] {
-    return p.bring_back && step.planner != StepPlannerChoice::ocp
+    return p.bring_back && step.planner != Step::Planner::ocp
                ? "step.bring_back needs step.planner=ocp: the other planners step only after pushes"
                : "";
   });
@@ -138,12 +137,12 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
     if (p.velocity[2] != 0.0)
       return "the third entry of walk.velocity, the turning rate, must be 0: the feet stay "
              "parallel";
-    if (p.walks() && step.planner != StepPlannerChoice::ocp)
+    if (p.walks() && step.planner != Step::Planner::ocp)
       return "walk.velocity needs step.planner=ocp: the other planners do not walk";
     return "";
   });
   s.rule({"step.planner", "step.shortest_s", "step.usual_s", "step.longest_s"}, [&p, &step] {
-    return step.planner != StepPlannerChoice::ocp || (p.shortest <= p.usual && p.usual <= p.longest)
+    return step.planner != Step::Planner::ocp || (p.shortest <= p.usual && p.usual <= p.longest)
                ? ""
                : fmt::format(
                      "step.usual_s ({}) must lie between step.shortest_s ({}) and step.longest_s "
@@ -151,7 +150,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
                      p.usual, p.shortest, p.longest);
   });
   s.rule({"step.planner", "step.shortest_s", "step.duration"}, [&p, &step] {
-    return step.planner != StepPlannerChoice::reactive || p.shortest <= step.duration
+    return step.planner != Step::Planner::reactive || p.shortest <= step.duration
                ? ""
                : fmt::format(
                      "step.shortest_s ({}) exceeds step.duration ({}), the maximum duration of a "
@@ -173,12 +172,12 @@ namespace {
 void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
   for (const std::string& sole : {robot.left_sole, robot.right_sole})
     for (int link = model.link_index(sole); link >= 0; link = model.links()[link].parent) {
-      const UrdfLink& at = model.links()[link];
+      const UrdfModel::Link& at = model.links()[link];
       if (at.name == robot.base) break;
-      if (at.joint.motion == UrdfJoint::Motion::fixed) continue;
-      const auto described =
-          std::find_if(robot.joints.begin(), robot.joints.end(),
-                       [&](const ActuatedJoint& joint) { return joint.name == at.joint.name; });
+      if (at.joint.motion == UrdfModel::Joint::Motion::fixed) continue;
+      const auto described = std::find_if(
+          robot.joints.begin(), robot.joints.end(),
+          [&](const RobotDescription::Joint& joint) { return joint.name == at.joint.name; });
       if (described == robot.joints.end()) continue;  // frozen
       const Bounds limits = described->position.value_or(at.joint.position);
       if (std::isfinite(limits.lower) && std::isfinite(limits.upper)) continue;

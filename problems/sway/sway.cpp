@@ -110,7 +110,7 @@ class SwayPlanner final : public Planner {
       : controller_(make_tick_controller(problem(config, robot, scene), config.planner.intervals,
                                          config.planner, robot.mass)) {}
 
-  const ControlTick& tick(const Measurement& measured, const Scene&,
+  const ControlTick& tick(const Planner::Measurement& measured, const Scene&,
                           const Schedule& contacts) override {
     controller_.set_data("tick", Tick<double>{measured.gamma.head<3>(), measured.contact_force});
     controller_.set_schedule(contacts);

@@ -103,7 +103,8 @@ void command_line(Bytes bytes) {
 }
 
 void robot_file(Bytes bytes) {
-  for (const Figures figures : {Figures::from_urdf, Figures::in_file})
+  for (const RobotDescription::Figures figures :
+       {RobotDescription::Figures::from_urdf, RobotDescription::Figures::in_file})
     parse_robot_description(text_of(bytes), "robot.yaml", figures);
 }
 

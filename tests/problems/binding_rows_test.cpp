@@ -64,10 +64,10 @@ const std::vector<Instance> instances{
 MultipleShooting transcribe(const StepRecovery& s) {
   Model model;
   model.mass = s.mass;
-  ContactConeOptions contact;
+  ContactCone::Options contact;
   contact.friction = s.friction;
   contact.edges = 4;
-  contact.pyramid = FrictionPyramid::circumscribed;
+  contact.pyramid = ContactCone::Pyramid::circumscribed;
   contact.foot = {between(s.foot_x[0], s.foot_x[1]), between(s.foot_y[0], s.foot_y[1])};
   contact.torsional_friction = s.torsion;
   contact.normal_force = at_least(s.normal_min);

@@ -38,8 +38,8 @@ FloatingRobot two_joints() {
   shin.joint = "knee";
   shin.effort = 20.0;
   shin.boxes.push_back({Eigen::Isometry3d::Identity(), {0.2, 0.1, 0.02}});
-  UrdfShape visual;
-  visual.shape = UrdfShape::Shape::mesh;
+  UrdfModel::LinkShape visual;
+  visual.shape = UrdfModel::LinkShape::Shape::mesh;
   visual.mesh = "package://hopper/shin.stl";
   visual.size.setConstant(0.001);
   shin.looks.push_back({"shin", {visual}, shin.boxes});
@@ -62,7 +62,7 @@ RunLog made_up_log(Side stance = Side::left) {
     s.push.setZero();
     (stance == Side::left ? s.right_stands : s.left_stands) = i >= landing;
     log.samples.push_back(s);
-    BodySample b;
+    RunLog::BodySample b;
     b.state.q = VectorXd::Constant(2, 0.1 * i);
     b.state.dq = VectorXd::Zero(2);
     b.torques = Vec<double, 2>(-0.1 * i, 0.15 * i);
@@ -177,7 +177,7 @@ TEST(BodyOutput, ReportsTheJointNearestToItsLimit) {
   EXPECT_NEAR(figures["torque_share_max"].get<double>(), 0.1 * (samples - 1) / 10.0, rounding);
   EXPECT_EQ(figures["torque_share_joint"], "hip");
   RunLog log = made_up_log();
-  for (BodySample& b : log.body) b.torques[1] = -13.0;
+  for (RunLog::BodySample& b : log.body) b.torques[1] = -13.0;
   const auto of_knee = body_figures(log, two_joints());
   EXPECT_EQ(of_knee["torque_share_max"], 13.0 / 20.0);
   EXPECT_EQ(of_knee["torque_share_joint"], "knee");
@@ -191,11 +191,11 @@ TEST(BodyOutput, WritesEstimateAndTruth) {
   const std::size_t width = parse(body_table(log, two_joints())).columns.size();
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     log.samples[i].time += 1.0;  // s; long after the start
-    BodySample& b = log.body[i];
+    RunLog::BodySample& b = log.body[i];
     const Side stance = 2 * i < log.body.size() ? Side::left : Side::right;
     const Vec<double, 3> sole = (stance == Side::left ? b.left_sole : b.right_sole).translation();
-    BodyEstimate estimate{b.state, log.samples[i].gamma, sole + Vec<double, 3>(1e-3, 0.0, 0.0),
-                          stance};
+    RunLog::BodyEstimate estimate{b.state, log.samples[i].gamma,
+                                  sole + Vec<double, 3>(1e-3, 0.0, 0.0), stance};
     estimate.gamma[0] += 4e-3;
     estimate.gamma[3] += 0.1;
     b.estimate = estimate;

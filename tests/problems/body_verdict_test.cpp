@@ -34,7 +34,7 @@ RunLog still() {
     s.wrenches.setZero();
     s.push.setZero();
     log.samples.push_back(s);
-    BodySample b;
+    RunLog::BodySample b;
     b.state.q = VectorXd::Zero(1);
     b.state.dq = VectorXd::Zero(1);
     b.torques = VectorXd::Zero(1);
@@ -75,8 +75,8 @@ TEST(Verdict, JudgesRestAfterALongPush) {
 
 constexpr double rounding = 1e-12;
 
-TEST(BodyVerdict, MotionlessRobotIsStanding) {
-  const BodyVerdict v = judge_body(still());
+TEST(Verdict::Body, MotionlessRobotIsStanding) {
+  const Verdict::Body v = judge_body(still());
   EXPECT_TRUE(v.standing);
   EXPECT_FALSE(v.touches_joint_limit());
   EXPECT_NEAR(v.limit_margin, 1.0, rounding);
@@ -85,15 +85,15 @@ TEST(BodyVerdict, MotionlessRobotIsStanding) {
   EXPECT_NEAR(v.tilt_max, 0.0, rounding);
 }
 
-TEST(BodyVerdict, HopIsNotStanding) {
+TEST(Verdict::Body, HopIsNotStanding) {
   RunLog log = still();
   log.body[50].left_sole.translation()[2] = 0.012;  // up and down again
-  const BodyVerdict v = judge_body(log);
+  const Verdict::Body v = judge_body(log);
   EXPECT_FALSE(v.standing);
   EXPECT_NEAR(v.feet_moved, 0.012, rounding);
 }
 
-TEST(BodyVerdict, StepOrFallIsNotStanding) {
+TEST(Verdict::Body, StepOrFallIsNotStanding) {
   RunLog log = still();
   log.touchdown = 0.5;
   EXPECT_FALSE(judge_body(log).standing);
@@ -102,7 +102,7 @@ TEST(BodyVerdict, StepOrFallIsNotStanding) {
   EXPECT_FALSE(judge_body(log).standing);
 }
 
-TEST(BodyVerdict, TiltIsRelativeToTheStartAndIgnoresYaw) {
+TEST(Verdict::Body, TiltIsRelativeToTheStartAndIgnoresYaw) {
   RunLog log = still();
   const Eigen::AngleAxisd start(3.0, Vec<double, 3>(0.3, 0.4, 0.1).normalized());
   for (int i = 0; i < samples; ++i) {
@@ -119,11 +119,11 @@ TEST(BodyVerdict, TiltIsRelativeToTheStartAndIgnoresYaw) {
   EXPECT_FALSE(judge_body(log).standing);  // it bowed, although it came back
 }
 
-TEST(BodyVerdict, ReportsLimitsWithTheirTime) {
+TEST(Verdict::Body, ReportsLimitsWithTheirTime) {
   RunLog log = still();
   log.body[40].state.q[0] = -1.002;
   for (int i = 0; i < 25; ++i) log.body[static_cast<std::size_t>(i)].torques[0] = -10.0;
-  const BodyVerdict v = judge_body(log);
+  const Verdict::Body v = judge_body(log);
   EXPECT_TRUE(v.touches_joint_limit());
   EXPECT_NEAR(v.limit_margin, -0.002, rounding);
   EXPECT_EQ(v.limit_joint, "hip");
@@ -132,12 +132,12 @@ TEST(BodyVerdict, ReportsLimitsWithTheirTime) {
   EXPECT_EQ(to_json(v)["joint_limit_joint"], "hip");
 }
 
-TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
+TEST(Verdict::Body, SpeedsAreRelativeToTheirLimits) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).speed_ratio, 0.0);  // no speed limit, so no ratio
   log.floating.bodies[1].velocity = 2.0;
   log.body[10].state.dq[0] = 1.5;
-  BodyVerdict v = judge_body(log);
+  Verdict::Body v = judge_body(log);
   EXPECT_NEAR(v.speed_ratio, 0.75, rounding);
   EXPECT_EQ(v.speed_joint, "hip");
   EXPECT_NEAR(v.speed_time, 0.1, rounding);
@@ -150,12 +150,12 @@ TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
   EXPECT_NEAR(to_json(v)["joint_speed_ratio_max"].get<double>(), 1.25, rounding);
 }
 
-TEST(BodyVerdict, ReportsFrictionBeyondCoulombAsAnImpulse) {
+TEST(Verdict::Body, ReportsFrictionBeyondCoulombAsAnImpulse) {
   RunLog log = still();
   log.ground_friction = 0.5;
   for (const std::size_t k : {10, 11}) log.body[k].left << 30.0, 40.0, 80.0, 0.0, 0.0, 0.0;
   log.body[12].right << 0.0, 39.0, 80.0, 0.0, 0.0, 0.0;
-  const BodyVerdict v = judge_body(log);
+  const Verdict::Body v = judge_body(log);
   EXPECT_NEAR(v.friction[0], 0.625, rounding);
   EXPECT_NEAR(v.beyond_friction, 2.0 * 10.0 * period, rounding);
   EXPECT_EQ(to_json(v)["friction_beyond_ns"], v.beyond_friction);
@@ -163,7 +163,7 @@ TEST(BodyVerdict, ReportsFrictionBeyondCoulombAsAnImpulse) {
 
 // Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
 // has another body in between, so that they are not neighbours.
-TEST(BodyVerdict, ReportsClearanceWithItsTime) {
+TEST(Verdict::Body, ReportsClearanceWithItsTime) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
   FloatingRobot& robot = log.floating;
@@ -178,13 +178,13 @@ TEST(BodyVerdict, ReportsClearanceWithItsTime) {
       {"trunk", {Vec<double, 3>::Zero(), Vec<double, 3>::Zero(), 0.1}});
   robot.bodies[2].capsules.push_back({"hand", {end, end, 0.1}});
   robot.apart = {{0, 2}};
-  for (BodySample& b : log.body) {
+  for (RunLog::BodySample& b : log.body) {
     b.state.q = b.state.dq = VectorXd::Zero(2);
     b.torques = VectorXd::Zero(2);
   }
   EXPECT_NEAR(judge_body(log).clearance, 0.4, rounding);
   log.body[70].state.q[1] = std::numbers::pi;  // folded back: the balls coincide
-  const BodyVerdict v = judge_body(log);
+  const Verdict::Body v = judge_body(log);
   EXPECT_NEAR(v.clearance, -0.2, rounding);
   EXPECT_EQ(v.clearance_pair, "trunk and hand");
   EXPECT_NEAR(v.clearance_time, 0.7, rounding);
@@ -192,7 +192,7 @@ TEST(BodyVerdict, ReportsClearanceWithItsTime) {
 }
 
 // A robot that slides has not recovered, even if it is at rest.
-TEST(BodyVerdict, SlippingStanceFootIsNotARecovery) {
+TEST(Verdict::Body, SlippingStanceFootIsNotARecovery) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();
@@ -206,7 +206,7 @@ TEST(BodyVerdict, SlippingStanceFootIsNotARecovery) {
 }
 
 // When a foot rotates about its origin, its corners slide, the farthest corner most.
-TEST(BodyVerdict, SlipIsTheLargestOfAllCorners) {
+TEST(Verdict::Body, SlipIsTheLargestOfAllCorners) {
   RunLog log = still();
   log.robot.left_foot = {between(-0.05, 0.12), between(-0.03, 0.05)};
   log.body[70].left_sole.rotate(Eigen::AngleAxisd(0.1, Vec<double, 3>::UnitZ()));
@@ -215,7 +215,7 @@ TEST(BodyVerdict, SlipIsTheLargestOfAllCorners) {
 }
 
 // A foot slides, and the robot sways much later: the slip is the reason.
-TEST(BodyVerdict, ReasonIsTheEarliestCause) {
+TEST(Verdict::Body, ReasonIsTheEarliestCause) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();
@@ -232,7 +232,7 @@ TEST(BodyVerdict, ReasonIsTheEarliestCause) {
             "fell at 6.00 s; first, at 0.50 s, the angular momentum exceeded 1 Nms");
 }
 
-TEST(BodyVerdict, FallBeforeThePushIsMarked) {
+TEST(Verdict::Body, FallBeforeThePushIsMarked) {
   Config config;
   RunLog log = still();
   log.stopped_early = true;

@@ -97,12 +97,13 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
   // agree to the solver's tolerance only; measured are 2e-7 and 1e-4.
   constexpr double same_motion = 1e-6, same_force = 1e-3;
   struct Case {
-    ControllerChoice controller;
-    Placement placement;
+    BipedSettings::Controller controller;
+    Step::Placement placement;
   };
-  for (const Case& c : {Case{ControllerChoice::mpc, Placement::predicted},
-                        Case{ControllerChoice::mpc, Placement::fixed},
-                        Case{ControllerChoice::capture_point, Placement::predicted}}) {
+  for (const Case& c :
+       {Case{BipedSettings::Controller::mpc, Step::Placement::predicted},
+        Case{BipedSettings::Controller::mpc, Step::Placement::fixed},
+        Case{BipedSettings::Controller::capture_point, Step::Placement::predicted}}) {
     Config config = pushed_by(6.0);
     config.push.direction = Vec<double, 3>(0.3, -1.0, 0.0);
     config.controller = c.controller;
@@ -162,7 +163,7 @@ TEST(ClosedLoop, AllSolversFindTheSameOptimumInEveryTick) {
       applied = s.wrenches;
       continue;
     }
-    Measurement measured{.time = s.time, .gamma = s.gamma, .applied = applied};
+    Planner::Measurement measured{.time = s.time, .gamma = s.gamma, .applied = applied};
     measured.right_bore = s.two_feet() && s.time > log.touchdown + same_instant;
     measured.contact_force = applied.head<3>() + applied.segment<3>(6);
     std::vector<double> costs;
@@ -210,7 +211,7 @@ TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
     Scene scene = simulate(config, robot).final_scene;
     scene.two_feet = true;
     const auto planner = make_mpc(c, robot, scene);
-    Measurement measured;
+    Planner::Measurement measured;
     measured.gamma << robot.default_posture().com, Vec<double, 6>::Zero();
     measured.applied[2] = measured.contact_force[2] = robot.mass * 9.81;
     const Schedule early = one_foot_then_two(0.1), late = one_foot_then_two(0.1034);
@@ -241,7 +242,7 @@ Scene on_one_foot(Side side = Side::left) {
 }
 
 TEST(StepLogic, TriggerIsThePushOrTheCapturePoint) {
-  for (const StepTrigger trigger : {StepTrigger::push, StepTrigger::icp}) {
+  for (const Step::Trigger trigger : {Step::Trigger::push, Step::Trigger::icp}) {
     Step options;
     options.trigger = trigger;
     StepLogic logic(options, 1.0, on_one_foot());
@@ -249,7 +250,7 @@ TEST(StepLogic, TriggerIsThePushOrTheCapturePoint) {
     EXPECT_FALSE(logic.is_stepping());
     logic.update(1.05, {0.0, -0.04}, 4.2);
     ASSERT_TRUE(logic.is_stepping());
-    EXPECT_DOUBLE_EQ(logic.landing_time(), trigger == StepTrigger::push ? 1.6 : 1.65);
+    EXPECT_DOUBLE_EQ(logic.landing_time(), trigger == Step::Trigger::push ? 1.6 : 1.65);
   }
 }
 
@@ -270,7 +271,7 @@ TEST(StepLogic, PlaceIsThePredictedCapturePointWithinReach) {
 }
 
 TEST(StepLogic, PlacesPointAwayFromTheStanceFoot) {
-  for (const Placement placement : {Placement::fixed, Placement::predicted})
+  for (const Step::Placement placement : {Step::Placement::fixed, Step::Placement::predicted})
     for (const double y : {-0.035, -0.05, -0.2}) {
       Step options;
       options.placement = placement;
@@ -288,7 +289,7 @@ TEST(StepLogic, PlacesPointAwayFromTheStanceFoot) {
 // the robot or has no effect.
 TEST(StepLogic, StepsOnlyIfHelpfulOnRequest) {
   Step options;
-  options.decide = StepDecision::if_it_helps;
+  options.decide = Step::Decision::if_it_helps;
   const auto steps_to = [&options](double x, double y) {
     StepLogic logic(options, 1.0, on_one_foot());
     logic.update(1.1, {x, y}, 4.2);
@@ -300,13 +301,13 @@ TEST(StepLogic, StepsOnlyIfHelpfulOnRequest) {
   EXPECT_FALSE(steps_to(0.0, 0.05));     // left
   EXPECT_FALSE(steps_to(0.08, 0.05));    // by the left edge of the sole
   EXPECT_FALSE(steps_to(-0.04, 0.045));  // the same, behind
-  options.decide = StepDecision::always;
+  options.decide = Step::Decision::always;
   EXPECT_TRUE(steps_to(0.0, 0.05));
 }
 
 TEST(StepLogic, LateHelpfulStepCountsFromItsDecision) {
   Step options;
-  options.decide = StepDecision::if_it_helps;
+  options.decide = Step::Decision::if_it_helps;
   StepLogic logic(options, 1.0, on_one_foot());
   logic.update(1.05, {0.0, 0.045}, 4.2);
   EXPECT_FALSE(logic.is_stepping());
@@ -421,18 +422,18 @@ TEST(Settings, KeepsAllKeys) {
 TEST(Settings, SelectsTheStepPlanner) {
   struct Case {
     std::vector<const char*> given;
-    StepPlannerChoice planner;
+    Step::Planner planner;
     double shortest, tipped_reserve;
   };
   const Case cases[] = {
-      {{}, StepPlannerChoice::formula, 0.3, 0.0},
-      {{"plant=dart"}, StepPlannerChoice::ocp, 0.25, 10.0},
-      {{"plant=mujoco", "step.shortest_s=0.3"}, StepPlannerChoice::ocp, 0.3, 10.0},
-      {{"plant=dart", "preset=paper"}, StepPlannerChoice::formula, 0.3, 0.0},
-      {{"plant=dart", "step.planner=icp_formula"}, StepPlannerChoice::formula, 0.3, 0.0},
-      {{"plant=dart", "step.planner=reactive"}, StepPlannerChoice::reactive, 0.3, 0.0},
-      {{"stance=both", "step.planner=ocp"}, StepPlannerChoice::ocp, 0.25, 10.0},
-      {{"plant=dart", "stance=both"}, StepPlannerChoice::reactive, 0.3, 0.0}};
+      {{}, Step::Planner::formula, 0.3, 0.0},
+      {{"plant=dart"}, Step::Planner::ocp, 0.25, 10.0},
+      {{"plant=mujoco", "step.shortest_s=0.3"}, Step::Planner::ocp, 0.3, 10.0},
+      {{"plant=dart", "preset=paper"}, Step::Planner::formula, 0.3, 0.0},
+      {{"plant=dart", "step.planner=icp_formula"}, Step::Planner::formula, 0.3, 0.0},
+      {{"plant=dart", "step.planner=reactive"}, Step::Planner::reactive, 0.3, 0.0},
+      {{"stance=both", "step.planner=ocp"}, Step::Planner::ocp, 0.25, 10.0},
+      {{"plant=dart", "stance=both"}, Step::Planner::reactive, 0.3, 0.0}};
   for (const Case& c : cases) {
     Config config;
     Settings settings;
@@ -449,7 +450,7 @@ TEST(Settings, SelectsTheStepPlanner) {
   Settings settings;
   declare_settings(settings, of_map);
   settings.apply(std::vector{parse_set_argument("plant=dart")});
-  EXPECT_EQ(of_map.step.planner, StepPlannerChoice::formula);
+  EXPECT_EQ(of_map.step.planner, Step::Planner::formula);
 }
 
 // Each case has a part of the expected message, which names a key.
@@ -484,7 +485,7 @@ TEST(Settings, RejectsContradictoryTimesAndVelocities) {
 // These errors depend on the robot and appear at the start of a run.
 TEST(Settings, RejectsEmptyFootReach) {
   Config config;
-  config.step.planner = StepPlannerChoice::ocp;
+  config.step.planner = Step::Planner::ocp;
   config.planning.robot_reach = false;  // reach from the settings, with or without a URDF
   const RobotDescription robot = robot_of(config);
   const auto complaint = [&robot](const Config& given) {

@@ -48,7 +48,7 @@ TEST_F(Disturbed, RecoversDespiteNoiseAndDelay) {
 
 // Required accuracy of the estimate, relative to the stance sole: 5 mm, and 0.02 m/s rms.
 TEST_F(Disturbed, RecoversWithMeasuredSensors) {
-  config.plant.sensors = SensorChoice::measured;
+  config.plant.sensors = PlantSettings::Sensors::measured;
   config.push.start = 0.5;  // s; the estimate of the base's tilt has converged
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
@@ -58,7 +58,7 @@ TEST_F(Disturbed, RecoversWithMeasuredSensors) {
   long count = 0;
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     if (log.samples[i].time < config.push.start) continue;
-    const BodySample& b = log.body[i];
+    const RunLog::BodySample& b = log.body[i];
     ASSERT_TRUE(b.estimate);
     const Vec<double, 9> error = b.estimate->gamma - log.samples[i].gamma;
     const Vec<double, 3> sole = b.estimate->stance_sole - b.left_sole.translation();

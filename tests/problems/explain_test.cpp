@@ -167,7 +167,7 @@ struct LostStep {
   bool may_hurry = false;  // the swing time is free
 };
 
-HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
+SupportPolygon::HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
   Eigen::Matrix<double, 4, 2> corners;
   corners << x0, y0, x1, y0, x1, y1, x0, y1;
   return SupportPolygon::hull(corners).half_planes(reach_rows);

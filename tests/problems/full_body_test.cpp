@@ -40,7 +40,7 @@ TEST_F(FullBody, RecoversWithAStep) {
 
 TEST_F(FullBody, MomentumControlStepsToo) {
   config.push.impulse = 4.5;  // N s; above, the angular momentum is close to the limit
-  config.control.choice = WholeBodyChoice::momentum;
+  config.control.choice = WholeBodyController::Method::momentum;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;

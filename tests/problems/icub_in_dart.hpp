@@ -19,7 +19,7 @@ class IcubInDart : public testing::Test {
     urdf = std::getenv("SALTUS_ICUB_URDF");
     if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
     robot = icub(urdf);
-    config.plant.choice = PlantChoice::dart;
+    config.plant.choice = PlantSettings::Choice::dart;
     config.robot.urdf = urdf;
     config.push.start = 0.2;  // s; earlier than the default, for a short run
   }

@@ -53,7 +53,7 @@ TEST(PendulumBound, ReproducesThePublishedFigures) {
   EXPECT_NEAR(bound.largest_impulse(right, {}), 5.4, 0.05);
   EXPECT_NEAR(bound.largest_impulse(right, 0.6), 9.5, 0.05);  // foot at -0.30 m at most
   Config config;
-  config.step.placement = Placement::fixed;  // at -0.14 m
+  config.step.placement = Step::Placement::fixed;  // at -0.14 m
   PendulumBound fixed = bound_of(config, icub());
   fixed.height = 0.534;
   // Printed as 7.3; with the right sole's own edge, 0.041 m outside its origin, it is 7.40.
@@ -61,7 +61,7 @@ TEST(PendulumBound, ReproducesThePublishedFigures) {
 }
 
 TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
-  for (const Placement placement : {Placement::predicted, Placement::fixed}) {
+  for (const Step::Placement placement : {Step::Placement::predicted, Step::Placement::fixed}) {
     Config config;
     config.step.placement = placement;
     const PendulumBound on_left = bound_of(config, icub());
@@ -155,8 +155,8 @@ TEST(PendulumBound, DependsOnThePushShape) {
 Config stepping(Stance stance, int most) {
   Config config;
   config.scene.stance = stance;
-  if (stance == Stance::both) config.scene.target = Target::centroid;
-  config.step.planner = StepPlannerChoice::ocp;
+  if (stance == Stance::both) config.scene.target = SceneSettings::Target::centroid;
+  config.step.planner = Step::Planner::ocp;
   config.planning.robot_reach = false;
   config.planning.most_steps = most;
   return config;
@@ -345,7 +345,7 @@ TEST(MapCommandLine, AcceptsAllOptions) {
       parse({"--plant=dart", "--set", "push.duration=0.2", "--directions", "8", "--impulses",
              "0.5:0.1:1", "--step-times", "0.6,0.3", "--controllers", "none,mpc", "--jobs=3",
              "--out", "here", "--all"});
-  EXPECT_EQ(request.problem->settings().plant.choice, PlantChoice::dart);
+  EXPECT_EQ(request.problem->settings().plant.choice, PlantSettings::Choice::dart);
   EXPECT_EQ(request.problem->settings().push.duration, 0.2);
   EXPECT_EQ(request.grid.directions.size(), 8u);
   ASSERT_EQ(request.grid.impulses.size(), 6u);
@@ -403,7 +403,7 @@ TEST(MapCommandLine, StampContainsRelevantSettings) {
 
 TEST(MapCells, RunMatchesTheCell) {
   const BipedSettings c = with_cell({}, {MapController::capture_point, 0.45, 270.0, 3.0});
-  EXPECT_EQ(c.controller, ControllerChoice::capture_point);
+  EXPECT_EQ(c.controller, BipedSettings::Controller::capture_point);
   EXPECT_TRUE(c.step.allowed);
   EXPECT_EQ(c.step.duration, 0.45);
   EXPECT_EQ(c.push.impulse, 3.0);
@@ -414,7 +414,7 @@ TEST(MapCells, RunMatchesTheCell) {
               1e-15);
   const BipedSettings standing = with_cell({}, {MapController::none, 0.0, 180.0, 3.0});
   EXPECT_FALSE(standing.step.allowed);
-  EXPECT_EQ(standing.controller, ControllerChoice::mpc);
+  EXPECT_EQ(standing.controller, BipedSettings::Controller::mpc);
 }
 
 TEST(MapCells, LinesReadBack) {

@@ -21,7 +21,7 @@ TEST_P(MujocoStep, RecoversAsInDart) {
   config.push.start = 0.4;
   double lowest[2], touchdown[2];
   for (const int k : {0, 1}) {
-    config.plant.choice = k == 0 ? PlantChoice::dart : PlantChoice::mujoco;
+    config.plant.choice = k == 0 ? PlantSettings::Choice::dart : PlantSettings::Choice::mujoco;
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;

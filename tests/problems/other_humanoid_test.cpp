@@ -80,7 +80,7 @@ TEST_F(OtherHumanoid, BoxesReplaceMeshesByTheInertia) {
     ASSERT_EQ(body.looks.size(), 1U) << body.name;
     const FloatingRobot::Look& look = body.looks[0];
     ASSERT_EQ(look.boxes.size(), 1U) << body.name;
-    const UrdfBox& box = look.boxes[0];
+    const UrdfModel::Box& box = look.boxes[0];
     Vec<double, 3> size = box.size, drawn = look.visuals.at(0).size;
     std::sort(size.begin(), size.end());
     std::sort(drawn.begin(), drawn.end());

@@ -131,28 +131,28 @@ TEST(StepKnown, OldKeysKeepTheirMeaning) {
   using Given = std::vector<std::string>;
   struct Case {
     Given given;
-    StepPlannerChoice planner;
+    Step::Planner planner;
     bool known;
   };
   const Case cases[] = {
-      {{"step.trigger=icp"}, StepPlannerChoice::formula, false},
-      {{"step.known=false"}, StepPlannerChoice::formula, false},
-      {{"step.planner=formula"}, StepPlannerChoice::formula, true},
-      {{"plant=dart", "step.planner=formula"}, StepPlannerChoice::formula, false},
-      {{"plant=dart", "preset=paper", "step.planner=formula"}, StepPlannerChoice::formula, true},
-      {{"plant=dart", "step.trigger=push"}, StepPlannerChoice::formula, true},
-      {{"plant=dart", "step.known=true"}, StepPlannerChoice::formula, true},
-      {{"plant=dart", "step.known=false"}, StepPlannerChoice::ocp, false},
-      {{"stance=both", "step.known=false"}, StepPlannerChoice::reactive, false},
-      {{"step.known=false", "step.planner=ocp"}, StepPlannerChoice::ocp, false},
+      {{"step.trigger=icp"}, Step::Planner::formula, false},
+      {{"step.known=false"}, Step::Planner::formula, false},
+      {{"step.planner=formula"}, Step::Planner::formula, true},
+      {{"plant=dart", "step.planner=formula"}, Step::Planner::formula, false},
+      {{"plant=dart", "preset=paper", "step.planner=formula"}, Step::Planner::formula, true},
+      {{"plant=dart", "step.trigger=push"}, Step::Planner::formula, true},
+      {{"plant=dart", "step.known=true"}, Step::Planner::formula, true},
+      {{"plant=dart", "step.known=false"}, Step::Planner::ocp, false},
+      {{"stance=both", "step.known=false"}, Step::Planner::reactive, false},
+      {{"step.known=false", "step.planner=ocp"}, Step::Planner::ocp, false},
       {{"step.known=false", "step.trigger=icp", "step.planner=formula"},
-       StepPlannerChoice::formula,
+       Step::Planner::formula,
        false}};
   for (const Case& c : cases) {
     const Config config = config_of(c.given);
     EXPECT_EQ(config.step.planner, c.planner) << c.given.front();
     EXPECT_EQ(config.step.known, c.known) << c.given.front();
-    EXPECT_EQ(config.step.trigger, c.known ? StepTrigger::push : StepTrigger::icp);
+    EXPECT_EQ(config.step.trigger, c.known ? Step::Trigger::push : Step::Trigger::icp);
   }
 }
 

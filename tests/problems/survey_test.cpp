@@ -130,7 +130,7 @@ TEST(Limbs, JointsIncludeLegsArmsAndTheirParents) {
 }
 
 TEST(Limbs, MirrorFindsNamesAndSigns) {
-  const Mirror mirror = find_limbs(Biped().model()).mirror;
+  const RobotDescription::Mirror mirror = find_limbs(Biped().model()).mirror;
   EXPECT_EQ(mirror.namesake("leg_left_knee"), "leg_right_knee");
   EXPECT_EQ(mirror.namesake("leg_right_knee"), "leg_left_knee");
   EXPECT_EQ(mirror.namesake("waist_yaw"), "waist_yaw");
@@ -248,8 +248,9 @@ TEST(FootReach, SearchesFromTheStandingPostureAndWritesAtomically) {
 TEST(SurveyedRobot, WritesAFileThatPassesItsCheck) {
   const UrdfModel model = Biped().model();
   const SurveyedRobot robot = survey_robot(model);
-  const RobotDescription read = describe(
-      model, parse_robot_description(to_yaml(robot, model), "robot.yaml", Figures::from_urdf));
+  const RobotDescription read =
+      describe(model, parse_robot_description(to_yaml(robot, model), "robot.yaml",
+                                              RobotDescription::Figures::from_urdf));
   ASSERT_EQ(read.postures.size(), 3u);
   EXPECT_EQ(read.joints.size(), 13u);
   EXPECT_NEAR(read.mass, 40.04, 1e-9);

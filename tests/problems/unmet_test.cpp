@@ -61,7 +61,7 @@ TEST(Unmet, ExplainsALateStepOfFixedTime) {
 
 TEST(Unmet, StepPlannerExplainsAnImpossibleStance) {
   Config config = pushed_by(9.0, {0.0, 1.0, 0.0});  // towards the stance side, where no step helps
-  config.step.planner = walking::StepPlannerChoice::ocp;
+  config.step.planner = walking::Step::Planner::ocp;
   const RunLog log = simulate(config, icub());
   ASSERT_FALSE(log.unmet_decisions.empty());
   const walking::UnmetDecision& first = log.unmet_decisions.front();

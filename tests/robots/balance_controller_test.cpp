@@ -108,10 +108,10 @@ TEST_F(RecordedRun, RejectsInvalidPartsAndPeriods) {
   const auto parts = [&] {
     return biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
   };
-  BalanceParts missing = parts();
+  BalanceController::Parts missing = parts();
   missing.model.reset();
   EXPECT_THROW(BalanceController(std::move(missing), biped.options()), DefinitionError);
-  BalanceOptions options = biped.options();
+  BalanceController::Options options = biped.options();
   options.control_period = 0.0015;
   EXPECT_THROW(BalanceController(parts(), options), DefinitionError);
   options = biped.options();

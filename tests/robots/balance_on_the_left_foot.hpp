@@ -20,7 +20,7 @@ struct SidePush {
 /// of the plant. Calls `check` with every command. Expects rest above the foot at the end.
 template <class Plant, class Check>
 void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, Plant& plant,
-                              WholeBodyController& controller, WholeBodyTasks tasks,
+                              WholeBodyController& controller, WholeBodyController::Tasks tasks,
                               const SidePush& push, const Check& check) {
   SwingFoot swing;
   swing.hold(model.sole(Side::right).pose);
@@ -34,7 +34,7 @@ void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, 
           model.mass() * (50.0 * (above_the_foot - model.com()) - 14.0 * model.com_velocity());
       tasks.torque = -5.0 * model.angular_momentum();
       tasks.swing_acceleration = swing.acceleration(model.sole(Side::right));
-      const WholeBodyCommand& command = controller.control(model, plant.state(), tasks);
+      const WholeBodyController::Command& command = controller.control(model, plant.state(), tasks);
       ASSERT_EQ(command.status, QpStatus::optimal) << t;
       check(command, t);
       plant.set_torques(command.torques);

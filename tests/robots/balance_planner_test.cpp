@@ -23,8 +23,8 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
   BalancePlanner planner(
       scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
       make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)), 0.01,
-      LandingTime::as_planned);
-  CentroidalEstimate estimate;
+      BalancePlanner::LandingTime::as_planned);
+  BalancePlanner::Estimate estimate;
   estimate.mass = robot.mass;
   estimate.left_sole = scene.sole(Side::left);
   estimate.right_sole = scene.sole(Side::right);
@@ -41,7 +41,7 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
     EXPECT_TRUE(planner.stands(Side::left));
     EXPECT_EQ(planner.stands(Side::right), k < 2) << t;
   }
-  const PlannedStep& step = planner.step();
+  const StepPlan::Step& step = planner.step();
   EXPECT_EQ(step.foot, Side::right);
   EXPECT_DOUBLE_EQ(step.lift_off, 0.02);
   EXPECT_EQ(step.landing, plan.steps[0].landing);

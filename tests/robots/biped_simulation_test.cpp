@@ -37,7 +37,7 @@ class BipedSimulation : public testing::Test {
 // because another version of the engine amplifies differences.
 TEST_F(BipedSimulation, ReproducesTheRecordedRun) {
   PlantSettings settings;
-  settings.sensors = SensorChoice::measured;
+  settings.sensors = PlantSettings::Sensors::measured;
   SimulatedRobot robot = simulated(settings);
   BalanceController controller =
       biped.controller(make_dart_dynamics(biped.robot), biped.sensor_estimator());
@@ -83,7 +83,7 @@ TEST_F(BipedSimulation, RotatesWrenchesIntoTiltedSoles) {
       for (const int part : {0, 3})
         ASSERT_LT((sole * planned.segment<3>(part) - level * wanted.segment<3>(part)).norm(), 1e-9)
             << t;
-      const CentroidalEstimate estimate = controller.centroidal_estimate();
+      const BalancePlanner::Estimate estimate = controller.centroidal_estimate();
       const Vec<double, 3> expected =
           level * estimate.applied.head<3>() +
           levelled(estimate.right_sole).rotation * estimate.applied.segment<3>(6);
@@ -103,7 +103,7 @@ class SyntheticProblem : public testing::Test {
     settings.robot.urdf = folder.file("robot.urdf", biped.urdf()).string();
     settings.robot.file = folder.file("robot.yaml", biped.yaml()).string();
     settings.scene.stance = Stance::left;
-    settings.plant.choice = PlantChoice::dart;
+    settings.plant.choice = PlantSettings::Choice::dart;
     settings.push.link = "trunk";
     robot = robot_of(settings);
   }
@@ -129,7 +129,8 @@ TEST_F(SyntheticProblem, SamplesMatchTheWholeBodyController) {
 // The recorded impulse is exact for any length and start of the push between two samples.
 TEST_F(SyntheticProblem, SampledPushHasItsImpulse) {
   problem.settings().control.period = 0.005;
-  for (const PlantChoice plant : {PlantChoice::dart, PlantChoice::centroidal})
+  for (const PlantSettings::Choice plant :
+       {PlantSettings::Choice::dart, PlantSettings::Choice::centroidal})
     for (const double start : {0.020, 0.021})
       for (const double duration : {0.001, 0.003}) {
         problem.settings().plant.choice = plant;

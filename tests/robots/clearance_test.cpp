@@ -173,9 +173,9 @@ TEST_F(Limbs, RejectsACollidingPosture) {
 
 // Compares the built-in file with the meshes if they are available.
 TEST_F(Limbs, CapsulesOfTheFileMatchTheMeshes) {
-  for (const UrdfLink& link : urdf->links())
-    for (const UrdfShape& visual : link.visuals)
-      if (visual.shape == UrdfShape::Shape::mesh && !find_mesh(visual.mesh, urdf_path))
+  for (const UrdfModel::Link& link : urdf->links())
+    for (const UrdfModel::LinkShape& visual : link.visuals)
+      if (visual.shape == UrdfModel::LinkShape::Shape::mesh && !find_mesh(visual.mesh, urdf_path))
         GTEST_SKIP() << "there is no mesh " << visual.mesh
                      << "; name its package in ROS_PACKAGE_PATH";
   RobotDescription bare = description;

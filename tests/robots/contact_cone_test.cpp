@@ -23,7 +23,7 @@ Vec<double, 6> wrench(double fx, double fy, double fz, double tx = 0, double ty 
 }
 
 // Message of the DefinitionError that the options cause.
-std::string complaint(const ContactConeOptions& options) {
+std::string complaint(const ContactCone::Options& options) {
   try {
     contact_cone(options);
   } catch (const DefinitionError& error) {
@@ -72,7 +72,7 @@ TEST(ContactCone, WritesTheRowsOfTheFormula) {
 TEST(ContactCone, FourCircumscribedEdgesGiveTwoBoxes) {
   const ContactCone cone = contact_cone({.friction = 0.5,
                                          .edges = 4,
-                                         .pyramid = FrictionPyramid::circumscribed,
+                                         .pyramid = ContactCone::Pyramid::circumscribed,
                                          .normal_force_rows = false});
   EXPECT_EQ(cone.rows(), 10);
   EXPECT_LE(cone.violation(wrench(50, -50, 100)), 1e-12);
@@ -84,9 +84,9 @@ TEST(ContactCone, PyramidsAreInscribedAndCircumscribed) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
   for (int edges : {3, 4, 6, 8, 16}) {
-    ContactConeOptions options{.friction = 0.6, .edges = edges};
+    ContactCone::Options options{.friction = 0.6, .edges = edges};
     const ContactCone inner = contact_cone(options);
-    options.pyramid = FrictionPyramid::circumscribed;
+    options.pyramid = ContactCone::Pyramid::circumscribed;
     const ContactCone outer = contact_cone(options);
     for (int i = 0; i < 200; ++i) {
       const double a = angle(random);
@@ -116,13 +116,13 @@ TEST(ContactCone, CentreOfPressureIsLimitedToTheEdge) {
 TEST(ContactCone, MatchesTheWrenchesOfItsCorners) {
   const FootRectangle foot{between(-0.05, 0.11), between(-0.03, 0.04)};
   const double mu = 0.4;
-  ContactConeOptions options{.friction = mu,
-                             .edges = 4,
-                             .pyramid = FrictionPyramid::circumscribed,
-                             .foot = foot,
-                             .torsional_friction = 1.0,
-                             .corners = true,
-                             .normal_force_rows = false};
+  ContactCone::Options options{.friction = mu,
+                               .edges = 4,
+                               .pyramid = ContactCone::Pyramid::circumscribed,
+                               .foot = foot,
+                               .torsional_friction = 1.0,
+                               .corners = true,
+                               .normal_force_rows = false};
   const ContactCone cone = contact_cone(options);
   EXPECT_EQ(cone.rows(), 4 + 6 + 8);
   options.corners = false;

@@ -371,7 +371,7 @@ class PuppetPlant final : public Plant {
 class EstimatedRobot {
  public:
   EstimatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
-                 const SensorOptions& sensors, const EstimationOptions& options)
+                 const SensorOptions& sensors, const Estimator::Options& options)
       : engine_(engine.get()),
         robot_(std::move(engine), body, settings_with(sensors), dt),
         estimator_(body, Side::left, sensors, options, dt) {
@@ -399,7 +399,7 @@ class EstimatedRobot {
   static walking::PlantSettings settings_with(const SensorOptions& sensors) {
     walking::PlantSettings settings;
     settings.engine.step = dt;
-    settings.sensors = walking::SensorChoice::measured;
+    settings.sensors = walking::PlantSettings::Sensors::measured;
     settings.sensor = sensors;
     return settings;
   }
@@ -498,11 +498,11 @@ TEST_F(Estimated, LoadedSoleDeterminesGyroscopeBias) {
 TEST_F(Estimated, IsIndependentOfSoleBoxes) {
   FloatingRobot turned = robot, topped = robot;
   for (const FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
-    for (UrdfBox& box : turned.bodies[sole->body].boxes) {
+    for (UrdfModel::Box& box : turned.bodies[sole->body].boxes) {
       box.pose.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec<double, 3>::UnitX()));
       std::swap(box.size[1], box.size[2]);
     }
-    UrdfBox above = robot.bodies[sole->body].boxes.front();
+    UrdfModel::Box above = robot.bodies[sole->body].boxes.front();
     above.size *= 2.0;
     above.pose =
         Eigen::Translation3d(sole->pose.linear() * Vec<double, 3>(0.0, 0.0, 0.2)) * above.pose;
@@ -540,7 +540,7 @@ TEST_F(Estimated, RejectsInvalidOptions) {
   sensors.encoder.rate = 0.0;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
                DefinitionError);
-  EstimationOptions options;
+  Estimator::Options options;
   options.velocity_lag = infinity;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, {}, options),
                DefinitionError);
@@ -557,12 +557,12 @@ TEST_F(Estimated, StandsInDartWithMeasuredSensors) {
                                        true_model = make_dart_dynamics(robot);
   model->update(plant.state());
   const auto controller = standing_controller();
-  const WholeBodyTasks tasks = tasks_on_the_left_foot();
+  const WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
   double largest = 0.0, squares = 0.0;
   long count = 0;
   balance_on_the_left_foot(
       robot, *model, plant, *controller, tasks, {3.0, 1.0, 0.1, 4.0},
-      [&](const WholeBodyCommand&, double t) {
+      [&](const WholeBodyController::Command&, double t) {
         if (t < 0.25) return;  // the estimator converges to the initial tilt
         true_model->update(truth.state());
         const auto over_the_sole = [](const DynamicsModel& m) {

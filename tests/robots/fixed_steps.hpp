@@ -20,7 +20,7 @@ class FixedPlan final : public StepPlanner {
 class FixedSteps final : public BipedProblem {
  public:
   FixedSteps(const StepPlan& plan, double end) : plan_(plan), end_(end) {
-    settings_.controller = ControllerChoice::capture_point;
+    settings_.controller = BipedSettings::Controller::capture_point;
     settings_.scene.stance = Stance::both;
     settings_.pictures = false;
   }

@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 
 namespace saltus {
 namespace {
 
 // Height of the ground at (0, y), -infinity if there is none.
-double height_at(const PlantOptions& options, double y) {
+double height_at(const Plant::Options& options, double y) {
   double height = -infinity;
   for (const GroundBox& box : ground_boxes(options)) {
     if (std::abs(y - box.centre[1]) > 0.5 * box.size[1]) continue;
@@ -34,7 +34,7 @@ TEST(Ground, IsLargeEnoughForAnHourOfWalking) {
 }
 
 TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
-  PlantOptions options;
+  Plant::Options options;
   for (const double step : {-0.02, 0.02})
     for (const double side : {-1.0, 1.0}) {
       options.ground_step = step;
@@ -51,7 +51,7 @@ TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
 // Both halves together have the extent of the level ground.
 TEST(Ground, StepDoesNotChangeItsSize) {
   const double size = ground_boxes({}).front().size[1];
-  PlantOptions options;
+  Plant::Options options;
   options.ground_step = 0.02;
   for (const double edge : {-0.18, 0.18}) {
     options.ground_edge = edge;
@@ -68,7 +68,7 @@ TEST(Ground, StepDoesNotChangeItsSize) {
 }
 
 TEST(Ground, RejectsInvalidValues) {
-  PlantOptions options;
+  Plant::Options options;
   options.ground_step = 0.01;
   options.ground_edge = 0.0;
   EXPECT_THROW(ground_boxes(options), DefinitionError);

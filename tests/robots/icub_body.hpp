@@ -26,14 +26,14 @@ class IcubBody : public testing::Test {
   }
 
   std::unique_ptr<WholeBodyController> standing_controller() const {
-    ContactConeOptions left, right;
+    ContactCone::Options left, right;
     left.foot = description.left_foot;
     right.foot = description.right_foot;
     return make_inverse_dynamics_controller(robot, left, right);
   }
   /// The robot at rest on the left foot.
-  WholeBodyTasks tasks_on_the_left_foot() const {
-    WholeBodyTasks tasks;
+  WholeBodyController::Tasks tasks_on_the_left_foot() const {
+    WholeBodyController::Tasks tasks;
     tasks.right_stands = false;
     tasks.posture = start.q;
     tasks.wrenches[2] = robot.total_mass * standard_gravity;

@@ -29,8 +29,9 @@ endfacet
 endsolid t
 )";
 
-UrdfShape shape(UrdfShape::Shape kind, const Vec<double, 3>& size, const std::string& mesh = "") {
-  UrdfShape result;
+UrdfModel::LinkShape shape(UrdfModel::LinkShape::Shape kind, const Vec<double, 3>& size,
+                           const std::string& mesh = "") {
+  UrdfModel::LinkShape result;
   result.shape = kind;
   result.size = size;
   result.mesh = mesh;
@@ -144,13 +145,14 @@ TEST(Mesh, HullsOfShapesHaveTheirExtent) {
   const auto urdf = folder / "robot.urdf";
   folder.file("t.stl", tetrahedron);
   const Vec<double, 3> size(0.4, 0.4, 1.0);
-  EXPECT_EQ(largest(hull_points(shape(UrdfShape::Shape::box, size), urdf)), 0.5 * size);
-  EXPECT_EQ(largest(hull_points(shape(UrdfShape::Shape::sphere, size), urdf)), 0.5 * size);
-  const auto tube = largest(hull_points(shape(UrdfShape::Shape::cylinder, size), urdf));
+  EXPECT_EQ(largest(hull_points(shape(UrdfModel::LinkShape::Shape::box, size), urdf)), 0.5 * size);
+  EXPECT_EQ(largest(hull_points(shape(UrdfModel::LinkShape::Shape::sphere, size), urdf)),
+            0.5 * size);
+  const auto tube = largest(hull_points(shape(UrdfModel::LinkShape::Shape::cylinder, size), urdf));
   EXPECT_DOUBLE_EQ(tube.z(), 0.5);
   EXPECT_NEAR(tube.x(), 0.2, 0.01);
   EXPECT_GE(tube.x(), 0.2);  // around the shape
-  UrdfShape mesh = shape(UrdfShape::Shape::mesh, {1.0, 0.5, 2.0}, "t.stl");
+  UrdfModel::LinkShape mesh = shape(UrdfModel::LinkShape::Shape::mesh, {1.0, 0.5, 2.0}, "t.stl");
   mesh.pose.translation() = Vec<double, 3>(0.0, 0.0, 1.0);
   EXPECT_EQ(largest(hull_points(mesh, urdf)), (Vec<double, 3>(1.0, 1.0, 7.0)));
   mesh.mesh = "package://nowhere/t.stl";

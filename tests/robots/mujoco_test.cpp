@@ -86,11 +86,11 @@ TEST_F(Mujoco, ReturnsTheGivenState) {
 
 // Torques, pushes, gravity and Coriolis forces at once: one very short step shows the acceleration.
 TEST_F(Mujoco, AcceleratesAsDartDoes) {
-  PlantOptions options;
+  Plant::Options options;
   options.step = 1e-6;
   options.joint_friction = 0.3;
   DartOptions dart_options;
-  static_cast<PlantOptions&>(dart_options) = options;
+  static_cast<Plant::Options&>(dart_options) = options;
   const auto mujoco = make_mujoco_plant(robot, options);
   const auto dart = make_dart_plant(robot, dart_options);
   for (int trial = 0; trial < 3; ++trial) {
@@ -137,7 +137,7 @@ TEST_F(Mujoco, FallsFreely) {
 // The robot lands on its left foot, slips and rotates, without joint torques. The reported sole
 // wrenches must equal the change of its linear and angular momentum.
 TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
-  PlantOptions options;
+  Plant::Options options;
   options.step = 1e-4;
   options.friction = 0.5;
   const auto plant = make_mujoco_plant(robot, options);
@@ -187,7 +187,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   plant->reset(start);
   dynamics->update(start);
   const auto controller = standing_controller();
-  WholeBodyTasks tasks = tasks_on_the_left_foot();
+  WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
   const double weight = robot.total_mass * standard_gravity;
   const Vec<double, 3> com = dynamics->com();
   Vec<double, 6> mean = Vec<double, 6>::Zero();
@@ -199,7 +199,8 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
           robot.total_mass * (50.0 * (com - dynamics->com()) - 14.0 * dynamics->com_velocity());
       tasks.torque = -5.0 * dynamics->angular_momentum();
       tasks.swing_acceleration = -20.0 * dynamics->sole(Side::right).twist;
-      const WholeBodyCommand& command = controller->control(*dynamics, plant->state(), tasks);
+      const WholeBodyController::Command& command =
+          controller->control(*dynamics, plant->state(), tasks);
       ASSERT_EQ(command.status, QpStatus::optimal) << k;
       plant->set_torques(command.torques);
     }
@@ -267,7 +268,7 @@ class LimbsInBothEngines : public Mujoco {
   std::vector<std::unique_ptr<Plant>> plants(bool self_collision) const {
     DartOptions dart;
     dart.self_collision = self_collision;
-    PlantOptions options;
+    Plant::Options options;
     options.self_collision = self_collision;
     std::vector<std::unique_ptr<Plant>> both;
     both.push_back(make_dart_plant(robot, dart));
@@ -307,7 +308,8 @@ TEST_F(LimbsInBothEngines, LimbsStopAtEachOther) {
 }
 
 TEST_F(LimbsInBothEngines, RejectDetectorsWithoutCapsules) {
-  for (const DartCollision detector : {DartCollision::dart, DartCollision::fcl}) {
+  for (const DartOptions::Collision detector :
+       {DartOptions::Collision::dart, DartOptions::Collision::fcl}) {
     DartOptions options;
     options.collision = detector;
     EXPECT_NO_THROW(make_dart_plant(robot, options));

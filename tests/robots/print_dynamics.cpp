@@ -26,7 +26,7 @@ Json numbers(const Eigen::Ref<const MatrixXd>& m) {
   return rows;
 }
 
-Json sole(const SoleMotion& motion) {
+Json sole(const DynamicsModel::SoleMotion& motion) {
   return {{"position", numbers(motion.pose.translation())},
           {"rotation", numbers(motion.pose.linear())},
           {"jacobian", numbers(motion.jacobian)},

@@ -40,15 +40,15 @@ StepSituation with_capture_point(double x, double y, double t = 1.0) {
 Step following() {
   Step options;
   options.decision_lead = 0.1;
-  options.decide = StepDecision::if_it_helps;
+  options.decide = Step::Decision::if_it_helps;
   return options;
 }
 
 TEST(Contacts, FollowThePlanFromThePresentContacts) {
   Schedule contacts = two_feet_throughout(events_ahead);
-  const std::array<PlannedStep, 2> steps{
-      PlannedStep{.foot = Side::left, .lift_off = 1.0, .landing = 1.4},
-      PlannedStep{.foot = Side::right, .lift_off = 1.5, .landing = 1.9}};
+  const std::array<StepPlan::Step, 2> steps{
+      StepPlan::Step{.foot = Side::left, .lift_off = 1.0, .landing = 1.4},
+      StepPlan::Step{.foot = Side::right, .lift_off = 1.5, .landing = 1.9}};
   const testing::AllocationCount count;
   schedule_contacts(contacts, true, true, steps);
   EXPECT_EQ(count.made(), 0);
@@ -79,7 +79,7 @@ TEST(ReactiveSteps, StepsToThePredictedCapturePoint) {
     const StepPlan& plan = steps.plan(with_capture_point(x, -0.07));
     EXPECT_EQ(count.made(), 0);
     ASSERT_TRUE(plan.is_stepping());
-    const PlannedStep& step = plan.steps[0];
+    const StepPlan::Step& step = plan.steps[0];
     EXPECT_GT(direction * step.place[0], std::abs(x));
     EXPECT_GE(step.landing, step.lift_off + following().shortest - 1e-9);
     EXPECT_EQ(plan.alternatives, 3);  // either foot, and standing
@@ -104,7 +104,7 @@ TEST(ReactiveSteps, FollowsTheSwingFootUntilShortlyBeforeItsLanding) {
   ReactiveSteps steps(following(), on_two_feet());
   StepPlan plan = steps.plan(with_capture_point(0.11, -0.07));
   ASSERT_TRUE(plan.is_stepping());
-  const PlannedStep first = plan.steps[0];
+  const StepPlan::Step first = plan.steps[0];
   const auto later = [&](double x, double t) {
     StepSituation now = with_capture_point(x, -0.07, t);
     now.foot(first.foot).stands = false;
@@ -115,7 +115,7 @@ TEST(ReactiveSteps, FollowsTheSwingFootUntilShortlyBeforeItsLanding) {
   EXPECT_EQ(plan.steps[0].foot, first.foot);
   EXPECT_GT(plan.steps[0].place[0], first.place[0]);
   EXPECT_LE(plan.steps[0].landing, first.landing);
-  const PlannedStep fixed = plan.steps[0];
+  const StepPlan::Step fixed = plan.steps[0];
   plan = later(0.20, fixed.landing - 0.05);
   EXPECT_EQ(plan.steps[0].place, fixed.place);
   EXPECT_EQ(plan.steps[0].landing, fixed.landing);

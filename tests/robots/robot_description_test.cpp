@@ -103,7 +103,8 @@ TEST(RobotDescription, DataMayComeFromTheUrdf) {
   const std::string mass = "mass: 30\n", place = "    com: [0, -0.07, 0.5]\n";
   std::string text = changed(mass, "");
   text.replace(text.find(place), place.size(), "");
-  const RobotDescription robot = parse_robot_description(text, "robot.yaml", Figures::from_urdf);
+  const RobotDescription robot =
+      parse_robot_description(text, "robot.yaml", RobotDescription::Figures::from_urdf);
   EXPECT_TRUE(std::isnan(robot.mass));
   EXPECT_TRUE(std::isnan(robot.posture("stand").com.z()));
   EXPECT_EQ(robot.posture("crouch").com.z(), 0.4);
@@ -208,7 +209,7 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
   const UrdfModel model = UrdfModel::read(urdf);
   EXPECT_EQ(model.links().size(), 213u);
   EXPECT_EQ(std::count_if(model.links().begin(), model.links().end(),
-                          [](const UrdfLink& link) { return link.mass == 0.0; }),
+                          [](const UrdfModel::Link& link) { return link.mass == 0.0; }),
             174);
   EXPECT_EQ(model.moving_joint_names().size(), 32u);
 }
@@ -219,7 +220,7 @@ TEST(Icub, MirroredJointsGiveTheMirroredBody) {
   if (!urdf || !*urdf) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF";
   const RobotDescription robot = icub();
   const UrdfModel model = UrdfModel::read(urdf);
-  for (const ActuatedJoint& joint : robot.joints) {
+  for (const RobotDescription::Joint& joint : robot.joints) {
     StandingPosture left = robot.posture_on(Side::left);
     left.joints[joint.name] += 0.3;  // rad
     const StandingPosture right = (*robot.mirror)(left);

@@ -119,7 +119,7 @@ TEST(Settling, WholeBodyHasPlannedAndMeasuredForces) {
     const auto from = [&](double settled, double force) {
       return t < 2.0 + settled - same_instant ? 0.0 : force;
     };
-    BodySample b;
+    RunLog::BodySample b;
     b.planned.setConstant(restless);
     b.left.setConstant(restless);
     b.right.setConstant(restless);
@@ -139,10 +139,10 @@ TEST(Settling, WholeBodyHasPlannedAndMeasuredForces) {
 }
 
 TEST(Progress, LineShowsTheSideOfTheCapturePoint) {
-  EXPECT_EQ(progress_line({3.1, 0.534, -0.0213, Footing::stepping}, 2.0),
+  EXPECT_EQ(progress_line({3.1, 0.534, -0.0213, LoopState::Footing::stepping}, 2.0),
             "t =  3.10 s |  1.6 x real time | CoM 0.534 m | capture point  21 mm outside | "
             "stepping");
-  EXPECT_EQ(progress_line({0.0, 0.534, 0.0213, Footing::standing}, 0.0),
+  EXPECT_EQ(progress_line({0.0, 0.534, 0.0213, LoopState::Footing::standing}, 0.0),
             "t =  0.00 s |  0.0 x real time | CoM 0.534 m | capture point  21 mm inside | "
             "standing");
 }
@@ -152,7 +152,8 @@ std::string shown(bool terminal) {
   std::size_t size = 0;
   std::FILE* out = open_memstream(&text, &size);
   Progress progress(out, terminal);
-  for (int i = 0; i <= 250; ++i) progress.show({i * period, 0.5, 0.01, Footing::standing});
+  for (int i = 0; i <= 250; ++i)
+    progress.show({i * period, 0.5, 0.01, LoopState::Footing::standing});
   progress.finish();
   std::fclose(out);
   const std::string all(text, size);

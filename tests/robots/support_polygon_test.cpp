@@ -60,7 +60,7 @@ TEST(SupportPolygon, OfRotatedFeetHasUnitNormalsAndEightRows) {
   const SupportPolygon polygon = SupportPolygon::under(
       {{flat_sole({0, 0.07, 0}, 0.3), foot}, {flat_sole({0.05, -0.15, 0}, -0.5), foot.mirrored()}});
   EXPECT_LE(polygon.size(), 8);
-  const HalfPlanes rows = polygon.half_planes(8);
+  const SupportPolygon::HalfPlanes rows = polygon.half_planes(8);
   ASSERT_EQ(rows.rows(), 8);
   for (int i = 0; i < 8; ++i) EXPECT_NEAR(rows.A.row(i).norm(), 1.0, 1e-15);
   for (int i = polygon.size(); i < 8; ++i) {

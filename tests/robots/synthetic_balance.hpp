@@ -28,19 +28,19 @@ struct SyntheticBalance {
   SyntheticBalance() {
     const SyntheticBiped biped;
     const UrdfModel urdf = UrdfModel::parse(biped.urdf(), "synthetic.urdf");
-    description =
-        describe(urdf, parse_robot_description(biped.yaml(), "synthetic.yaml", Figures::from_urdf));
+    description = describe(urdf, parse_robot_description(biped.yaml(), "synthetic.yaml",
+                                                         RobotDescription::Figures::from_urdf));
     robot = floating_robot(urdf, description);
     const StandingPosture& posture = description.default_posture();
     start = standing_state(robot, urdf, description, posture);
     scene = scene_of(posture, description);
   }
 
-  BalanceParts parts(std::unique_ptr<DynamicsModel> model,
-                     std::unique_ptr<Estimator> estimator) const {
+  BalanceController::Parts parts(std::unique_ptr<DynamicsModel> model,
+                                 std::unique_ptr<Estimator> estimator) const {
     const ContactSettings contact;
     const Schedule contacts = one_foot_then_two(infinity, scene.side, 1);
-    BalanceParts parts;
+    BalanceController::Parts parts;
     parts.estimator = std::move(estimator);
     parts.model = std::move(model);
     parts.whole_body =
@@ -56,11 +56,11 @@ struct SyntheticBalance {
   }
   /// Estimates from measured sensors.
   std::unique_ptr<Estimator> sensor_estimator() const {
-    return make_sensor_estimator(robot, Side::left, SensorOptions{}, EstimationOptions{},
+    return make_sensor_estimator(robot, Side::left, SensorOptions{}, Estimator::Options{},
                                  options().period);
   }
-  BalanceOptions options() const {
-    BalanceOptions options;
+  BalanceController::Options options() const {
+    BalanceController::Options options;
     options.scene = scene;
     options.contacts = one_foot_then_two(infinity, scene.side, 1);
     return options;

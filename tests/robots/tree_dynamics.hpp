@@ -112,7 +112,7 @@ class TreeDynamics final : public DynamicsModel {
       Jc_.col(5 + j) = links_[j].axis.cross(point - links_[j].pose.translation());
     }
   }
-  void update_sole(const FloatingRobot::Frame& frame, SoleMotion& sole) {
+  void update_sole(const FloatingRobot::Frame& frame, DynamicsModel::SoleMotion& sole) {
     sole.pose = links_[frame.body].pose * frame.pose;
     const Vec<double, 3> p = sole.pose.translation();
     jacobian(frame.body, p);

@@ -84,16 +84,16 @@ TEST(UrdfModel, KeepsVisualShapes) {
   EXPECT_TRUE(model.links()[0].visuals.empty());
   const auto& visuals = model.links()[static_cast<std::size_t>(model.link_index("foot"))].visuals;
   ASSERT_EQ(visuals.size(), 4U);
-  EXPECT_EQ(visuals[0].shape, UrdfShape::Shape::mesh);
+  EXPECT_EQ(visuals[0].shape, UrdfModel::LinkShape::Shape::mesh);
   EXPECT_EQ(visuals[0].mesh, "package://robo/foot.stl");
   EXPECT_EQ(visuals[0].size, Vec3(0.001, 0.001, -1.0));
   EXPECT_EQ(visuals[0].pose.translation(), Vec3(0.0, 0.0, 0.1));
-  EXPECT_EQ(visuals[1].shape, UrdfShape::Shape::box);
+  EXPECT_EQ(visuals[1].shape, UrdfModel::LinkShape::Shape::box);
   EXPECT_EQ(visuals[1].size, Vec3(1.0, 2.0, 3.0));
   EXPECT_EQ(visuals[1].colour, Vec3(1.0, 0.0, 0.5));
-  EXPECT_EQ(visuals[2].shape, UrdfShape::Shape::cylinder);
+  EXPECT_EQ(visuals[2].shape, UrdfModel::LinkShape::Shape::cylinder);
   EXPECT_EQ(visuals[2].size, Vec3(1.0, 1.0, 4.0));
-  EXPECT_EQ(visuals[3].shape, UrdfShape::Shape::sphere);
+  EXPECT_EQ(visuals[3].shape, UrdfModel::LinkShape::Shape::sphere);
   EXPECT_EQ(visuals[3].size, Vec3(1.0, 1.0, 1.0));
 }
 
@@ -105,7 +105,7 @@ TEST(UrdfModel, SumsTheMass) {
   EXPECT_EQ(model.links()[0].name, "body");
   EXPECT_EQ(model.links()[model.link_index("foot")].mass, 0.0);  // a massless frame
   EXPECT_EQ(model.moving_joint_names(), std::vector<std::string>{"knee"});
-  const UrdfJoint& knee = model.links()[model.link_index("leg")].joint;
+  const UrdfModel::Joint& knee = model.links()[model.link_index("leg")].joint;
   EXPECT_EQ(knee.position, between(-1.0, 2.0));
   EXPECT_EQ(knee.effort, 30.0);
 }
@@ -135,7 +135,7 @@ TEST(UrdfModel, RotatesTheInertiaToLinkAxes) {
 }
 
 TEST(UrdfModel, TakesTheFootFromTheCollisionBox) {
-  const FootGeometry foot = UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
+  const UrdfModel::Foot foot = UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
   // The box is given in the foot link, which points down: y changes sign in the sole.
   EXPECT_NEAR(foot.rectangle.x.lower, -0.05, 1e-15);
   EXPECT_NEAR(foot.rectangle.x.upper, 0.11, 1e-15);
@@ -149,7 +149,7 @@ TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
     return std::string("<collision><origin xyz=\"") + xyz + "\"/><geometry><box size=\"" + size +
            "\"/></geometry></collision>";
   };
-  const FootGeometry foot =
+  const UrdfModel::Foot foot =
       UrdfModel::parse(one_leg(box("0.1 0 0.01", "0.04 0.08 0.02") +
                                box("-0.03 0 0.01", "0.04 0.06 0.02") + box("0 0 0", "1 1 0.01")),
                        "robot.urdf")

@@ -36,9 +36,9 @@ class Controllers : public IcubBody {
     return standing_state(robot, *urdf, description, description.posture(posture));
   }
   // Tasks at rest on both feet or on the left one: wrenches that carry the weight at zero momentum.
-  WholeBodyTasks rest_tasks(const WholeBodyState& state, bool both) {
+  WholeBodyController::Tasks rest_tasks(const WholeBodyState& state, bool both) {
     model->update(state);
-    WholeBodyTasks tasks;
+    WholeBodyController::Tasks tasks;
     tasks.right_stands = both;
     tasks.posture = state.q;
     const double weight = model->mass() * standard_gravity;
@@ -66,12 +66,12 @@ class Controllers : public IcubBody {
     state.base_twist << 0.02, -0.03, 0.01, 0.01, 0.02, -0.01;
     return state;
   }
-  static Vec<double, 6> planned(const WholeBodyTasks& tasks, Side side) {
+  static Vec<double, 6> planned(const WholeBodyController::Tasks& tasks, Side side) {
     return tasks.wrenches.segment<6>(side == Side::left ? 0 : 6);
   }
 
   std::unique_ptr<DynamicsModel> model;
-  ContactConeOptions left, right;
+  ContactCone::Options left, right;
   std::unique_ptr<WholeBodyController> inverse_dynamics, momentum;
 };
 
@@ -79,17 +79,17 @@ class Controllers : public IcubBody {
 TEST_F(Controllers, TorquesBalanceGravityAtRest) {
   for (const bool both : {false, true}) {
     const WholeBodyState state = stand(both ? "two_feet" : "left_stance");
-    const WholeBodyTasks tasks = rest_tasks(state, both);
+    const WholeBodyController::Tasks tasks = rest_tasks(state, both);
     VectorXd expected = model->bias();
     for (const Side side : {Side::left, Side::right}) {
-      const SoleMotion& sole = model->sole(side);
+      const DynamicsModel::SoleMotion& sole = model->sole(side);
       expected -= sole.jacobian.transpose() * (wrench_to_world(sole) * planned(tasks, side));
     }
     // Tolerance of the programs, 1e-6, by their least weight, 1e-3 per N^2, times arms below 1 m.
     constexpr double tolerance = 1e-3;
     ASSERT_LT(expected.head<6>().cwiseAbs().maxCoeff(), tolerance);  // the feet carry the base
     for (auto* controller : {inverse_dynamics.get(), momentum.get()}) {
-      const WholeBodyCommand& command = controller->control(*model, state, tasks);
+      const WholeBodyController::Command& command = controller->control(*model, state, tasks);
       EXPECT_EQ(command.status, QpStatus::optimal);
       EXPECT_LT((command.torques - expected.tail(robot.joints())).cwiseAbs().maxCoeff(), tolerance);
       EXPECT_LT((command.wrenches - tasks.wrenches).cwiseAbs().maxCoeff(), tolerance);
@@ -104,7 +104,7 @@ TEST_F(Controllers, TorquesBalanceGravityAtRest) {
 TEST_F(Controllers, DoNotAllocate) {
   for (const bool both : {false, true, false}) {
     const WholeBodyState state = moving(both ? "two_feet" : "left_stance");
-    const WholeBodyTasks tasks = rest_tasks(state, both);
+    const WholeBodyController::Tasks tasks = rest_tasks(state, both);
     for (auto* controller : {inverse_dynamics.get(), momentum.get()}) {
       const testing::AllocationCount count;
       controller->control(*model, state, tasks);
@@ -119,7 +119,7 @@ TEST_F(Controllers, DoNotAllocate) {
 // program is the same.
 TEST_F(Controllers, BoundTorquesAtTheirLimits) {
   const WholeBodyState state = moving("two_feet");
-  WholeBodyTasks tasks = rest_tasks(state, true);
+  WholeBodyController::Tasks tasks = rest_tasks(state, true);
   tasks.posture[robot.joint_index("l_knee")] += 0.5;
   const VectorXd free = inverse_dynamics->control(*model, state, tasks).torques;
   FloatingRobot weak = robot;
@@ -132,9 +132,9 @@ TEST_F(Controllers, BoundTorquesAtTheirLimits) {
   }
   ASSERT_GE(weakened, 2);
   const auto controller = make_inverse_dynamics_controller(weak, left, right);
-  const WholeBodyCommand found = controller->control(*model, state, tasks);
-  const WholeBodyCommand again = controller->control(*model, state, tasks);
-  for (const WholeBodyCommand* command : {&found, &again}) {
+  const WholeBodyController::Command found = controller->control(*model, state, tasks);
+  const WholeBodyController::Command again = controller->control(*model, state, tasks);
+  for (const WholeBodyController::Command* command : {&found, &again}) {
     EXPECT_EQ(command->status, QpStatus::optimal);
     EXPECT_GT(command->solve_seconds, 0.0);
     int at_limit = 0;
@@ -153,7 +153,7 @@ TEST_F(Controllers, BoundTorquesAtTheirLimits) {
 
 // The equation of the paper, from the whole mass matrix and a pseudo-inverse by singular values.
 TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
-  MomentumOptions options;
+  WholeBodyController::MomentumOptions options;
   options.stance_regularisation = options.swing_regularisation = 1e-6;
   options.posture = 1.0;  // small enough for the torques to stay within their limits
   options.posture_damping = 2.0;
@@ -161,10 +161,10 @@ TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
   const int n = robot.joints();
   for (const bool both : {false, true}) {
     const WholeBodyState state = moving(both ? "two_feet" : "left_stance");
-    WholeBodyTasks tasks = rest_tasks(state, both);
+    WholeBodyController::Tasks tasks = rest_tasks(state, both);
     tasks.swing_acceleration << 0.1, -0.2, 0.3, 0.2, 0.1, 0.4;
     for (int i = 0; i < n; ++i) tasks.posture[i] += 0.05 * std::cos(3.0 * i);
-    const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+    const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
     ASSERT_EQ(command.torques_cut, 0);
 
     const MatrixXd& M = model->mass_matrix();
@@ -174,7 +174,7 @@ TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
     VectorXd force = VectorXd::Zero(6 + n);  // J_s' f
     Vec<double, 12> a;
     for (const Side side : {Side::left, Side::right}) {
-      const SoleMotion& sole = model->sole(side);
+      const DynamicsModel::SoleMotion& sole = model->sole(side);
       const int i = side == Side::left ? 0 : 6;
       J.middleRows(i, 6) = sole.jacobian;
       const bool stands = side == Side::left || both;
@@ -210,16 +210,16 @@ TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
 
 TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
   const WholeBodyState state = moving("two_feet");
-  WholeBodyTasks tasks = rest_tasks(state, true);
+  WholeBodyController::Tasks tasks = rest_tasks(state, true);
   tasks.force = {20.0, -30.0, 40.0};
   tasks.torque = {2.0, 1.0, 0.5};
-  MomentumOptions to_plan, to_torques;
+  WholeBodyController::MomentumOptions to_plan, to_torques;
   to_plan.wrench = to_torques.wrench = 1e-6;
   to_torques.torque = 1e-3;
   double norms[2];
   for (const int i : {0, 1}) {
     momentum = make_momentum_controller(robot, left, right, i == 0 ? to_plan : to_torques);
-    const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+    const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
     ASSERT_EQ(command.status, QpStatus::optimal);
     Vec<double, 6> rate = Vec<double, 6>::Zero();
     for (const Side side : {Side::left, Side::right})
@@ -238,7 +238,7 @@ TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
   // More than one foot can exert: the wrenches stay in the cone and show the deficit.
   tasks.right_stands = false;
   tasks.force = {0.0, -300.0, 0.0};
-  const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+  const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
   ASSERT_EQ(command.status, QpStatus::optimal);
   EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);
   EXPECT_EQ(command.wrenches.tail<6>().norm(), 0.0);
@@ -246,9 +246,9 @@ TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
 
 TEST_F(Controllers, MomentumTorquesAreClippedAndCounted) {
   const WholeBodyState state = stand("left_stance");
-  WholeBodyTasks tasks = rest_tasks(state, false);
+  WholeBodyController::Tasks tasks = rest_tasks(state, false);
   for (const int i : {0, 5, 20}) tasks.posture[i] += 6.0;  // rad; 300 rad/s^2 at once
-  const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+  const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
   EXPECT_GT(command.torques_cut, 0);
   int at_limit = 0;
   for (int i = 0; i < robot.joints(); ++i) {
@@ -260,7 +260,7 @@ TEST_F(Controllers, MomentumTorquesAreClippedAndCounted) {
 }
 
 TEST_F(Controllers, RejectsInvalidMomentumOptions) {
-  MomentumOptions options;
+  WholeBodyController::MomentumOptions options;
   options.wrench = 0.0;
   EXPECT_THROW(make_momentum_controller(robot, left, right, options), DefinitionError);
   options = {};
@@ -277,13 +277,13 @@ TEST_F(Controllers, MomentumControlBalancesAPush) {
   const auto plant = make_dart_plant(robot, {});
   plant->reset(start);
   balance_on_the_left_foot(robot, *model, *plant, *momentum, rest_tasks(start, false),
-                           {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});
+                           {.impulse = 2.0}, [](const WholeBodyController::Command&, double) {});
 }
 
 // A sole that has tipped about an edge is turned back if the wrench acts on a corner: the centre of
 // pressure keeps a distance to that edge. In the middle of the edge it may stay.
 TEST_F(Controllers, LevelsATippedSole) {
-  WholeBodyGains gains;
+  WholeBodyController::Gains gains;
   gains.tipped_reserve = 10.0;
   const Bounds ends = left.foot.x;
   for (const double tilt : {0.0, 0.004, -0.004, 0.03})  // rad, positive: the toe is lifted
@@ -297,13 +297,13 @@ TEST_F(Controllers, LevelsATippedSole) {
       const Vec<double, 3> pivot = sole * Vec<double, 3>(edge, 0.0, 0.0);
       state.base = Eigen::Translation3d(pivot) * Eigen::AngleAxisd(-tilt, sole.linear().col(1)) *
                    Eigen::Translation3d(-pivot) * state.base;
-      WholeBodyTasks tasks = rest_tasks(state, false);
+      WholeBodyController::Tasks tasks = rest_tasks(state, false);
       tasks.wrenches[3] = y * tasks.wrenches[2];
       tasks.wrenches[4] = -edge * tasks.wrenches[2];
       const Vec<double, 3> turning(tasks.wrenches[3], tasks.wrenches[4], 0.0);
       tasks.torque = model->sole(Side::left).pose.linear() * turning;
       controller->control(*model, state, tasks);  // the first call detects the corner
-      const WholeBodyCommand& command = controller->control(*model, state, tasks);
+      const WholeBodyController::Command& command = controller->control(*model, state, tasks);
       EXPECT_EQ(command.status, QpStatus::optimal);
       const double pressure = -command.wrenches[4] / command.wrenches[2];
       const double lifted =
@@ -318,7 +318,7 @@ TEST_F(Controllers, LevelsATippedSole) {
 // All tasks at rest, except for moving joints and approaching limbs.
 TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
   add_capsules(robot, *urdf, description);
-  WholeBodyGains gains;
+  WholeBodyController::Gains gains;
   gains.speed_limits = gains.clearance = true;
   const auto keeping = make_inverse_dynamics_controller(robot, left, right, {}, gains);
   WholeBodyState state = stand("left_stance");
@@ -328,7 +328,7 @@ TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
   state.dq[elbow] = fastest;  // above the margin
   state.q[roll] = 0.35;       // hand near the thigh, moving towards it
   state.dq[roll] = -1.0;
-  WholeBodyTasks tasks = rest_tasks(state, false);
+  WholeBodyController::Tasks tasks = rest_tasks(state, false);
   tasks.posture[elbow] += 10.0;
   tasks.posture[roll] = -1.0;
   Clearance clearance(robot, 1);
@@ -338,12 +338,12 @@ TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
   const Approach& near = clearance.approach(0);
   ASSERT_GT(near.distance, 0.0);
   ASSERT_LT(near.speed, 0.0);
-  const auto change_of_speed = [&](const WholeBodyCommand& command) {
+  const auto change_of_speed = [&](const WholeBodyController::Command& command) {
     return row.dot(command.joint_acceleration) + near.drift;
   };
   for (auto* controller : {inverse_dynamics.get(), keeping.get()}) {
     const testing::AllocationCount count;
-    const WholeBodyCommand& command = controller->control(*model, state, tasks);
+    const WholeBodyController::Command& command = controller->control(*model, state, tasks);
     EXPECT_EQ(count.made(), 0);
     EXPECT_EQ(command.status, QpStatus::optimal);
     const bool keeps = controller == keeping.get();
@@ -359,15 +359,15 @@ TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
 // At six times its speed limit, the elbow brakes with the full motor torque. The constraints of its
 // position limit and of its speed limit exclude each other.
 TEST_F(Controllers, BrakesAJointAboveItsSpeedLimit) {
-  WholeBodyGains gains;
+  WholeBodyController::Gains gains;
   gains.speed_limits = true;
   const auto keeping = make_inverse_dynamics_controller(robot, left, right, {}, gains);
   WholeBodyState state = stand("left_stance");
   const int elbow = robot.joint_index("l_elbow");
   const FloatingRobot::Body& body = robot.bodies[static_cast<std::size_t>(elbow) + 1];
   state.dq[elbow] = 6.0 * body.velocity;
-  const WholeBodyTasks tasks = rest_tasks(state, false);
-  const WholeBodyCommand& command = keeping->control(*model, state, tasks);
+  const WholeBodyController::Tasks tasks = rest_tasks(state, false);
+  const WholeBodyController::Command& command = keeping->control(*model, state, tasks);
   EXPECT_EQ(command.status, QpStatus::optimal);
   constexpr double solved = 1e-4;  // Nm, accuracy of the program
   EXPECT_NEAR(command.torques[elbow], -body.effort, solved);

@@ -30,7 +30,7 @@ TEST_F(WholeBody, HasVisualShapes) {
       EXPECT_FALSE(look.visuals.empty()) << look.link;
       ++looks;
     }
-  for (const UrdfLink& link : urdf->links()) links += link.visuals.empty() ? 0 : 1;
+  for (const UrdfModel::Link& link : urdf->links()) links += link.visuals.empty() ? 0 : 1;
   EXPECT_EQ(looks, links);
   EXPECT_GT(links, 20u);
 }
@@ -60,13 +60,13 @@ TEST_F(WholeBody, SolesMoveAccordingToTheirJacobians) {
   before.q -= h * state.dq;  // the base rests
   after.q += h * state.dq;
   model->update(before);
-  const SoleMotion a = model->sole(Side::right);
+  const DynamicsModel::SoleMotion a = model->sole(Side::right);
   const Vec<double, 3> com_a = model->com();
   model->update(after);
-  const SoleMotion b = model->sole(Side::right);
+  const DynamicsModel::SoleMotion b = model->sole(Side::right);
   const Vec<double, 3> com_b = model->com();
   model->update(state);
-  const SoleMotion& sole = model->sole(Side::right);
+  const DynamicsModel::SoleMotion& sole = model->sole(Side::right);
   constexpr double tolerance = 1e-7;  // h^2 and rounding / h
   EXPECT_LT(
       ((b.pose.translation() - a.pose.translation()) / (2.0 * h) - sole.twist.tail<3>()).norm(),
@@ -162,8 +162,8 @@ TEST_F(WholeBody, StandsOnOneFootAndReactsToAPush) {
   plant->reset(start);
   model->update(plant->state());
   const auto controller = standing_controller();
-  const WholeBodyTasks tasks = tasks_on_the_left_foot();
-  const auto check = [this](const WholeBodyCommand& command, double t) {
+  const WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
+  const auto check = [this](const WholeBodyController::Command& command, double t) {
     ASSERT_LT(command.stance_slip, 1e-6) << t;
     for (int i = 0; i < robot.joints(); ++i)
       ASSERT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort) << t;

@@ -21,7 +21,7 @@ bool is_multiple(double whole, double part) {
 // The loop on the whole body counts steps of the engine, so every period must be a whole number of
 // them.
 std::string clock_complaint(const BipedSettings& c) {
-  if (c.plant.choice == PlantChoice::centroidal) return "";
+  if (c.plant.choice == PlantSettings::Choice::centroidal) return "";
   if (!is_multiple(c.control.period, c.plant.engine.step))
     return fmt::format("control.period ({} s) must be a whole multiple of simulator.step_s ({} s)",
                        c.control.period, c.plant.engine.step);
@@ -96,9 +96,10 @@ void declare_removed(Settings& s) {
 void declare_biped(Settings& s, BipedSettings& biped) {
   declare_plant(s, biped.plant);
   declare_settings(s, biped.robot);
-  s.choice<ControllerChoice>(
+  s.choice<BipedSettings::Controller>(
       "controller", biped.controller,
-      {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},
+      {{"mpc", BipedSettings::Controller::mpc},
+       {"capture_point", BipedSettings::Controller::capture_point}},
       "receding-horizon control, or the capture-point controller without prediction");
   declare_solver(s, biped.planner);
   declare_stance(s, biped.scene);

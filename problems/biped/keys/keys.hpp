@@ -24,11 +24,11 @@ void declare_step(Settings& settings, PlantSettings& plant);
 void declare_settings(Settings& settings, PlantSettings& plant);
 
 /// Declares control.period.
-void declare_period(Settings& settings, WholeBodyControl& control);
+void declare_period(Settings& settings, WholeBodyController::Options& control);
 /// Declares whole_body.* and momentum.*
-void declare_settings(Settings& settings, WholeBodyControl& control);
+void declare_settings(Settings& settings, WholeBodyController::Options& control);
 /// Declares sensor.*
-void declare_settings(Settings& settings, SensorOptions& sensors, EstimationOptions& estimation);
+void declare_settings(Settings& settings, SensorOptions& sensors, Estimator::Options& estimation);
 
 /// Declares robot.urdf and robot.config.
 void declare_settings(Settings& settings, RobotChoice& robot);

@@ -5,11 +5,11 @@
 namespace saltus::walking {
 
 void declare_plant(Settings& s, PlantSettings& plant) {
-  s.choice<PlantChoice>(
+  s.choice<PlantSettings::Choice>(
       "plant", plant.choice,
-      {{"centroidal", PlantChoice::centroidal},
-       {"dart", PlantChoice::dart},
-       {"mujoco", PlantChoice::mujoco}},
+      {{"centroidal", PlantSettings::Choice::centroidal},
+       {"dart", PlantSettings::Choice::dart},
+       {"mujoco", PlantSettings::Choice::mujoco}},
       "simulated plant: the centroidal model, or the whole body in DART or MuJoCo");
 }
 
@@ -33,25 +33,27 @@ void declare_settings(Settings& s, PlantSettings& plant) {
            "whole body: bandwidth of the torques (first-order lag); 0: no lag", at_least(0.0));
   s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
            "whole body: maximum rate of the torques; 0: no limit", at_least(0.0));
-  s.choice<SensorChoice>(
+  s.choice<PlantSettings::Sensors>(
       "sensors", plant.sensors,
-      {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},
+      {{"ideal", PlantSettings::Sensors::ideal}, {"measured", PlantSettings::Sensors::measured}},
       "whole body: controllers receive the true state, or an estimate from iCub's sensors: "
       "encoders, gyroscope, accelerometer and force sensors in the feet");
   declare_settings(s, plant.sensor, plant.estimation);
-  s.choice<DartCollision>("dart.collision", plant.engine.collision,
-                          {{"dart", DartCollision::dart},
-                           {"fcl", DartCollision::fcl},
-                           {"bullet", DartCollision::bullet},
-                           {"ode", DartCollision::ode}},
-                          "collision detector of DART");
-  s.choice<DartLcp>("dart.lcp", plant.engine.lcp,
-                    {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
-                    "contact solver of DART");
-  s.choice<DartFriction>("dart.friction", plant.engine.cone,
-                         {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
-                         "square friction pyramid of DART: circumscribed about the round cone of "
-                         "simulator.friction (box), or inscribed in it");
+  s.choice<DartOptions::Collision>("dart.collision", plant.engine.collision,
+                                   {{"dart", DartOptions::Collision::dart},
+                                    {"fcl", DartOptions::Collision::fcl},
+                                    {"bullet", DartOptions::Collision::bullet},
+                                    {"ode", DartOptions::Collision::ode}},
+                                   "collision detector of DART");
+  s.choice<DartOptions::Lcp>(
+      "dart.lcp", plant.engine.lcp,
+      {{"dantzig", DartOptions::Lcp::dantzig}, {"pgs", DartOptions::Lcp::pgs}},
+      "contact solver of DART");
+  s.choice<DartOptions::Friction>(
+      "dart.friction", plant.engine.cone,
+      {{"box", DartOptions::Friction::box}, {"inscribed", DartOptions::Friction::inscribed}},
+      "square friction pyramid of DART: circumscribed about the round cone of "
+      "simulator.friction (box), or inscribed in it");
 }
 
 }  // namespace saltus::walking

@@ -11,9 +11,10 @@ void declare_stance(Settings& s, SceneSettings& scene) {
 }
 
 void declare_target(Settings& s, SceneSettings& scene) {
-  s.choice<Target>("target", scene.target,
-                   {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
-                   "place where the CoM comes to rest after the step");
+  s.choice<SceneSettings::Target>("target", scene.target,
+                                  {{"sole_midpoint", SceneSettings::Target::sole_midpoint},
+                                   {"centroid", SceneSettings::Target::centroid}},
+                                  "place where the CoM comes to rest after the step");
 }
 
 void declare_settings(Settings& s, RobotChoice& robot) {

@@ -14,18 +14,19 @@ void declare_settings(Settings& s, Step& step) {
   s.number("step.duration", step.duration, "s",
            "time from the trigger to the landing; with step.planner=reactive the maximum",
            between(0.01, 60.0));
-  s.choice<StepDecision>(
+  s.choice<Step::Decision>(
       "step.decide", step.decide,
-      {{"always", StepDecision::always}, {"if_it_helps", StepDecision::if_it_helps}},
+      {{"always", Step::Decision::always}, {"if_it_helps", Step::Decision::if_it_helps}},
       "when to step after the capture point has left the sole: always, or only if the step brings "
       "the support closer to it");
   s.number("step.decision_lead_s", step.decision_lead, "s",
            "if given, the landing place follows the capture point until this long before the "
            "landing; none: it is fixed 0.1 s after the trigger",
            at_least(0.0));
-  s.choice<Placement>("step.placement", step.placement,
-                      {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
-                      "landing place: the predicted capture point, or step.fixed_place");
+  s.choice<Step::Placement>(
+      "step.placement", step.placement,
+      {{"predicted", Step::Placement::predicted}, {"fixed", Step::Placement::fixed}},
+      "landing place: the predicted capture point, or step.fixed_place");
   s.vector(
       "step.fixed_place", step.fixed_place, "m",
       "position of the swing sole relative to the stance sole: forward, and sideways away from it");

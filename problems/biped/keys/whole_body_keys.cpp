@@ -6,24 +6,25 @@
 
 namespace saltus::walking {
 
-void declare_period(Settings& s, WholeBodyControl& control) {
+void declare_period(Settings& s, WholeBodyController::Options& control) {
   s.number("control.period", control.period, "s",
            "period of the whole-body controller; a whole multiple of simulator.step_s", above(0.0));
 }
 
-void declare_settings(Settings& s, WholeBodyControl& control) {
-  s.choice<WholeBodyChoice>("whole_body.controller", control.choice,
-                            {{"inverse_dynamics", WholeBodyChoice::inverse_dynamics},
-                             {"momentum", WholeBodyChoice::momentum}},
-                            "inverse dynamics as one program over accelerations and wrenches, or "
-                            "momentum control as in the literature (wrenches first, then torques)");
+void declare_settings(Settings& s, WholeBodyController::Options& control) {
+  s.choice<WholeBodyController::Method>(
+      "whole_body.controller", control.choice,
+      {{"inverse_dynamics", WholeBodyController::Method::inverse_dynamics},
+       {"momentum", WholeBodyController::Method::momentum}},
+      "inverse dynamics as one program over accelerations and wrenches, or "
+      "momentum control as in the literature (wrenches first, then torques)");
   s.flag("self_collision", control.self_collision,
          "whole body: limbs collide with each other and with the ground, and inverse_dynamics "
          "keeps them apart");
   s.flag("joint_speed_limits", control.joint_speed_limits,
          "whole body: inverse_dynamics limits the joint speeds and brakes the joints before their "
          "position limits");
-  WholeBodyWeights& w = control.inverse_dynamics;
+  WholeBodyController::Weights& w = control.inverse_dynamics;
   s.number("whole_body.linear_momentum", w.linear_momentum, "1/N^2",
            "weight of the error in the rate of the linear momentum", at_least(0.0));
   s.number("whole_body.angular_momentum", w.angular_momentum, "1/(Nm)^2",
@@ -32,14 +33,14 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
            "weight of the error in the joint accelerations", above(0.0));
   s.number("whole_body.wrench", w.wrench, "1/N^2",
            "weight of the difference between wrenches and plan", above(0.0));
-  WholeBodyGains& g = control.gains;
+  WholeBodyController::Gains& g = control.gains;
   s.number("whole_body.stance_damping", g.stance_damping, "1/s",
            "gain on the remaining twist of a stance foot", at_least(0.0));
   s.number("whole_body.tipped_reserve", g.tipped_reserve, "",
            "distance of the centre of pressure from the loaded edge of a tipped sole, as a "
            "multiple of the height of the opposite edge, at most 10 mm; 0: none",
            at_least(0.0));
-  MomentumOptions& m = control.momentum;
+  WholeBodyController::MomentumOptions& m = control.momentum;
   s.number("momentum.linear_momentum", m.linear_momentum, "1/N^2",
            "weight of the error in the rate of the linear momentum", at_least(0.0));
   s.number("momentum.angular_momentum", m.angular_momentum, "1/(Nm)^2",
@@ -48,7 +49,7 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
            "weight of the difference between wrenches and plan", above(0.0));
 }
 
-void declare_settings(Settings& s, SensorOptions& o, EstimationOptions& e) {
+void declare_settings(Settings& s, SensorOptions& o, Estimator::Options& e) {
   const std::pair<const char*, double*> delays[] = {
       {"sensor.encoder.delay_s", &o.encoder.delay},
       {"sensor.gyroscope.delay_s", &o.gyroscope.delay},

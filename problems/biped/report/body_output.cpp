@@ -20,7 +20,7 @@ void check(const RunLog& log, const FloatingRobot& robot) {
   if (log.body.size() != log.samples.size())
     throw DefinitionError(fmt::format("the log has {} samples of the body, expected {}",
                                       log.body.size(), log.samples.size()));
-  for (const BodySample& b : log.body)
+  for (const RunLog::BodySample& b : log.body)
     if (b.state.q.size() != robot.joints() || b.torques.size() != robot.joints())
       throw DefinitionError(fmt::format("{}: a sample has {} joints and {} torques, expected {}",
                                         robot.name, b.state.q.size(), b.torques.size(),
@@ -54,9 +54,9 @@ Json frame_json(const FloatingRobot::Frame& frame, const FootRectangle& foot) {
   return json;
 }
 
-Json boxes_json(const std::vector<UrdfBox>& boxes) {
+Json boxes_json(const std::vector<UrdfModel::Box>& boxes) {
   Json list = Json::array();
-  for (const UrdfBox& box : boxes) {
+  for (const UrdfModel::Box& box : boxes) {
     Json entry = pose_json(box.pose);
     entry["size"] = numbers(box.size);
     list.push_back(entry);
@@ -69,7 +69,7 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
   Json list = Json::array();
   for (const FloatingRobot::Look& look : looks) {
     Json visuals = Json::array();
-    for (const UrdfShape& visual : look.visuals) {
+    for (const UrdfModel::LinkShape& visual : look.visuals) {
       Json entry = pose_json(visual.pose);
       entry["shape"] = shapes[static_cast<int>(visual.shape)];
       if (!visual.mesh.empty()) entry["mesh"] = visual.mesh;
@@ -103,7 +103,7 @@ Json estimate_figures(const RunLog& log) {
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     if (log.samples[i].time < estimate_settled) continue;
     ++count;
-    const BodySample& b = log.body[i];
+    const RunLog::BodySample& b = log.body[i];
     const Vec<double, 3> sole =
         (b.estimate->stance == Side::left ? b.left_sole : b.right_sole).translation();
     const Vec<double, 9>& truth = log.samples[i].gamma;
@@ -157,7 +157,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   const std::vector<Vec<double, 2>> slips = sole_slip(log), friction = friction_used(log);
   std::vector<double> row;
   for (std::size_t i = 0; i < log.body.size(); ++i) {
-    const BodySample& b = log.body[i];
+    const RunLog::BodySample& b = log.body[i];
     row = {log.samples[i].time};
     append_pose(row, b.state.base);
     row.insert(row.end(), b.state.q.begin(), b.state.q.end());
@@ -214,7 +214,7 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
   double torque_fraction = 0.0;
   std::string torque_joint;
   const Vec<double, 2> peak = peak_forces(log);
-  for (const BodySample& b : log.body)
+  for (const RunLog::BodySample& b : log.body)
     for (int i = 0; i < robot.joints(); ++i) {
       const FloatingRobot::Body& driven = robot.bodies[static_cast<std::size_t>(i) + 1];
       const double fraction = std::abs(b.torques[i]) / driven.effort;

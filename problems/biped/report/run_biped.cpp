@@ -72,7 +72,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   for (const Push& push : problem.pushes())
     fmt::print("push: {} N s in {} s at {} s\n", push.impulse, push.duration, push.start);
 
-  const bool measured = has_body && settings.plant.sensors == SensorChoice::measured;
+  const bool measured = has_body && settings.plant.sensors == PlantSettings::Sensors::measured;
   if (measured) fmt::print("sensors: measured, seed {}\n", settings.plant.sensor.seed);
   const Json changed = changed_settings(context.effective_config, default_config);
   if (!has_body) note_keys_of_the_body(changed);

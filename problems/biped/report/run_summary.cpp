@@ -22,7 +22,7 @@ Json step_plans(const RunLog& log) {
   LatencyHistogram all, several;
   int infeasible = 0;
   double first = infinity;
-  for (const PlanRecord& record : log.step_plans) {
+  for (const RunLog::Plan& record : log.step_plans) {
     all.add(record.seconds);
     if (record.plan.alternatives >= 3) several.add(record.seconds);
     if (!record.plan.is_feasible && infeasible++ == 0) first = record.time;
@@ -93,7 +93,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"robot_source", log.robot.source},
       {"mass_kg", log.robot.mass},
       {"plant", log.plant},
-      {"controller", settings.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
+      {"controller",
+       settings.controller == BipedSettings::Controller::mpc ? "mpc" : "capture_point"},
       {"solver", name_of(settings.planner.solver)},
       {"solver_name", log.controller},
       {"stance", name_of(scene.side)},
@@ -124,8 +125,9 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
        points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
   json["saltus"] = {{"version", version()}, {"commit", commit()}};
-  json["seed"] = settings.plant.sensors == SensorChoice::measured ? settings.plant.sensor.seed
-                                                                  : settings.plant.noise.seed;
+  json["seed"] = settings.plant.sensors == PlantSettings::Sensors::measured
+                     ? settings.plant.sensor.seed
+                     : settings.plant.noise.seed;
   if (!settings.preset.empty()) json["preset"] = settings.preset;
   if (log.statistics.check.count() > 0) json["check_us"] = latency(log.statistics.check);
   if (on_two_feet) {
@@ -140,7 +142,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                               {"impulse_ns", each.impulse},
                               {"direction", direction(each)}});
   json["steps"] = Json::array();
-  for (const StepRecord& step : log.steps)
+  for (const RunLog::Step& step : log.steps)
     json["steps"].push_back({{"foot", name_of(step.foot)},
                              {"lift_off_s", step.lift_off},
                              {"due_s", step.due},
@@ -148,7 +150,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                              {"place_m", {step.place[0], step.place[1]}},
                              {"landed_at_m", {step.landed_at[0], step.landed_at[1]}}});
   json["ground"] = Json::array();  // support over time
-  for (const GroundRecord& record : log.ground)
+  for (const RunLog::Ground& record : log.ground)
     json["ground"].push_back({{"from_s", record.from},
                               {"left", record.left},
                               {"right", record.right},
@@ -185,7 +187,7 @@ CsvTable trajectory_table(const RunLog& log) {
 CsvTable step_table(const RunLog& log) {
   CsvTable table({"right_foot", "lift_off [s]", "due [s]", "touchdown [s]", "place_x [m]",
                   "place_y [m]", "landed_x [m]", "landed_y [m]"});
-  for (const StepRecord& s : log.steps)
+  for (const RunLog::Step& s : log.steps)
     table.add_row(std::array<double, 8>{s.foot == Side::right ? 1.0 : 0.0, s.lift_off, s.due,
                                         s.touchdown, s.place[0], s.place[1], s.landed_at[0],
                                         s.landed_at[1]});
@@ -203,9 +205,9 @@ CsvTable plan_table(const RunLog& log) {
   CsvTable table(columns);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> row;
-  for (const PlanRecord& record : log.step_plans) {
+  for (const RunLog::Plan& record : log.step_plans) {
     const StepPlan& plan = record.plan;
-    const PlannedStep& first = plan.steps[0];
+    const StepPlan::Step& first = plan.steps[0];
     row = {record.time, static_cast<double>(plan.count)};
     if (plan.count > 0)
       row.insert(row.end(), {first.foot == Side::right ? 1.0 : 0.0, first.lift_off, first.landing,
@@ -215,7 +217,7 @@ CsvTable plan_table(const RunLog& log) {
     row.push_back(plan.chosen < 0 ? none : plan.chosen + 1.0);
     row.insert(row.end(), {plan.is_feasible ? 1.0 : 0.0, 1e6 * record.seconds});
     for (int i = 0; i < StepPlan::most_alternatives; ++i) {
-      const StepAlternative& a = plan.alternative[static_cast<std::size_t>(i)];
+      const StepPlan::Alternative& a = plan.alternative[static_cast<std::size_t>(i)];
       if (i < plan.alternatives)
         row.insert(row.end(), {static_cast<double>(a.steps), a.first == Side::right ? 1.0 : 0.0,
                                a.cost, a.place[0], a.place[1], a.landing});

@@ -128,7 +128,7 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
   print.add(robot.left_sole);
   print.add(robot.right_sole);
   print.add(robot.contact_plane_offset);
-  for (const ActuatedJoint& joint : robot.joints) {
+  for (const RobotDescription::Joint& joint : robot.joints) {
     print.add(joint.name);
     if (joint.position) {
       print.add(joint.position->lower);

@@ -37,8 +37,8 @@ class Survey {
     for (Eigen::Isometry3d& pose : poses_) pose = turn * pose;
   }
 
-  const std::vector<UrdfLink>& links() const { return links_; }
-  const UrdfLink& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
+  const std::vector<UrdfModel::Link>& links() const { return links_; }
+  const UrdfModel::Link& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
   const Eigen::Isometry3d& pose(int i) const { return poses_[static_cast<std::size_t>(i)]; }
   /// Links joined by fixed joints form a group, identified by its first link.
   int group(int i) const { return group_[static_cast<std::size_t>(i)]; }
@@ -67,7 +67,7 @@ class Survey {
 
  private:
   const UrdfModel& model_;
-  const std::vector<UrdfLink>& links_;
+  const std::vector<UrdfModel::Link>& links_;
   std::vector<Eigen::Isometry3d> poses_;
   std::vector<int> group_;
 };
@@ -151,16 +151,16 @@ std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
   return {lowest[0].second, lowest[1].second};
 }
 
-bool moves(const UrdfLink& link) {
-  return link.parent >= 0 && link.joint.motion == UrdfJoint::Motion::revolute;
+bool moves(const UrdfModel::Link& link) {
+  return link.parent >= 0 && link.joint.motion == UrdfModel::Joint::Motion::revolute;
 }
 
 // Joints from the root to the foot.
 std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) {
   std::vector<int> joints;
   for (int i = group; i >= 0; i = survey.link(i).parent) {
-    const UrdfLink& link = survey.link(i);
-    if (link.parent < 0 || link.joint.motion == UrdfJoint::Motion::fixed) continue;
+    const UrdfModel::Link& link = survey.link(i);
+    if (link.parent < 0 || link.joint.motion == UrdfModel::Joint::Motion::fixed) continue;
     if (!moves(link) || !(link.joint.effort > 0.0))
       throw InputError(
           fmt::format("{}: joint \"{}\" of a leg {}; give it {}", model.source(), link.joint.name,
@@ -172,7 +172,7 @@ std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) 
   return joints;
 }
 
-bool is_of_left(const Mirror& mirror, const std::string& joint) {
+bool is_of_left(const RobotDescription::Mirror& mirror, const std::string& joint) {
   if (mirror.namesake(joint) == joint) return false;
   if (joint.starts_with(mirror.left) || joint.starts_with(mirror.right))
     return joint.starts_with(mirror.left);
@@ -180,7 +180,7 @@ bool is_of_left(const Mirror& mirror, const std::string& joint) {
 }
 
 // The pair of words whose exchange maps the most joint names onto each other.
-Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
+RobotDescription::Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
   constexpr std::array<std::pair<const char*, const char*>, 8> words{{{"left", "right"},
                                                                       {"Left", "Right"},
                                                                       {"LEFT", "RIGHT"},
@@ -190,12 +190,12 @@ Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
                                                                       {"L", "R"},
                                                                       {"_l", "_r"}}};
   std::set<std::string> names;
-  for (const UrdfLink& link : survey.links())
+  for (const UrdfModel::Link& link : survey.links())
     if (moves(link)) names.insert(link.joint.name);
-  Mirror best;
+  RobotDescription::Mirror best;
   std::size_t most = 0;
   for (const auto& [left, right] : words) {
-    const Mirror mirror{left, right, {}};
+    const RobotDescription::Mirror mirror{left, right, {}};
     const auto pairs = static_cast<std::size_t>(
         std::count_if(names.begin(), names.end(), [&](const std::string& name) {
           const std::string namesake = mirror.namesake(name);
@@ -252,7 +252,7 @@ Limbs find_limbs(const UrdfModel& model) {
   for (const auto& [name, i] : joints)
     if (!kept.contains(i)) frozen += (frozen.empty() ? "" : ", ") + name;
   for (const int i : kept) {
-    const UrdfJoint& joint = survey.link(i).joint;
+    const UrdfModel::Joint& joint = survey.link(i).joint;
     if (joint.effort > 0.0)
       limbs.joints.push_back(joint.name);
     else

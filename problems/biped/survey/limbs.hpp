@@ -25,7 +25,7 @@ struct Limbs {
   FoundFoot left, right;
   std::vector<std::string> joints;  ///< actuated joints that carry a limb, parents first
   std::vector<std::string> legs;    ///< those of them between root and soles
-  Mirror mirror;
+  RobotDescription::Mirror mirror;
   std::string trunk;               ///< heaviest link that no leg joint moves; pushes act on it
   std::vector<std::string> notes;  ///< assumptions, one sentence each
 };

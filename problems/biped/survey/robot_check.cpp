@@ -113,10 +113,11 @@ class Check {
   void meshes() {
     Subject meshes(*this, "meshes");
     std::set<std::string> seen, missing;
-    for (const UrdfLink& link : model_.links())
+    for (const UrdfModel::Link& link : model_.links())
       for (const auto* shapes : {&link.collisions, &link.visuals})
-        for (const UrdfShape& shape : *shapes) {
-          if (shape.shape != UrdfShape::Shape::mesh || !seen.insert(shape.mesh).second) continue;
+        for (const UrdfModel::LinkShape& shape : *shapes) {
+          if (shape.shape != UrdfModel::LinkShape::Shape::mesh || !seen.insert(shape.mesh).second)
+            continue;
           if (!find_mesh(shape.mesh, model_.source())) missing.insert(shape.mesh);
         }
     if (!missing.empty())

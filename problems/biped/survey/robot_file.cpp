@@ -17,9 +17,9 @@ Vec<double, 2> centre(const FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
 
-const UrdfLink& link_of(const UrdfModel& model, const std::string& joint) {
+const UrdfModel::Link& link_of(const UrdfModel& model, const std::string& joint) {
   return *std::find_if(model.links().begin(), model.links().end(),
-                       [&](const UrdfLink& link) { return link.joint.name == joint; });
+                       [&](const UrdfModel::Link& link) { return link.joint.name == joint; });
 }
 
 // Start of the search: knees bent in their natural direction, arms slightly away from the body.
@@ -31,7 +31,7 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
   Posture start;
   bool left_arm_done = false, right_arm_done = false;
   for (const std::string& name : limbs.joints) {
-    const UrdfLink& link = link_of(model, name);
+    const UrdfModel::Link& link = link_of(model, name);
     const Bounds range = link.joint.position;
     const auto index = static_cast<std::size_t>(model.link_index(link.name));
     const Vec<double, 3> axis = poses[index].linear() * link.joint.axis;
@@ -157,7 +157,7 @@ std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
     text += fmt::format("{}_foot: {{x: {}, y: {}}}  # m\n", name_of(side), range(d.foot(side).x),
                         range(d.foot(side).y));
   text += fmt::format("\nbase: {}\njoints:\n", quoted(d.base));
-  for (const ActuatedJoint& joint : d.joints)
+  for (const RobotDescription::Joint& joint : d.joints)
     text += fmt::format("  {}: {{}}\n", quoted(joint.name));
   std::vector<std::string> reversed;
   for (const std::string& joint : d.mirror->reversed) reversed.push_back(quoted(joint));

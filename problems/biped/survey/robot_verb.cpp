@@ -133,8 +133,8 @@ ExitStatus make_new(const Request& request, const std::string& name,
                         name, printable(shortened(robot.description.name)),
                         run_settings(defaults, robot, urdf, folder / "robot.yaml")));
   for (const std::string& note : robot.notes) fmt::print("note  {}\n", note);
-  const RobotDescription read_back =
-      describe(model, read_robot_description(folder / "robot.yaml", Figures::from_urdf));
+  const RobotDescription read_back = describe(
+      model, read_robot_description(folder / "robot.yaml", RobotDescription::Figures::from_urdf));
   const bool is_good = print_check(model, read_back, *fitted(defaults, read_back));
   fmt::print("Written: {0}/robot.yaml, {0}/run.yaml\n", folder.string());
   if (is_good)
@@ -147,7 +147,8 @@ ExitStatus check(const Request& request, const ConfigurableBiped& defaults) {
   const RobotDescription robot =
       request.config.empty()
           ? survey_robot(model).description
-          : describe(model, read_robot_description(request.config, Figures::from_urdf));
+          : describe(model,
+                     read_robot_description(request.config, RobotDescription::Figures::from_urdf));
   return print_check(model, robot, *fitted(defaults, robot)) ? ExitStatus::ok
                                                              : ExitStatus::bad_input;
 }

@@ -102,8 +102,8 @@ MapController map_controller(const std::string& name) {
 
 BipedSettings with_cell(BipedSettings settings, const MapCell& cell) {
   settings.controller = cell.controller == MapController::capture_point
-                            ? ControllerChoice::capture_point
-                            : ControllerChoice::mpc;
+                            ? BipedSettings::Controller::capture_point
+                            : BipedSettings::Controller::mpc;
   settings.step.allowed = cell.controller != MapController::none;
   if (settings.step.allowed && cell.step_time > 0.0) settings.step.duration = cell.step_time;
   settings.push.impulse = cell.impulse;

@@ -184,7 +184,7 @@ MapRequest parse_map_request(const ConfigurableBiped& defaults,
     throw InputError(
         "push.random.rate_hz: a map has one given push per cell, so random pushes are not "
         "available; leave it at 0, or use `saltus bench pushes`");
-  if (config.step.planner == StepPlannerChoice::ocp) {
+  if (config.step.planner == Step::Planner::ocp) {
     if (are_times_given)
       throw InputError(
           "--step-times: step.planner=ocp chooses the times itself; omit the option, or set "

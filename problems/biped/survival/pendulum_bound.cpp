@@ -89,7 +89,7 @@ double PendulumBound::largest_impulse_in(double angle, int count) const {
 
 PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSettings& settings,
                              const RobotDescription& robot,
-                             const std::optional<StepBounds>& steps) {
+                             const std::optional<BipedProblem::StepBounds>& steps) {
   PendulumBound bound;
   bound.steps = steps;
   bound.mass = robot.mass;
@@ -104,7 +104,7 @@ PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSett
     bound.start = scene.target_point();
   }
   Bounds away;
-  if (step.placement == Placement::fixed) {
+  if (step.placement == Step::Placement::fixed) {
     bound.reach_x = exactly(step.fixed_place[0]);
     away = exactly(step.fixed_place[1]);
   } else {

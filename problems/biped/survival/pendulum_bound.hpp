@@ -34,7 +34,7 @@ struct PendulumBound {
   Bounds reach_x, reach_y;                // where the swing sole's origin may land
   Side stance = Side::left;               // the foot at the origin
   std::optional<Point2> other_foot;       // initial origin of the swing sole if it is on the ground
-  std::optional<StepBounds> steps;        // limits of a planner that chooses the step times
+  std::optional<BipedProblem::StepBounds> steps;  // limits of a planner that chooses the step times
 
   /// Largest survivable impulse (N s) at `angle` (rad, from x to y), with a landing `landing`
   /// seconds after the push began, or without a step. Throws DefinitionError for values that are
@@ -54,6 +54,6 @@ struct PendulumBound {
 /// or the limits of the step planner.
 PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSettings& settings,
                              const RobotDescription& robot,
-                             const std::optional<StepBounds>& steps = std::nullopt);
+                             const std::optional<BipedProblem::StepBounds>& steps = std::nullopt);
 
 }  // namespace saltus::walking

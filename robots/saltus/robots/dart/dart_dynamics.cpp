@@ -86,7 +86,7 @@ class DartDynamics final : public DynamicsModel {
     }
   }
 
-  void update_sole(const FloatingRobot::Frame& frame, SoleMotion& sole) {
+  void update_sole(const FloatingRobot::Frame& frame, DynamicsModel::SoleMotion& sole) {
     const dd::BodyNode* body = view_.body(frame.body);
     const Vec<double, 3> offset = frame.pose.translation();
     sole.pose = body->getWorldTransform() * frame.pose;

@@ -20,6 +20,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/dart/dart_skeleton.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 
 namespace saltus {
 namespace {
@@ -27,27 +28,28 @@ namespace {
 namespace dd = ::dart::dynamics;
 namespace dc = ::dart::collision;
 
-::dart::collision::CollisionDetectorPtr detector(DartCollision choice) {
+::dart::collision::CollisionDetectorPtr detector(DartOptions::Collision choice) {
   switch (choice) {
-    case DartCollision::dart:
+    case DartOptions::Collision::dart:
       return dc::DARTCollisionDetector::create();
-    case DartCollision::fcl:
+    case DartOptions::Collision::fcl:
       return dc::FCLCollisionDetector::create();
-    case DartCollision::bullet:
+    case DartOptions::Collision::bullet:
       return dc::BulletCollisionDetector::create();
-    case DartCollision::ode:
+    case DartOptions::Collision::ode:
       return dc::OdeCollisionDetector::create();
   }
   return nullptr;
 }
 
-const char* describe(DartCollision choice) {
+const char* describe(DartOptions::Collision choice) {
   constexpr const char* names[] = {"DART's own", "FCL", "Bullet", "ODE"};
   return names[static_cast<int>(choice)];
 }
 
 double coefficient(const DartOptions& options) {
-  return options.cone == DartFriction::box ? options.friction : options.friction * std::sqrt(0.5);
+  return options.cone == DartOptions::Friction::box ? options.friction
+                                                    : options.friction * std::sqrt(0.5);
 }
 
 dd::SkeletonPtr ground(const DartOptions& options) {
@@ -62,8 +64,8 @@ dd::SkeletonPtr ground(const DartOptions& options) {
   return skeleton;
 }
 
-void expect_capsules(DartCollision choice) {
-  if (choice != DartCollision::bullet && choice != DartCollision::ode)
+void expect_capsules(DartOptions::Collision choice) {
+  if (choice != DartOptions::Collision::bullet && choice != DartOptions::Collision::ode)
     throw InputError(
         fmt::format("the {} collision detector does not support capsules, the shapes of the limbs; "
                     "set dart.collision to bullet or ode, or set self_collision=false",
@@ -93,7 +95,7 @@ class DartPlant final : public Plant {
       skeleton->getDof(view_.dof(6 + i))->setDampingCoefficient(options.joint_friction);
     world_->setGravity({0.0, 0.0, -standard_gravity});
     world_->setTimeStep(options.step);
-    auto lcp = options.lcp == DartLcp::dantzig
+    auto lcp = options.lcp == DartOptions::Lcp::dantzig
                    ? ::dart::constraint::BoxedLcpSolverPtr(
                          std::make_shared<::dart::constraint::DantzigBoxedLcpSolver>())
                    : std::make_shared<::dart::constraint::PgsBoxedLcpSolver>();
@@ -138,9 +140,10 @@ class DartPlant final : public Plant {
     return contacts_[side == Side::left ? 0 : 1];
   }
   std::string name() const override {
-    return fmt::format("DART {}.{}.{}, {} collision detection, {} LCP solver", DART_MAJOR_VERSION,
-                       DART_MINOR_VERSION, DART_PATCH_VERSION, describe(options_.collision),
-                       options_.lcp == DartLcp::dantzig ? "Dantzig's" : "projected Gauss-Seidel");
+    return fmt::format(
+        "DART {}.{}.{}, {} collision detection, {} LCP solver", DART_MAJOR_VERSION,
+        DART_MINOR_VERSION, DART_PATCH_VERSION, describe(options_.collision),
+        options_.lcp == DartOptions::Lcp::dantzig ? "Dantzig's" : "projected Gauss-Seidel");
   }
 
  private:

@@ -11,25 +11,32 @@ namespace saltus {
 __attribute__((visibility("default"))) std::unique_ptr<DynamicsModel> make_dart_dynamics(
     const FloatingRobot& robot);
 
-/// Collision detectors of DART.
-enum class DartCollision { dart, fcl, bullet, ode };
-/// Contact solvers of DART.
-enum class DartLcp { dantzig, pgs };
-/// Friction cone. DART bounds the two tangential forces of a contact separately, which gives a
-/// square cone. `box`: each is at most friction times the normal force, together up to sqrt(2)
-/// times that. `inscribed`: each is at most 1 / sqrt(2) of it, so no direction exceeds Coulomb
-/// friction, and the axes have less.
-///
-/// `inscribed` does not hold for single samples of a foot that bounces or is being unloaded: the
-/// bounds use normal forces of a first pass, and the final ones may be much smaller.
-enum class DartFriction { box, inscribed };
-
 /// Options of the plant and of DART.
-struct DartOptions : PlantOptions {
-  DartCollision collision = DartCollision::bullet;  ///< collision detector
-  DartLcp lcp = DartLcp::dantzig;                   ///< contact solver
-  DartFriction cone = DartFriction::box;            ///< shape of the friction cone
+struct DartOptions : Plant::Options {
+  /// Collision detectors of DART.
+  enum class Collision { dart, fcl, bullet, ode };
+
+  /// Contact solvers of DART.
+  enum class Lcp { dantzig, pgs };
+
+  /// Friction cone. DART bounds the two tangential forces of a contact separately, which gives a
+  /// square cone. `box`: each is at most friction times the normal force, together up to sqrt(2)
+  /// times that. `inscribed`: each is at most 1 / sqrt(2) of it, so no direction exceeds Coulomb
+  /// friction, and the axes have less.
+  ///
+  /// `inscribed` does not hold for single samples of a foot that bounces or is being unloaded: the
+  /// bounds use normal forces of a first pass, and the final ones may be much smaller.
+  enum class Friction { box, inscribed };
+
+  Collision collision = Collision::bullet;  ///< collision detector
+  Lcp lcp = Lcp::dantzig;                   ///< contact solver
+  Friction cone = Friction::box;            ///< shape of the friction cone
 };
+/// Deprecated name.
+using DartCollision [[deprecated("use DartOptions::Collision; removed in 0.4")]] =
+    DartOptions::Collision;
+/// Deprecated name.
+using DartLcp [[deprecated("use DartOptions::Lcp; removed in 0.4")]] = DartOptions::Lcp;
 
 /// Creates the plant. With `self_collision` the bodies need capsules (add_capsules). Throws
 /// InputError for detectors without capsules, all but Bullet and ODE.

@@ -36,7 +36,7 @@ dd::SkeletonPtr make_skeleton(const FloatingRobot& robot) {
               .second);
       bodies.back()->getParentJoint()->setLimitEnforcement(true);
     }
-    for (const UrdfBox& box : b.boxes) {
+    for (const UrdfModel::Box& box : b.boxes) {
       dd::ShapeNode* shape =
           bodies.back()->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
               std::make_shared<dd::BoxShape>(box.size));

@@ -21,7 +21,7 @@ void check_side(const Bounds& side, const char* axis) {
                     axis, side.lower, side.upper));
 }
 
-void check(const ContactConeOptions& o) {
+void check(const ContactCone::Options& o) {
   if (!(o.friction > 0.0) || !std::isfinite(o.friction))
     throw DefinitionError(
         fmt::format("contact cone: the friction coefficient must be positive, not {}", o.friction));
@@ -47,14 +47,14 @@ void check(const ContactConeOptions& o) {
 
 }  // namespace
 
-int contact_cone_rows(const ContactConeOptions& options) {
+int contact_cone_rows(const ContactCone::Options& options) {
   const int last = !options.normal_force_rows                  ? 0
                    : std::isfinite(options.normal_force.upper) ? 2
                                                                : 1;
   return options.edges + 6 + (options.corners ? corner_rows : 0) + last;
 }
 
-ContactCone contact_cone(const ContactConeOptions& options) {
+ContactCone contact_cone(const ContactCone::Options& options) {
   check(options);
   enum { fx, fy, fz, tx, ty, tz };
   ContactCone cone;
@@ -65,7 +65,7 @@ ContactCone contact_cone(const ContactConeOptions& options) {
   cone.names.reserve(rows);
 
   const double sector = 2.0 * std::numbers::pi / options.edges;
-  const double slope = options.pyramid == FrictionPyramid::inscribed
+  const double slope = options.pyramid == ContactCone::Pyramid::inscribed
                            ? options.friction * std::cos(0.5 * sector)
                            : options.friction;
   int row = 0;

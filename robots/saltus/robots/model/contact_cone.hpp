@@ -33,26 +33,27 @@
 
 namespace saltus {
 
-/// Pyramid inside the friction cone, or around it.
-enum class FrictionPyramid { inscribed, circumscribed };
-
-/// Options of contact_cone(). The defaults are the values that the controller of the paper's first
-/// author uses for iCub.
-struct ContactConeOptions {
-  double friction = 1.0 / 3.0;                           // mu
-  int edges = 6;                                         // n, at least 3
-  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inside the cone, or around it
-  FootRectangle foot{};                                  // m, in the sole frame
-  double torsional_friction = 0.0133;                    // mu_z, m: |tz| <= mu_z fz
-  bool corners = false;  // limits the torsion to that of forces at the corners
-  Bounds normal_force = between(10.0, 1000.0);  // of fz, N
-  /// Whether fz_min and fz_max appear as the last two rows, or only as `ContactCone::normal_force`
-  /// for a problem that bounds the input fz itself. An infinite side never has a row.
-  bool normal_force_rows = true;
-};
-
 /// The set {w : A w <= b}, with rows in the order given at the top of this file.
 struct ContactCone {
+  /// Pyramid inside the friction cone, or around it.
+  enum class Pyramid { inscribed, circumscribed };
+
+  /// Options of contact_cone(). The defaults are the values that the controller of the paper's
+  /// first author uses for iCub.
+  struct Options {
+    double friction = 1.0 / 3.0;           // mu
+    int edges = 6;                         // n, at least 3
+    Pyramid pyramid = Pyramid::inscribed;  ///< inside the cone, or around it
+    FootRectangle foot{};                  // m, in the sole frame
+    double torsional_friction = 0.0133;    // mu_z, m: |tz| <= mu_z fz
+    bool corners = false;                  // limits the torsion to that of forces at the corners
+    Bounds normal_force = between(10.0, 1000.0);  // of fz, N
+    /// Whether fz_min and fz_max appear as the last two rows, or only as
+    /// `ContactCone::normal_force` for a problem that bounds the input fz itself. An infinite side
+    /// never has a row.
+    bool normal_force_rows = true;
+  };
+
   MatrixXd A;  // rows x 6; exact zeros where a wrench entry does not appear
   VectorXd b;  // zero except in the rows of the normal force
   /// Names of the rows, such as "friction edge 3", "centre of pressure x max"
@@ -81,15 +82,21 @@ struct ContactCone {
  private:
   void check_rows(int m) const;
 };
+/// Deprecated name.
+using FrictionPyramid [[deprecated("use ContactCone::Pyramid; removed in 0.4")]] =
+    ContactCone::Pyramid;
+/// Deprecated name.
+using ContactConeOptions [[deprecated("use ContactCone::Options; removed in 0.4")]] =
+    ContactCone::Options;
 
 /// Builds the cone. Throws DefinitionError, one sentence naming the option, for friction or torsion
 /// that are not positive (torsion may be zero), fewer than 3 edges, an empty rectangle, fz_min < 0,
 /// fz_min > fz_max, and any NaN.
-ContactCone contact_cone(const ContactConeOptions& options = {});
+ContactCone contact_cone(const ContactCone::Options& options = {});
 
 /// Number of rows of `contact_cone(options)`: edges + 6 + 8 for corners + number of finite sides of
 /// the normal force.
-int contact_cone_rows(const ContactConeOptions& options);
+int contact_cone_rows(const ContactCone::Options& options);
 
 // Usage inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`,
 // at most fixed_bounds<14>(). The exact zeros of the rows stay out of the sparsity pattern.

@@ -18,7 +18,7 @@ Function cone_rows(const ContactCone& cone, const Arguments& sizes, int first);
 /// window. Friction, torsion and centre of pressure become one term, the normal force becomes
 /// bounds on the input.
 template <int nx, int nu, int np>
-void keep_in_cone(Phase<nx, nu, np>& phase, const std::string& name, ContactConeOptions options,
+void keep_in_cone(Phase<nx, nu, np>& phase, const std::string& name, ContactCone::Options options,
                   int first, const Window& window = {}) {
   options.normal_force_rows = false;
   const ContactCone cone = contact_cone(options);

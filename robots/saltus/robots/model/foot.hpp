@@ -98,19 +98,19 @@ inline Mat<double, 4, 2> foot_corners(const SoleFrame& sole, const FootRectangle
 /// A point on the ground, m.
 using Point2 = Vec<double, 2>;
 
-/// Half planes of a polygon: {x : A x <= b}, where A has unit outward normals (n x 2) and b is in
-/// m.
-struct HalfPlanes {
-  Eigen::Matrix<double, Eigen::Dynamic, 2> A;  ///< rows of unit length
-  VectorXd b;                                  ///< right-hand sides, m
-
-  /// Number of rows.
-  int rows() const { return static_cast<int>(b.size()); }
-};
-
 /// A convex polygon with at least three corners.
 class SupportPolygon {
  public:
+  /// Half planes of a polygon: {x : A x <= b}, where A has unit outward normals (n x 2) and b is in
+  /// m.
+  struct HalfPlanes {
+    Eigen::Matrix<double, Eigen::Dynamic, 2> A;  ///< rows of unit length
+    VectorXd b;                                  ///< right-hand sides, m
+
+    /// Number of rows.
+    int rows() const { return static_cast<int>(b.size()); }
+  };
+
   /// Convex hull of the points (one per row; m, in any order). Corners within `tolerance` (m) of
   /// the line through their neighbours are dropped. Throws DefinitionError if a coordinate is not
   /// finite or all points lie on one line.
@@ -150,5 +150,8 @@ class SupportPolygon {
   std::vector<Point2> vertices_;
   HalfPlanes half_planes_;
 };
+/// Deprecated name.
+using HalfPlanes [[deprecated("use SupportPolygon::HalfPlanes; removed in 0.4")]] =
+    SupportPolygon::HalfPlanes;
 
 }  // namespace saltus

@@ -248,10 +248,10 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
   return corners;
 }
 
-std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& urdf) {
+std::vector<Vec<double, 3>> hull_points(const UrdfModel::LinkShape& shape, const fs::path& urdf) {
   std::vector<Vec<double, 3>> points;
   switch (shape.shape) {
-    case UrdfShape::Shape::mesh: {
+    case UrdfModel::LinkShape::Shape::mesh: {
       const auto file = find_mesh(shape.mesh, urdf);
       if (!file)
         throw InputError(
@@ -262,13 +262,13 @@ std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& 
       for (Vec<double, 3>& p : points) p = p.cwiseProduct(shape.size);
       break;
     }
-    case UrdfShape::Shape::box:
+    case UrdfModel::LinkShape::Shape::box:
       points = box_corners(shape.size);
       break;
-    case UrdfShape::Shape::cylinder:
+    case UrdfModel::LinkShape::Shape::cylinder:
       points = prism(shape.size);
       break;
-    case UrdfShape::Shape::sphere:
+    case UrdfModel::LinkShape::Shape::sphere:
       points = axis_ends(shape.size);
       break;
   }
@@ -280,9 +280,9 @@ std::vector<Vec<double, 3>> rigid_hull_points(const UrdfModel& model, int link) 
   const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
   const Eigen::Isometry3d to_link = poses[static_cast<std::size_t>(link)].inverse();
   std::vector<Vec<double, 3>> points;
-  for (const auto shapes : {&UrdfLink::collisions, &UrdfLink::visuals}) {
+  for (const auto shapes : {&UrdfModel::Link::collisions, &UrdfModel::Link::visuals}) {
     for (const int i : model.rigid_group(link))
-      for (const UrdfShape& shape : model.links()[static_cast<std::size_t>(i)].*shapes)
+      for (const UrdfModel::LinkShape& shape : model.links()[static_cast<std::size_t>(i)].*shapes)
         for (const Vec<double, 3>& p : hull_points(shape, model.source()))
           points.push_back(to_link * (poses[static_cast<std::size_t>(i)] * p));
     if (!points.empty()) break;

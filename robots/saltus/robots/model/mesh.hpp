@@ -29,7 +29,8 @@ std::vector<Vec<double, 3>> mesh_corners(const std::filesystem::path& file);
 /// Points whose convex hull contains the shape (m, in its link). Meshes and boxes give their
 /// corners, cylinders those of a circumscribed prism with sixteen sides, spheres the six ends of
 /// their axes. Throws InputError if a mesh is missing or cannot be read.
-std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const std::filesystem::path& urdf);
+std::vector<Vec<double, 3>> hull_points(const UrdfModel::LinkShape& shape,
+                                        const std::filesystem::path& urdf);
 
 /// Points whose convex hull contains `link` and all links fixed to it (m, in its frame). Uses the
 /// collision shapes, or the visual shapes if there are none. Empty if there are no shapes. Throws

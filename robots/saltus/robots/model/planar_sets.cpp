@@ -13,7 +13,7 @@ PlanarPoints weighted_sums(double a, const PlanarPoints& P, double b, const Plan
 }
 
 double distance_to_border(const SupportPolygon& polygon, const Point2& from, const Point2& along) {
-  const HalfPlanes& sides = polygon.half_planes();
+  const SupportPolygon::HalfPlanes& sides = polygon.half_planes();
   double distance = infinity;
   for (int i = 0; i < sides.rows(); ++i) {
     const double speed = sides.A.row(i).dot(along);

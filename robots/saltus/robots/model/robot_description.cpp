@@ -17,8 +17,8 @@ namespace {
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 // True if the file gives this value. It may be missing if the URDF gives it.
-bool gives(const YamlSection& section, const std::string& key, Figures figures) {
-  if (!section.has(key) && figures == Figures::in_file)
+bool gives(const YamlSection& section, const std::string& key, RobotDescription::Figures figures) {
+  if (!section.has(key) && figures == RobotDescription::Figures::in_file)
     section.fail(key, "is missing; add it, or name the URDF, from which it can be computed");
   return section.has(key);
 }
@@ -28,7 +28,7 @@ FootRectangle read_foot(const YamlSection& section) {
   return {section.range("x"), section.range("y")};
 }
 
-Mirror read_mirror(const YamlSection& section) {
+RobotDescription::Mirror read_mirror(const YamlSection& section) {
   section.allow_only({"left", "right", "reversed"});
   return {section.text("left"), section.text("right"), section.texts("reversed")};
 }
@@ -52,7 +52,7 @@ StandingPosture read_mirrored_posture(const YamlSection& section, const RobotDes
                            shortened(original)));
 }
 
-StandingPosture read_posture(const YamlSection& section, Figures figures) {
+StandingPosture read_posture(const YamlSection& section, RobotDescription::Figures figures) {
   section.allow_only({"stance", "com", "other_foot", "joints"});
   StandingPosture posture;
   const std::string stance = section.text("stance");
@@ -77,9 +77,9 @@ StandingPosture read_posture(const YamlSection& section, Figures figures) {
   return posture;
 }
 
-ActuatedJoint read_joint(const YamlSection& section, const std::string& name) {
+RobotDescription::Joint read_joint(const YamlSection& section, const std::string& name) {
   section.allow_only({"position", "effort", "velocity"});
-  ActuatedJoint joint{name, std::nullopt, std::nullopt, std::nullopt};
+  RobotDescription::Joint joint{name, std::nullopt, std::nullopt, std::nullopt};
   if (section.has("position")) joint.position = section.range("position");
   const auto read_positive = [&](const char* key, std::optional<double>& value) {
     if (!section.has(key)) return;
@@ -105,7 +105,8 @@ std::vector<LinkCapsule> read_capsules(const YamlSection& links) {
   return capsules;
 }
 
-RobotDescription read(const YamlEntry& root, const std::string& source, Figures figures) {
+RobotDescription read(const YamlEntry& root, const std::string& source,
+                      RobotDescription::Figures figures) {
   if (root.entries.empty())
     throw InputError(source + ": the file is empty; give a robot's configuration file");
   const YamlSection file(root, source);
@@ -154,9 +155,9 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
 
 // Uses the collision boxes. Without them, the rectangle comes from the file, and the contact plane
 // from the shapes of the foot.
-FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side side) {
+UrdfModel::Foot foot_of(const UrdfModel& model, const RobotDescription& named, Side side) {
   if (model.has_collision_box(named.sole(side))) return model.foot(named.sole(side));
-  FootGeometry foot{named.foot(side), named.contact_plane_offset};
+  UrdfModel::Foot foot{named.foot(side), named.contact_plane_offset};
   if (const auto plane = lowest_point(model, named.sole(side))) foot.contact_plane_offset = *plane;
   const auto refuse = [&](const std::string& key) {
     throw InputError(
@@ -171,7 +172,7 @@ FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side
 
 }  // namespace
 
-std::string Mirror::namesake(const std::string& joint) const {
+std::string RobotDescription::Mirror::namesake(const std::string& joint) const {
   // shortest word that is not part of another word by chance, in letters
   constexpr std::size_t telling = 3;
   std::string name = joint;
@@ -185,7 +186,7 @@ std::string Mirror::namesake(const std::string& joint) const {
   return name;
 }
 
-StandingPosture Mirror::operator()(const StandingPosture& posture) const {
+StandingPosture RobotDescription::Mirror::operator()(const StandingPosture& posture) const {
   const Vec<double, 3> image(1.0, -1.0, 1.0);
   StandingPosture result = posture;
   if (posture.stance != Stance::both)
@@ -230,11 +231,12 @@ const StandingPosture& RobotDescription::posture(const std::string& posture_name
 }
 
 RobotDescription parse_robot_description(const std::string& text, const std::string& source,
-                                         Figures figures) {
+                                         RobotDescription::Figures figures) {
   return read(parse_yaml(text, source), source, figures);
 }
 
-RobotDescription read_robot_description(const std::filesystem::path& file, Figures figures) {
+RobotDescription read_robot_description(const std::filesystem::path& file,
+                                        RobotDescription::Figures figures) {
   return read(read_yaml(file), file.string(), figures);
 }
 
@@ -242,8 +244,8 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
   RobotDescription robot = named;
   robot.source = fmt::format("{} (URDF; postures of {})", model.source(), named.name);
   robot.mass = model.total_mass();
-  const FootGeometry left = foot_of(model, named, Side::left);
-  const FootGeometry right = foot_of(model, named, Side::right);
+  const UrdfModel::Foot left = foot_of(model, named, Side::left);
+  const UrdfModel::Foot right = foot_of(model, named, Side::right);
   if (!model.has_collision_box(named.left_sole) || !model.has_collision_box(named.right_sole))
     robot.warnings.push_back(
         fmt::format("{}: the feet have no collision box, so thin boxes with the rectangles of {} "

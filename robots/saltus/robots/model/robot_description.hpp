@@ -35,20 +35,6 @@ struct StandingPosture {
   Side side() const { return stance == Stance::right ? Side::right : Side::left; }
 };
 
-/// Mirror image of joints in the plane between the feet. Joints of the left and right side swap
-/// their positions, and some joints change sign.
-struct Mirror {
-  std::string left, right;            // words in joint names that mark the side
-  std::vector<std::string> reversed;  // joints that change sign; both joints of a pair are listed
-
-  /// Name of the mirrored joint: `left` is replaced by `right` and vice versa. The word is replaced
-  /// at the beginning of the name, else (for words of more than two letters) at its first
-  /// occurrence. Returns the name itself if it contains neither word.
-  std::string namesake(const std::string& joint) const;
-  /// Mirrors a posture on one foot to the other foot.
-  StandingPosture operator()(const StandingPosture& posture) const;
-};
-
 /// All points whose distance from a segment is at most `radius`.
 struct Capsule {
   Vec<double, 3> from = Vec<double, 3>::Zero(), to = Vec<double, 3>::Zero();  ///< m; may be equal
@@ -66,16 +52,34 @@ struct LinkCapsule {
   Capsule capsule;   ///< shape, in the link frame
 };
 
-/// A joint with a motor.
-struct ActuatedJoint {
-  std::string name;                ///< name in the URDF
-  std::optional<Bounds> position;  ///< rad; default: the limits of the URDF
-  std::optional<double> effort;    ///< largest torque, Nm; default: the limit of the URDF
-  std::optional<double> velocity;  ///< largest speed, rad/s; default: the limit of the URDF
-};
-
 /// Data of a robot from its description file and its URDF.
 struct RobotDescription {
+  /// Mirror image of joints in the plane between the feet. Joints of the left and right side swap
+  /// their positions, and some joints change sign.
+  struct Mirror {
+    std::string left, right;            // words in joint names that mark the side
+    std::vector<std::string> reversed;  // joints that change sign; both joints of a pair are listed
+
+    /// Name of the mirrored joint: `left` is replaced by `right` and vice versa. The word is
+    /// replaced at the beginning of the name, else (for words of more than two letters) at its
+    /// first occurrence. Returns the name itself if it contains neither word.
+    std::string namesake(const std::string& joint) const;
+    /// Mirrors a posture on one foot to the other foot.
+    StandingPosture operator()(const StandingPosture& posture) const;
+  };
+
+  /// A joint with a motor.
+  struct Joint {
+    std::string name;                ///< name in the URDF
+    std::optional<Bounds> position;  ///< rad; default: the limits of the URDF
+    std::optional<double> effort;    ///< largest torque, Nm; default: the limit of the URDF
+    std::optional<double> velocity;  ///< largest speed, rad/s; default: the limit of the URDF
+  };
+
+  /// Origin of mass, feet and the positions of CoM and foot. `in_file`: the file must give them.
+  /// `from_urdf`: values that the file does not give are NaN until `describe` computes them.
+  enum class Figures { in_file, from_urdf };
+
   std::string name;                   // name of the robot
   std::string source;                 // origin of the data, a clause for reports
   std::string file;                   // file that names links, joints and postures, for messages
@@ -87,7 +91,7 @@ struct RobotDescription {
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // floating link; for the whole body only
   /// For the whole body only, in the order of torques; all others are frozen
-  std::vector<ActuatedJoint> joints;
+  std::vector<Joint> joints;
   /// For the whole body only: shapes that replace those fitted to the meshes
   std::vector<LinkCapsule> capsules;
   std::vector<std::string> warnings;  // assumptions that were made, sentences for the user
@@ -104,20 +108,27 @@ struct RobotDescription {
   /// The first posture on this foot alone. Throws InputError if there is none.
   const StandingPosture& posture_on(Side side) const;
 };
-
-/// Origin of mass, feet and the positions of CoM and foot. `in_file`: the file must give them.
-/// `from_urdf`: values that the file does not give are NaN until `describe` computes them.
-enum class Figures { in_file, from_urdf };
+/// Deprecated name.
+using Mirror [[deprecated("use RobotDescription::Mirror; removed in 0.4")]] =
+    RobotDescription::Mirror;
+/// Deprecated name.
+using ActuatedJoint [[deprecated("use RobotDescription::Joint; removed in 0.4")]] =
+    RobotDescription::Joint;
+/// Deprecated name.
+using Figures [[deprecated("use RobotDescription::Figures; removed in 0.4")]] =
+    RobotDescription::Figures;
 
 /// Throws InputError, one sentence naming file, key and remedy: the file is missing, empty or not
 /// YAML; a key is unknown (the nearest known one is suggested), repeated or missing; a value has
 /// the wrong type, is not finite or makes no sense.
-RobotDescription read_robot_description(const std::filesystem::path& file,
-                                        Figures figures = Figures::in_file);
+RobotDescription read_robot_description(
+    const std::filesystem::path& file,
+    RobotDescription::Figures figures = RobotDescription::Figures::in_file);
 /// Like read_robot_description(), from text. `source` names the file in messages and in
 /// `RobotDescription::source`.
-RobotDescription parse_robot_description(const std::string& text, const std::string& source,
-                                         Figures figures = Figures::in_file);
+RobotDescription parse_robot_description(
+    const std::string& text, const std::string& source,
+    RobotDescription::Figures figures = RobotDescription::Figures::in_file);
 
 /// Computes mass, soles and the CoM of every posture from the URDF. `named` contributes the names
 /// and joint angles. It also contributes the rectangles of feet without collision box, with a

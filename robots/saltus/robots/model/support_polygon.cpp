@@ -98,11 +98,11 @@ SupportPolygon::SupportPolygon(std::vector<Point2> vertices) : vertices_(std::mo
   }
 }
 
-HalfPlanes SupportPolygon::half_planes(int n) const {
+SupportPolygon::HalfPlanes SupportPolygon::half_planes(int n) const {
   if (size() > n)
     throw DefinitionError(fmt::format(
         "support polygon: {} rows were requested, but the polygon has {} edges", n, size()));
-  HalfPlanes padded;
+  SupportPolygon::HalfPlanes padded;
   padded.A.resize(n, 2);
   padded.b.resize(n);
   for (int i = 0; i < n; ++i) {

@@ -95,7 +95,7 @@ std::string text_of(const Vec<double, 3>& moments) {
                      moments[2]);
 }
 
-void check_inertial(const UrdfLink& link, const std::string& source) {
+void check_inertial(const UrdfModel::Link& link, const std::string& source) {
   const auto fail = [&](const std::string& what) {
     throw InputError(fmt::format("{}: link \"{}\" {}; correct its <inertial> element", source,
                                  shortened(link.name), what));
@@ -120,8 +120,8 @@ void check_inertial(const UrdfLink& link, const std::string& source) {
                     moments[2], moments[0], moments[1]));
 }
 
-UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
-  UrdfJoint result;
+UrdfModel::Joint convert(const urdf::Joint& joint, const std::string& source) {
+  UrdfModel::Joint result;
   result.name = joint.name;
   result.origin = isometry(joint.parent_to_joint_origin_transform);
   switch (joint.type) {
@@ -129,10 +129,10 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
       return result;
     case urdf::Joint::REVOLUTE:
     case urdf::Joint::CONTINUOUS:
-      result.motion = UrdfJoint::Motion::revolute;
+      result.motion = UrdfModel::Joint::Motion::revolute;
       break;
     case urdf::Joint::PRISMATIC:
-      result.motion = UrdfJoint::Motion::prismatic;
+      result.motion = UrdfModel::Joint::Motion::prismatic;
       break;
     default:
       throw InputError(fmt::format(
@@ -156,22 +156,22 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
 
 // Shape of a visual or collision element; empty for unknown shapes.
 template <class Element>
-std::optional<UrdfShape> shape_of(const Element& element) {
+std::optional<UrdfModel::LinkShape> shape_of(const Element& element) {
   const urdf::Geometry* geometry = element.geometry.get();
   if (geometry == nullptr) return std::nullopt;
-  UrdfShape result;
+  UrdfModel::LinkShape result;
   result.pose = isometry(element.origin);
   if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(geometry)) {
-    result.shape = UrdfShape::Shape::mesh;
+    result.shape = UrdfModel::LinkShape::Shape::mesh;
     result.mesh = mesh->filename;
     result.size = vector(mesh->scale);
   } else if (const auto* box = dynamic_cast<const urdf::Box*>(geometry)) {
     result.size = vector(box->dim);
   } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(geometry)) {
-    result.shape = UrdfShape::Shape::cylinder;
+    result.shape = UrdfModel::LinkShape::Shape::cylinder;
     result.size = {2.0 * tube->radius, 2.0 * tube->radius, tube->length};
   } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(geometry)) {
-    result.shape = UrdfShape::Shape::sphere;
+    result.shape = UrdfModel::LinkShape::Shape::sphere;
     result.size.setConstant(2.0 * ball->radius);
   } else {
     return std::nullopt;
@@ -179,15 +179,15 @@ std::optional<UrdfShape> shape_of(const Element& element) {
   return result;
 }
 
-std::optional<UrdfShape> convert(const urdf::Visual& visual) {
+std::optional<UrdfModel::LinkShape> convert(const urdf::Visual& visual) {
   auto result = shape_of(visual);
   if (result && visual.material != nullptr)
     result->colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
   return result;
 }
 
-UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) {
-  UrdfLink result;
+UrdfModel::Link convert(const urdf::Link& link, int parent, const std::string& source) {
+  UrdfModel::Link result;
   result.name = link.name;
   result.parent = parent;
   if (link.parent_joint) result.joint = convert(*link.parent_joint, source);
@@ -207,7 +207,7 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
     const auto shape = shape_of(*collision);
     if (!shape) continue;
     result.collisions.push_back(*shape);
-    if (shape->shape == UrdfShape::Shape::box)
+    if (shape->shape == UrdfModel::LinkShape::Shape::box)
       result.collision_boxes.push_back({shape->pose, shape->size});
   }
   for (const auto& visual : link.visual_array)
@@ -216,7 +216,7 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
 }
 
 // Links fixed to each other move as one body, which must have an inertia.
-void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& source) {
+void check_rigid_groups(const std::vector<UrdfModel::Link>& links, const std::string& source) {
   struct Group {
     double mass = 0.0;
     Vec<double, 3> moment = Vec<double, 3>::Zero();         // sum of mass times position
@@ -226,7 +226,7 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
   const std::vector<int> first = rigid_leaders(links);
   std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const UrdfLink& link = links[i];
+    const UrdfModel::Link& link = links[i];
     if (first[i] != static_cast<int>(i))
       pose[i] = pose[static_cast<std::size_t>(link.parent)] * link.joint.origin;
     Group& group = groups[static_cast<std::size_t>(first[i])];
@@ -265,10 +265,11 @@ std::string suggestion(const std::string& given, const std::vector<std::string>&
 
 }  // namespace
 
-std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links) {
+std::vector<int> rigid_leaders(const std::vector<UrdfModel::Link>& links) {
   std::vector<int> leaders(links.size());
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const bool is_fixed = links[i].parent >= 0 && links[i].joint.motion == UrdfJoint::Motion::fixed;
+    const bool is_fixed =
+        links[i].parent >= 0 && links[i].joint.motion == UrdfModel::Joint::Motion::fixed;
     leaders[i] = is_fixed ? leaders[static_cast<std::size_t>(links[i].parent)]
                           : static_cast<int>(i);  // parents precede their children
   }
@@ -336,7 +337,7 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
                       source, shortened(urdf->getRoot()->name), shortened(name)));
   }
   check_rigid_groups(model.links_, source);
-  for (const UrdfLink& link : model.links_) model.total_mass_ += link.mass;
+  for (const UrdfModel::Link& link : model.links_) model.total_mass_ += link.mass;
   if (!(model.total_mass_ > 0.0))
     throw InputError(
         fmt::format("{}: the robot \"{}\" has no mass; give its links <inertial> elements", source,
@@ -347,14 +348,14 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
 std::vector<std::string> UrdfModel::link_names() const {
   std::vector<std::string> names;
   names.reserve(links_.size());
-  for (const UrdfLink& link : links_) names.push_back(link.name);
+  for (const UrdfModel::Link& link : links_) names.push_back(link.name);
   return names;
 }
 
 std::vector<std::string> UrdfModel::moving_joint_names() const {
   std::vector<std::string> names;
-  for (const UrdfLink& link : links_)
-    if (link.joint.motion != UrdfJoint::Motion::fixed) names.push_back(link.joint.name);
+  for (const UrdfModel::Link& link : links_)
+    if (link.joint.motion != UrdfModel::Joint::Motion::fixed) names.push_back(link.joint.name);
   return names;
 }
 
@@ -377,7 +378,7 @@ std::vector<Eigen::Isometry3d> UrdfModel::link_poses(const Posture& posture) con
   }
   std::vector<Eigen::Isometry3d> poses;
   poses.reserve(links_.size());
-  for (const UrdfLink& link : links_) {
+  for (const UrdfModel::Link& link : links_) {
     if (link.parent < 0) {
       poses.push_back(Eigen::Isometry3d::Identity());
       continue;
@@ -385,7 +386,7 @@ std::vector<Eigen::Isometry3d> UrdfModel::link_poses(const Posture& posture) con
     Eigen::Isometry3d pose = poses[link.parent] * link.joint.origin;
     const auto found = posture.find(link.joint.name);
     if (found != posture.end()) {
-      if (link.joint.motion == UrdfJoint::Motion::revolute)
+      if (link.joint.motion == UrdfModel::Joint::Motion::revolute)
         pose.rotate(Eigen::AngleAxisd(found->second, link.joint.axis));
       else
         pose.translate(found->second * link.joint.axis);
@@ -428,7 +429,7 @@ bool UrdfModel::has_collision_box(const std::string& link) const {
   return false;
 }
 
-FootGeometry UrdfModel::foot(const std::string& sole_link) const {
+UrdfModel::Foot UrdfModel::foot(const std::string& sole_link) const {
   const int sole = link_index(sole_link);
   const Eigen::Isometry3d to_sole = link_poses({})[sole].inverse();
   const std::vector<Eigen::Isometry3d> poses = link_poses({});
@@ -438,7 +439,7 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
   };
   std::vector<Extent> boxes;
   for (int i : rigid_group(sole))
-    for (const UrdfBox& box : links_[i].collision_boxes) {
+    for (const UrdfModel::Box& box : links_[i].collision_boxes) {
       const Eigen::Isometry3d pose = to_sole * poses[i] * box.pose;
       const Mat<double, 3, 3> turn = pose.linear().cwiseAbs();
       // Parallel axes: every column has one entry near 1. Angles in files carry about six digits.
@@ -458,7 +459,7 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
                     source_, shortened(sole_link)));
   double plane = infinity;
   for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
-  FootGeometry foot;
+  UrdfModel::Foot foot;
   foot.contact_plane_offset = plane;
   foot.rectangle = {between(infinity, -infinity), between(infinity, -infinity)};
   // m: boxes within this distance of the lowest one also touch the ground

@@ -21,65 +21,63 @@ namespace saltus {
 /// at zero.
 using Posture = std::map<std::string, double>;
 
-/// A joint of a URDF.
-struct UrdfJoint {
-  enum class Motion { fixed, revolute, prismatic };  // revolute includes continuous joints
-
-  std::string name;               // empty for the root link, which has no joint
-  Motion motion = Motion::fixed;  ///< type of motion
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  // joint frame in the parent link
-  Vec<double, 3> axis = Vec<double, 3>::UnitX();             // unit, in the joint frame
-  Bounds position;                                           // rad or m
-  double effort = infinity;                                  // Nm or N
-  double velocity = infinity;  // rad/s or m/s; 0 in a file means no limit
-};
-
-/// A box of a URDF.
-struct UrdfBox {
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // pose of the centre, in the link
-  Vec<double, 3> size = Vec<double, 3>::Zero();            // edge lengths, m
-};
-
-/// A visual or collision shape of a link.
-struct UrdfShape {
-  /// Type of shape.
-  enum class Shape { mesh, box, cylinder, sphere };
-
-  Shape shape = Shape::box;                                ///< type of shape
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // in the link
-  std::string mesh;  // path as written in the URDF; empty if no mesh
-  /// Mesh: scale factors. Box: edge lengths, m. Cylinder along z: diameter, diameter, length, m.
-  /// Sphere: diameters, m.
-  Vec<double, 3> size = Vec<double, 3>::Ones();
-  Vec<double, 3> colour = Vec<double, 3>::Constant(0.9);  // red, green, blue, 0 to 1
-};
-
-/// A link of a URDF.
-struct UrdfLink {
-  std::string name;                             ///< name in the file
-  int parent = -1;                              // index of the parent link, -1 for the root
-  UrdfJoint joint;                              // joint to the parent
-  double mass = 0.0;                            ///< kg
-  Vec<double, 3> com = Vec<double, 3>::Zero();  // in the link frame
-  Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the CoM, in link axes, kg m^2
-  std::vector<UrdfBox> collision_boxes;                   // the boxes among `collisions`
-  std::vector<UrdfShape> collisions;  // collision shapes; their colours have no meaning
-  std::vector<UrdfShape> visuals;     ///< shapes that are drawn
-};
-
-/// For each link, the smallest index among the links fixed to it, itself included.
-std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links);
-
-/// The flat underside of a foot. The contact frame is the sole link's frame moved along its z axis
-/// by `contact_plane_offset` (m, negative if the plane lies below the origin).
-struct FootGeometry {
-  FootRectangle rectangle;            // in the contact frame
-  double contact_plane_offset = 0.0;  ///< position of the contact plane along z of the sole link, m
-};
-
 /// Links, joints and shapes of the URDF of a robot.
 class UrdfModel {
  public:
+  /// A joint of a URDF.
+  struct Joint {
+    enum class Motion { fixed, revolute, prismatic };  // revolute includes continuous joints
+
+    std::string name;               // empty for the root link, which has no joint
+    Motion motion = Motion::fixed;  ///< type of motion
+    Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  // joint frame in the parent link
+    Vec<double, 3> axis = Vec<double, 3>::UnitX();             // unit, in the joint frame
+    Bounds position;                                           // rad or m
+    double effort = infinity;                                  // Nm or N
+    double velocity = infinity;  // rad/s or m/s; 0 in a file means no limit
+  };
+
+  /// A box of a URDF.
+  struct Box {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // pose of the centre, in the link
+    Vec<double, 3> size = Vec<double, 3>::Zero();            // edge lengths, m
+  };
+
+  /// A visual or collision shape of a link.
+  struct LinkShape {
+    /// Type of shape.
+    enum class Shape { mesh, box, cylinder, sphere };
+
+    Shape shape = Shape::box;                                ///< type of shape
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // in the link
+    std::string mesh;  // path as written in the URDF; empty if no mesh
+    /// Mesh: scale factors. Box: edge lengths, m. Cylinder along z: diameter, diameter, length, m.
+    /// Sphere: diameters, m.
+    Vec<double, 3> size = Vec<double, 3>::Ones();
+    Vec<double, 3> colour = Vec<double, 3>::Constant(0.9);  // red, green, blue, 0 to 1
+  };
+
+  /// A link of a URDF.
+  struct Link {
+    std::string name;                             ///< name in the file
+    int parent = -1;                              // index of the parent link, -1 for the root
+    Joint joint;                                  // joint to the parent
+    double mass = 0.0;                            ///< kg
+    Vec<double, 3> com = Vec<double, 3>::Zero();  // in the link frame
+    Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the CoM, in link axes, kg m^2
+    std::vector<Box> collision_boxes;                       // the boxes among `collisions`
+    std::vector<LinkShape> collisions;  // collision shapes; their colours have no meaning
+    std::vector<LinkShape> visuals;     ///< shapes that are drawn
+  };
+
+  /// The flat underside of a foot. The contact frame is the sole link's frame moved along its z
+  /// axis by `contact_plane_offset` (m, negative if the plane lies below the origin).
+  struct Foot {
+    FootRectangle rectangle;  // in the contact frame
+    double contact_plane_offset =
+        0.0;  ///< position of the contact plane along z of the sole link, m
+  };
+
   /// Reads and checks a URDF. Throws InputError, one sentence naming file and element, if
   /// - the file is missing, empty, not well-formed or not a URDF;
   /// - its joints form a cycle;
@@ -97,7 +95,7 @@ class UrdfModel {
   /// File that the model was read from.
   const std::string& source() const { return source_; }
   /// Links, in the order of the file.
-  const std::vector<UrdfLink>& links() const { return links_; }
+  const std::vector<Link>& links() const { return links_; }
   /// Names of all links, in the order of the file.
   std::vector<std::string> link_names() const;
   /// Names of the joints that are not fixed, in the order of the file.
@@ -127,13 +125,24 @@ class UrdfModel {
   /// The foot that carries the frame `sole_link`. Its rectangle bounds the lowest faces, in the
   /// direction of -z of that frame, of the collision boxes rigidly attached to it. Throws
   /// InputError if there is no such box or its edges are not parallel to the axes of the frame.
-  FootGeometry foot(const std::string& sole_link) const;
+  Foot foot(const std::string& sole_link) const;
 
  private:
   std::string name_;
   std::string source_;
-  std::vector<UrdfLink> links_;
+  std::vector<Link> links_;
   double total_mass_ = 0.0;
 };
+/// Deprecated name.
+using UrdfJoint [[deprecated("use UrdfModel::Joint; removed in 0.4")]] = UrdfModel::Joint;
+/// Deprecated name.
+using UrdfBox [[deprecated("use UrdfModel::Box; removed in 0.4")]] = UrdfModel::Box;
+/// Deprecated name.
+using UrdfLink [[deprecated("use UrdfModel::Link; removed in 0.4")]] = UrdfModel::Link;
+/// Deprecated name.
+using FootGeometry [[deprecated("use UrdfModel::Foot; removed in 0.4")]] = UrdfModel::Foot;
+
+/// For each link, the smallest index among the links fixed to it, itself included.
+std::vector<int> rigid_leaders(const std::vector<UrdfModel::Link>& links);
 
 }  // namespace saltus

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 
 namespace saltus::mujoco_engine {
 namespace {
@@ -94,7 +95,7 @@ std::string exclusions_xml(const FloatingRobot& robot) {
   return text + "</contact>\n";
 }
 
-std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& options) {
+std::string body_xml(const FloatingRobot& robot, int i, const Plant::Options& options) {
   const FloatingRobot::Body& b = robot.bodies[i];
   const Mat<double, 3, 3>& I = b.inertia;
   std::string text = fmt::format("<body name=\"{}\"{}>\n", i, pose_xml(b.origin));
@@ -113,7 +114,7 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
   inertia << I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
   text += fmt::format("<inertial mass=\"{:.17g}\"{}{}/>\n", b.mass, numbers("pos", b.com),
                       numbers("fullinertia", inertia));
-  for (const UrdfBox& box : b.boxes)
+  for (const UrdfModel::Box& box : b.boxes)
     text += fmt::format("<geom type=\"box\" contype=\"1\" conaffinity=\"0\"{}{}/>\n",
                         numbers("size", 0.5 * box.size), pose_xml(box.pose));
   if (options.self_collision)
@@ -124,7 +125,7 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
 }
 
 // Level ground is a plane: it has no edges and the cheapest collisions.
-std::string ground_xml(const PlantOptions& options) {
+std::string ground_xml(const Plant::Options& options) {
   if (options.ground_step == 0.0)
     return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
   std::string text;
@@ -150,7 +151,7 @@ Mat<double, 3, 3> rotation(const mjtNum* quaternion) {
 
 }  // namespace
 
-std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options) {
+std::string to_mjcf(const FloatingRobot& robot, const Plant::Options& options) {
   // The friction of a pair is the larger of the two, which are equal here. Inertias are taken as
   // given.
   return fmt::format(
@@ -167,7 +168,7 @@ std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options) {
          (options.self_collision ? exclusions_xml(robot) : "") + "</mujoco>\n";
 }
 
-Model::Model(const FloatingRobot& robot, const PlantOptions& options) {
+Model::Model(const FloatingRobot& robot, const Plant::Options& options) {
   mju_user_error = on_error;
   mju_user_warning = on_warning;
   constexpr const char* file = "robot.xml";

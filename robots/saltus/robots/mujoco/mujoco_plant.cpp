@@ -11,7 +11,7 @@ namespace {
 
 class MujocoPlant final : public Plant {
  public:
-  MujocoPlant(const FloatingRobot& robot, const PlantOptions& options)
+  MujocoPlant(const FloatingRobot& robot, const Plant::Options& options)
       : engine_(robot, options),
         feet_{robot.left_sole, robot.right_sole},
         torques_(VectorXd::Zero(robot.joints())),
@@ -113,7 +113,8 @@ class MujocoPlant final : public Plant {
 
 bool has_mujoco() { return true; }
 
-std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const PlantOptions& options) {
+std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot,
+                                         const Plant::Options& options) {
   return std::make_unique<MujocoPlant>(robot, options);
 }
 

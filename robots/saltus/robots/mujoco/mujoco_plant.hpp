@@ -14,7 +14,7 @@ bool has_mujoco();
 /// ms. Boxes collide with the ground only. With `self_collision` the bodies need capsules
 /// (add_capsules). A step that MuJoCo cannot compute leaves a state that is not finite, until
 /// reset(). Throws InputError if MuJoCo rejects the robot, or if the program lacks MuJoCo.
-std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const PlantOptions& options);
+std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const Plant::Options& options);
 
 /// Mass matrix of the robot by MuJoCo, as in DynamicsModel, to compare engines.
 MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& state);

@@ -14,7 +14,7 @@ namespace {
 
 bool has_mujoco() { return false; }
 
-std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot&, const PlantOptions&) { refuse(); }
+std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot&, const Plant::Options&) { refuse(); }
 
 MatrixXd mujoco_mass_matrix(const FloatingRobot&, const WholeBodyState&) { refuse(); }
 

@@ -61,13 +61,13 @@ bool RunRecorder::is_over(double t) {
 
 void RunRecorder::note_tick(double t, const BalancePlanner::StepChange& change, bool has_landed,
                             double step_seconds, const TrueState& truth) {
-  const PlannedStep& step = planner_.step();
+  const StepPlan::Step& step = planner_.step();
   const StepPlan& plan = planner_.plan();
   if (plan.is_stepping() || plan.alternatives > 0)
     log_.step_plans.push_back({t, plan, step_seconds});
   if (change.has_lifted) stood_at(other(step.foot)) = truth.sole(other(step.foot));
   if (change.has_begun) {
-    StepRecord record;
+    RunLog::Step record;
     record.foot = step.foot;
     record.lift_off = t;
     log_.steps.push_back(record);
@@ -171,10 +171,10 @@ LoopState RunRecorder::state(double t, const TrueState& truth) const {
   const bool pushed = std::any_of(pushes_.begin(), pushes_.end(), [t](const Push& push) {
     return t > push.start - same_instant && t < push.end();
   });
-  state.footing = planner_.is_stepping()      ? Footing::stepping
-                  : pushed                    ? Footing::pushed
-                  : log_.touchdown < infinity ? Footing::landed
-                                              : Footing::standing;
+  state.footing = planner_.is_stepping()      ? LoopState::Footing::stepping
+                  : pushed                    ? LoopState::Footing::pushed
+                  : log_.touchdown < infinity ? LoopState::Footing::landed
+                                              : LoopState::Footing::standing;
   return state;
 }
 
@@ -204,7 +204,7 @@ std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDe
                                       const Scene& scene) {
   const BipedSettings& settings = problem.settings();
   const RobotDescription nominal = nominal_robot(settings.robot, robot);
-  if (settings.controller == ControllerChoice::capture_point)
+  if (settings.controller == BipedSettings::Controller::capture_point)
     return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
                                          nominal, scene, problem.contacts(scene));
   return problem.make_planner(nominal, scene);

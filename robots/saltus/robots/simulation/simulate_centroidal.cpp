@@ -25,7 +25,8 @@ class CentroidalRun final : LoopController, LoopPlant {
         nominal_mass_(robot.mass * (1.0 + problem.settings().robot.mass_error)),
         scene_(initial_scene(problem, robot)),
         planner_(scene_, problem.contacts(scene_), make_step_planner(problem, robot, scene_),
-                 make_planner(problem, robot, scene_), period_, LandingTime::as_planned),
+                 make_planner(problem, robot, scene_), period_,
+                 BalancePlanner::LandingTime::as_planned),
         recorder_(problem, robot, planner_, observer),
         swing_side_(other(scene_.side)),
         swing_sole_(scene_.swing),
@@ -64,8 +65,8 @@ class CentroidalRun final : LoopController, LoopPlant {
     return foot == swing_side_ && !plant_.foot(foot).in_contact ? swing_sole_
                                                                 : plant_.foot(foot).sole;
   }
-  CentroidalEstimate estimate() const {
-    CentroidalEstimate e;
+  BalancePlanner::Estimate estimate() const {
+    BalancePlanner::Estimate e;
     e.gamma = plant_.state();
     e.mass = nominal_mass_;
     e.left_sole = sole(Side::left);

@@ -37,8 +37,8 @@ std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSetting
   DartOptions options = settings.plant.engine;
   if (stance == Side::left) options.ground_edge = -options.ground_edge;
   options.self_collision = settings.control.self_collision;
-  return settings.plant.choice == PlantChoice::mujoco ? make_mujoco_plant(body, options)
-                                                      : make_dart_plant(body, options);
+  return settings.plant.choice == PlantSettings::Choice::mujoco ? make_mujoco_plant(body, options)
+                                                                : make_dart_plant(body, options);
 }
 
 // All pushes act at the same point.
@@ -49,11 +49,11 @@ FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const
 }
 
 // Settings of the whole-body controller, with the delay of the measured velocities.
-WholeBodyControl control_of(const BipedSettings& settings) {
-  WholeBodyControl control = settings.control;
-  if (settings.plant.sensors == SensorChoice::measured) {
+WholeBodyController::Options control_of(const BipedSettings& settings) {
+  WholeBodyController::Options control = settings.control;
+  if (settings.plant.sensors == PlantSettings::Sensors::measured) {
     const double step = settings.plant.engine.step;
-    const EncoderOptions& encoder = settings.plant.sensor.encoder;
+    const SensorOptions::Encoder& encoder = settings.plant.sensor.encoder;
     const double period = sample_period(encoder.rate, step);
     const double delay = step * std::round(encoder.delay / step);
     // A difference of two readings is at least half a period old, and held until the next one.
@@ -68,8 +68,8 @@ BalanceController make_controller(const BipedProblem& problem, const RobotDescri
                                   const FloatingRobot& nominal, const Scene& scene) {
   const BipedSettings& settings = problem.settings();
   const double step = settings.plant.engine.step;
-  BalanceParts parts;
-  if (settings.plant.sensors == SensorChoice::ideal)
+  BalanceController::Parts parts;
+  if (settings.plant.sensors == PlantSettings::Sensors::ideal)
     parts.estimator = make_ideal_estimator();
   else
     parts.estimator = make_sensor_estimator(nominal, scene.side, settings.plant.sensor,
@@ -91,7 +91,7 @@ void expect_room(const BalanceController& controller, const RobotDescription& ro
   constexpr double slack = 1e-3;  // m
   if (ground.ground_step == 0.0) return;
   const double edge = scene.side == Side::left ? -ground.ground_edge : ground.ground_edge;
-  const CentroidalEstimate estimate = controller.centroidal_estimate();
+  const BalancePlanner::Estimate estimate = controller.centroidal_estimate();
   for (const Side side : {Side::left, Side::right}) {
     const bool standing = side == scene.side || scene.two_feet;
     const Mat<double, 4, 3> corners = foot_corners_3d(estimate.sole(side), robot.foot(side));
@@ -123,7 +123,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
         robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
                settings_.control.period),
         torques_(1, body_.joints()),
-        estimates_(settings_.plant.sensors == SensorChoice::measured) {
+        estimates_(settings_.plant.sensors == PlantSettings::Sensors::measured) {
     if (settings_.control.self_collision) expect_apart(body_, start_, problem.posture(robot).name);
     if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0)
       true_model_ = make_dart_dynamics(body_);
@@ -140,7 +140,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
     log.floating = body_;
     log.ground_friction = settings_.plant.engine.friction;
     log.pushed = pushed_;
-    const BalanceStatistics& statistics = controller_.statistics();
+    const BalanceController::Statistics& statistics = controller_.statistics();
     log.control_calls = statistics.calls;
     log.control_failures = statistics.failures;
     log.control_cuts = statistics.cuts;
@@ -222,7 +222,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
                             std::lround(settings_.control.period / robot_.period())) *
         robot_.period();
     recorder_.note_sample(t, controller_.applied(), mean_force(pushes_, t, end), truth_);
-    BodySample b;
+    RunLog::BodySample b;
     b.planned = controller_.tasks().wrenches;
     b.state = robot_.engine().state();
     b.torques = controller_.commands().torques;
@@ -238,7 +238,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
   // Records the mean force since the last sample, including its first step. An engine may have far
   // higher forces in a single step.
   void end_sample() {
-    BodySample& b = recorder_.log().body.back();
+    RunLog::BodySample& b = recorder_.log().body.back();
     b.left = felt(Side::left) / static_cast<double>(felt_steps_);
     b.right = felt(Side::right) / static_cast<double>(felt_steps_);
     felt_ = {Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};

@@ -31,7 +31,8 @@ SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobo
       noise_(settings.noise),
       commanded_(VectorXd::Zero(engine_->state().q.size())),
       waiting_(delay_steps(settings, control_period), commanded_) {
-  if (settings.sensors == SensorChoice::measured) sensors_.emplace(body, settings.sensor, step_);
+  if (settings.sensors == PlantSettings::Sensors::measured)
+    sensors_.emplace(body, settings.sensor, step_);
   begin(engine_->state());
 }
 

@@ -14,7 +14,9 @@
 namespace saltus::walking {
 namespace {
 
-SoleFrame frame_of(const SoleMotion& sole) { return {sole.pose.translation(), sole.pose.linear()}; }
+SoleFrame frame_of(const DynamicsModel::SoleMotion& sole) {
+  return {sole.pose.translation(), sole.pose.linear()};
+}
 
 // Planners assume level soles, whole-body controllers use the actual ones. Rotation from level axes
 // to the axes of the sole.
@@ -38,7 +40,7 @@ long multiple(const char* name, double whole, double part) {
   return std::lround(ratio);
 }
 
-BalanceParts checked(BalanceParts parts) {
+BalanceController::Parts checked(BalanceController::Parts parts) {
   if (!parts.estimator || !parts.model || !parts.whole_body || !parts.steps || !parts.wrenches)
     throw DefinitionError("balance controller: a part is missing");
   return parts;
@@ -46,14 +48,16 @@ BalanceParts checked(BalanceParts parts) {
 
 }  // namespace
 
-BalanceController::BalanceController(BalanceParts parts, BalanceOptions options)
+BalanceController::BalanceController(BalanceController::Parts parts,
+                                     BalanceController::Options options)
     : parts_(checked(std::move(parts))),
       options_(std::move(options)),
       per_control_(multiple("control period", options_.control_period, options_.period)),
       per_plan_(per_control_ *
                 multiple("planner period", options_.planner_period, options_.control_period)),
       planner_(options_.scene, options_.contacts, std::move(parts_.steps),
-               std::move(parts_.wrenches), options_.planner_period, LandingTime::when_felt),
+               std::move(parts_.wrenches), options_.planner_period,
+               BalancePlanner::LandingTime::when_felt),
       contact_(options_.landing_force),
       swing_(std::make_unique<SwingFoot>()),
       swing_side_(other(options_.scene.side)) {}
@@ -97,9 +101,10 @@ const JointCommands& BalanceController::update(const SensorReadings& readings) {
   return commands_;
 }
 
-CentroidalEstimate BalanceController::centroidal_estimate() const {
-  CentroidalEstimate e;
-  const SoleMotion &left = model().sole(Side::left), &right = model().sole(Side::right);
+BalancePlanner::Estimate BalanceController::centroidal_estimate() const {
+  BalancePlanner::Estimate e;
+  const DynamicsModel::SoleMotion &left = model().sole(Side::left),
+                                  &right = model().sole(Side::right);
   e.gamma << model().com(), model().com_velocity(), model().angular_momentum();
   e.mass = model().mass();
   e.left_sole = frame_of(left);
@@ -114,13 +119,13 @@ CentroidalEstimate BalanceController::centroidal_estimate() const {
 
 void BalanceController::plan(double t) {
   CpuTime watch(statistics_.plan_seconds);
-  const CentroidalEstimate measured = centroidal_estimate();
+  const BalancePlanner::Estimate measured = centroidal_estimate();
   {
     statistics_.step_seconds = 0.0;
     CpuTime step_watch(statistics_.step_seconds);
     update_.step = planner_.plan_steps(t, measured);
   }
-  const PlannedStep& step = planner_.step();
+  const StepPlan::Step& step = planner_.step();
   if (update_.step.has_lifted) {
     swing_side_ = step.foot;
     stands(swing_side_) = false;
@@ -153,7 +158,7 @@ void BalanceController::control(double t) {
   for (const Side side : {Side::left, Side::right}) {
     const int first = side == Side::left ? 0 : 6;
     if (side == swing_side_ && !stands(swing_side_)) tasks_.wrenches.segment<6>(first).setZero();
-    const SoleMotion& sole = model().sole(side);
+    const DynamicsModel::SoleMotion& sole = model().sole(side);
     rotate(into_sole[side == Side::right], side, tasks_.wrenches);
     const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
     tasks_.force += f;
@@ -162,7 +167,8 @@ void BalanceController::control(double t) {
   }
   swing_->advance(t);
   tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
-  const WholeBodyCommand& command = parts_.whole_body->control(model(), estimate().state, tasks_);
+  const WholeBodyController::Command& command =
+      parts_.whole_body->control(model(), estimate().state, tasks_);
   if (command.status != QpStatus::optimal) ++statistics_.failures;
   if (command.torques_cut > 0) ++statistics_.cuts;
   statistics_.solves.add(command.solve_seconds);

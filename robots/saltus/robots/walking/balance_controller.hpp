@@ -20,33 +20,33 @@ class SwingFoot;
 
 namespace saltus::walking {
 
-/// State of the robot as the planners use it, in world axes.
-struct CentroidalEstimate {
-  /// CoM m, velocity m/s, angular momentum about the CoM Nms.
-  Vec<double, 9> gamma = Vec<double, 9>::Zero();
-  double mass = 0.0;                                       ///< mass of the controllers' model, kg
-  SoleFrame left_sole, right_sole;                         ///< contact frames, m
-  Vec<double, 3> left_velocity = Vec<double, 3>::Zero();   ///< velocity of its origin, m/s
-  Vec<double, 3> right_velocity = Vec<double, 3>::Zero();  ///< velocity of its origin, m/s
-  /// Wrenches applied at present, left and right, axes of the level soles, N and Nm.
-  Vec<double, 12> applied = Vec<double, 12>::Zero();
-  Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of their forces, N
-
-  /// Contact frame of one foot.
-  const SoleFrame& sole(Side foot) const { return foot == Side::left ? left_sole : right_sole; }
-  /// Velocity of the origin of the sole.
-  const Vec<double, 3>& sole_velocity(Side foot) const {
-    return foot == Side::left ? left_velocity : right_velocity;
-  }
-};
-
-/// Time at which contacts change: at the planned landing, or when the foot touches the ground.
-enum class LandingTime { as_planned, when_felt };
-
 /// Each tick calls plan_steps(), land() if the swing foot has landed, and plan_wrenches(). Between
 /// ticks land() may be called, and note_contacts() after it. Does not allocate after construction.
 class BalancePlanner {
  public:
+  /// State of the robot as the planners use it, in world axes.
+  struct Estimate {
+    /// CoM m, velocity m/s, angular momentum about the CoM Nms.
+    Vec<double, 9> gamma = Vec<double, 9>::Zero();
+    double mass = 0.0;                                       ///< mass of the controllers' model, kg
+    SoleFrame left_sole, right_sole;                         ///< contact frames, m
+    Vec<double, 3> left_velocity = Vec<double, 3>::Zero();   ///< velocity of its origin, m/s
+    Vec<double, 3> right_velocity = Vec<double, 3>::Zero();  ///< velocity of its origin, m/s
+    /// Wrenches applied at present, left and right, axes of the level soles, N and Nm.
+    Vec<double, 12> applied = Vec<double, 12>::Zero();
+    Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of their forces, N
+
+    /// Contact frame of one foot.
+    const SoleFrame& sole(Side foot) const { return foot == Side::left ? left_sole : right_sole; }
+    /// Velocity of the origin of the sole.
+    const Vec<double, 3>& sole_velocity(Side foot) const {
+      return foot == Side::left ? left_velocity : right_velocity;
+    }
+  };
+
+  /// Time at which contacts change: at the planned landing, or when the foot touches the ground.
+  enum class LandingTime { as_planned, when_felt };
+
   /// `period`: control period of both planners, s.
   BalancePlanner(const Scene& scene, Schedule contacts, std::unique_ptr<StepPlanner> steps,
                  std::unique_ptr<Planner> wrenches, double period, LandingTime landing);
@@ -58,11 +58,11 @@ class BalancePlanner {
     bool has_target = false;  ///< True if step() has a new time and place.
   };
   /// Plans the next steps. A step whose lift-off is due begins.
-  StepChange plan_steps(double t, const CentroidalEstimate& measured);
+  StepChange plan_steps(double t, const Estimate& measured);
   /// The swing foot stands at `place` (m) from `t` on.
   void land(double t, const Vec<double, 3>& place);
   /// Plans the wrenches until the next tick.
-  void plan_wrenches(double t, const CentroidalEstimate& measured);
+  void plan_wrenches(double t, const Estimate& measured);
   /// Records the feet that stand; they carry a wrench at the next tick.
   void note_contacts();
 
@@ -75,7 +75,7 @@ class BalancePlanner {
   /// True if a foot is swinging to a landing.
   bool is_stepping() const { return is_stepping_; }
   /// The step in progress, or the last one.
-  const PlannedStep& step() const { return step_; }
+  const StepPlan::Step& step() const { return step_; }
   /// True if this foot stands.
   bool stands(Side side) const { return foot(side).stands; }
   /// Feet and target of the CoM.
@@ -93,7 +93,7 @@ class BalancePlanner {
   Foot& foot(Side side) { return feet_[side == Side::left ? 0 : 1]; }
   const Foot& foot(Side side) const { return feet_[side == Side::left ? 0 : 1]; }
   const char* mode_now() const;
-  StepSituation situation(double t, const CentroidalEstimate& measured) const;
+  StepSituation situation(double t, const Estimate& measured) const;
   void schedule(double t);
 
   Scene scene_;
@@ -104,45 +104,45 @@ class BalancePlanner {
   LandingTime landing_;
   std::array<Foot, 2> feet_;
   StepPlan plan_;
-  PlannedStep step_;
+  StepPlan::Step step_;
   bool is_stepping_ = false;
   const ControlTick* tick_ = nullptr;
-};
-
-/// Parts of a BalanceController.
-struct BalanceParts {
-  std::unique_ptr<Estimator> estimator;             ///< from readings to the state
-  std::unique_ptr<DynamicsModel> model;             ///< dynamics of the controllers' model
-  std::unique_ptr<WholeBodyController> whole_body;  ///< from wrenches to torques
-  std::unique_ptr<StepPlanner> steps;               ///< decides on steps
-  std::unique_ptr<Planner> wrenches;                ///< plans wrenches
-};
-
-/// Rates and start of a BalanceController.
-struct BalanceOptions {
-  double period = 0.001;          ///< time between two readings, s
-  double control_period = 0.002;  ///< period of the whole-body controller, s: a multiple of
-                                  ///< `period`
-  double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
-  double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
-  Scene scene;                    ///< feet and target at the start
-  Schedule contacts;              ///< contacts known at the start
-};
-
-/// Counts and times of a run, for logs.
-struct BalanceStatistics {
-  long calls = 0, failures = 0;  ///< of the whole-body controller; failures have no solution
-  long cuts = 0;                 ///< calls in which torques were cut to their limits
-  LatencyHistogram solves;       ///< processor time of the solutions
-  /// Processor time of planners and whole-body control, and of the last plan of steps, s.
-  double plan_seconds = 0.0, control_seconds = 0.0, step_seconds = 0.0;
 };
 
 /// Call start() once, then update() once for all readings. After start() nothing allocates.
 class BalanceController {
  public:
+  /// Parts of a BalanceController.
+  struct Parts {
+    std::unique_ptr<Estimator> estimator;             ///< from readings to the state
+    std::unique_ptr<DynamicsModel> model;             ///< dynamics of the controllers' model
+    std::unique_ptr<WholeBodyController> whole_body;  ///< from wrenches to torques
+    std::unique_ptr<StepPlanner> steps;               ///< decides on steps
+    std::unique_ptr<Planner> wrenches;                ///< plans wrenches
+  };
+
+  /// Rates and start of a BalanceController.
+  struct Options {
+    double period = 0.001;          ///< time between two readings, s
+    double control_period = 0.002;  ///< period of the whole-body controller, s: a multiple of
+                                    ///< `period`
+    double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
+    double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
+    Scene scene;                    ///< feet and target at the start
+    Schedule contacts;              ///< contacts known at the start
+  };
+
+  /// Counts and times of a run, for logs.
+  struct Statistics {
+    long calls = 0, failures = 0;  ///< of the whole-body controller; failures have no solution
+    long cuts = 0;                 ///< calls in which torques were cut to their limits
+    LatencyHistogram solves;       ///< processor time of the solutions
+    /// Processor time of planners and whole-body control, and of the last plan of steps, s.
+    double plan_seconds = 0.0, control_seconds = 0.0, step_seconds = 0.0;
+  };
+
   /// Throws DefinitionError if a part is missing or the periods are not multiples of each other.
-  BalanceController(BalanceParts parts, BalanceOptions options);
+  BalanceController(Parts parts, Options options);
   ~BalanceController();
   BalanceController(BalanceController&&) noexcept;
   BalanceController& operator=(BalanceController&&) noexcept;
@@ -169,15 +169,17 @@ class BalanceController {
   /// Current estimate of the robot.
   const WholeBodyEstimate& estimate() const { return parts_.estimator->estimate(); }
   /// Estimate used by the planners, at the last call of the whole-body controller.
-  CentroidalEstimate centroidal_estimate() const;
+  BalancePlanner::Estimate centroidal_estimate() const;
   const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
   const JointCommands& commands() const { return commands_; }   ///< result of the last update()
-  const WholeBodyTasks& tasks() const { return tasks_; }  ///< tasks of the whole-body controller
-  const BalancePlanner& planner() const { return planner_; }           ///< steps and wrenches
-  BalancePlanner& planner() { return planner_; }                       ///< steps and wrenches
-  const BalanceStatistics& statistics() const { return statistics_; }  ///< since start()
-  const Vec<double, 12>& applied() const { return applied_; }          ///< expected wrenches
-  Side swing_side() const { return swing_side_; }  ///< foot that swings, or swung last
+  const WholeBodyController::Tasks& tasks() const {
+    return tasks_;
+  }  ///< tasks of the whole-body controller
+  const BalancePlanner& planner() const { return planner_; }    ///< steps and wrenches
+  BalancePlanner& planner() { return planner_; }                ///< steps and wrenches
+  const Statistics& statistics() const { return statistics_; }  ///< since start()
+  const Vec<double, 12>& applied() const { return applied_; }   ///< expected wrenches
+  Side swing_side() const { return swing_side_; }               ///< foot that swings, or swung last
 
  private:
   void plan(double t);
@@ -185,18 +187,18 @@ class BalanceController {
   void control(double t);
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
 
-  BalanceParts parts_;
-  BalanceOptions options_;
+  Parts parts_;
+  Options options_;
   long per_control_, per_plan_, updates_ = 0;
   BalancePlanner planner_;
   ContactEstimator contact_;
   std::unique_ptr<SwingFoot> swing_;
   Side swing_side_;
-  WholeBodyTasks tasks_;
+  WholeBodyController::Tasks tasks_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   JointCommands commands_;
   Update update_;
-  BalanceStatistics statistics_;
+  Statistics statistics_;
 };
 
 }  // namespace saltus::walking

@@ -11,7 +11,7 @@ namespace saltus::walking {
 BalancePlanner::BalancePlanner(const Scene& scene, Schedule contacts,
                                std::unique_ptr<StepPlanner> steps,
                                std::unique_ptr<Planner> wrenches, double period,
-                               LandingTime landing)
+                               BalancePlanner::LandingTime landing)
     : scene_(scene),
       contacts_(std::move(contacts)),
       steps_(std::move(steps)),
@@ -27,7 +27,7 @@ const char* BalancePlanner::mode_now() const {
   return support_of(stands(Side::left) ? Side::left : Side::right);
 }
 
-StepSituation BalancePlanner::situation(double t, const CentroidalEstimate& measured) const {
+StepSituation BalancePlanner::situation(double t, const BalancePlanner::Estimate& measured) const {
   StepSituation now;
   now.time = t;
   now.period = period_;
@@ -42,12 +42,12 @@ StepSituation BalancePlanner::situation(double t, const CentroidalEstimate& meas
 
 // The present step follows the plan as long as the plan names its foot first.
 BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
-                                                      const CentroidalEstimate& measured) {
+                                                      const BalancePlanner::Estimate& measured) {
   StepChange change;
   plan_ = steps_->plan(situation(t, measured));
   scene_.motion = plan_.motion;
   if (!plan_.is_stepping()) return change;
-  const PlannedStep& first = plan_.steps[0];
+  const StepPlan::Step& first = plan_.steps[0];
   if (!is_stepping_ && first.lift_off < t + 0.5 * period_ && stands(other(first.foot))) {
     change.has_begun = true;
     change.has_lifted = stands(first.foot);
@@ -78,14 +78,14 @@ void BalancePlanner::land(double t, const Vec<double, 3>& place) {
   contacts_.confirm(impact, t);
 }
 
-void BalancePlanner::plan_wrenches(double t, const CentroidalEstimate& measured) {
+void BalancePlanner::plan_wrenches(double t, const BalancePlanner::Estimate& measured) {
   planner_->controller().prepare(t);  // work that needs no measurement: grid, shifted plan, blocks
-  const Measurement known{t,
-                          measured.gamma,
-                          measured.applied,
-                          foot(Side::left).bore,
-                          foot(Side::right).bore,
-                          measured.contact_force};
+  const Planner::Measurement known{t,
+                                   measured.gamma,
+                                   measured.applied,
+                                   foot(Side::left).bore,
+                                   foot(Side::right).bore,
+                                   measured.contact_force};
   note_contacts();
   schedule(t);
   tick_ = &planner_->tick(known, scene_, contacts_);
@@ -98,17 +98,18 @@ void BalancePlanner::note_contacts() {
 // Schedules the present step, then the planned ones. A late foot lands after this tick at the
 // earliest, and no foot lifts off within it.
 void BalancePlanner::schedule(double t) {
-  std::array<PlannedStep, StepPlan::most_steps> steps;
+  std::array<StepPlan::Step, StepPlan::most_steps> steps;
   std::size_t count = 0;
   const double next = t + period_;
   if (is_stepping_) {
     steps[count] = step_;
-    if (landing_ == LandingTime::when_felt) steps[count].landing = std::max(step_.landing, next);
+    if (landing_ == BalancePlanner::LandingTime::when_felt)
+      steps[count].landing = std::max(step_.landing, next);
     ++count;
   }
   const bool on_two_feet = stands(Side::left) && stands(Side::right);
   for (int i = 0; i < plan_.count && count < steps.size(); ++i) {
-    const PlannedStep& step = plan_.steps[i];
+    const StepPlan::Step& step = plan_.steps[i];
     if (is_stepping_ && i == 0 && step.foot == step_.foot) continue;
     if (!is_stepping_ && i == 0 && (!on_two_feet || step.lift_off <= t)) break;  // landed
     steps[count] = step;

@@ -39,7 +39,7 @@ Schedule BipedProblem::contacts(const Scene& scene) const {
   return first_contacts(settings(), scene);
 }
 
-std::optional<StepBounds> BipedProblem::step_bounds(const RobotDescription&) const {
+std::optional<BipedProblem::StepBounds> BipedProblem::step_bounds(const RobotDescription&) const {
   return std::nullopt;
 }
 

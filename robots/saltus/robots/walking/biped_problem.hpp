@@ -29,65 +29,59 @@ RobotScale scale_of(const RobotDescription& robot);
 /// moments by both.
 void scale(BipedSettings& settings, const RobotScale& scale);
 
-/// Bounds on the steps of a planner that chooses times and places itself.
-struct StepBounds {
-  int most = 1;               ///< largest number of consecutive steps
-  double shortest = 0.3;      ///< time of a swing, s
-  std::vector<Point2> reach;  ///< corners of the region that a contact frame can reach, in the
-                              ///< frame of the other foot: forward, and away from it, m
-};
-
-/// Results that only whole-body runs have.
-struct BodyVerdict {
-  /// True if the robot recovered without a step: no fall, both soles within `standing_move` of
-  /// their start, and the base within `standing_tilt` of its start.
-  bool standing = false;
-  double feet_moved = 0.0;  ///< largest distance of a sole's origin from its start, m
-  double tilt_max = 0.0;    ///< angle between the vertical in the base and that at the start, rad;
-  double tilt_end = 0.0;    ///< rotation about the vertical does not count
-  Vec<double, 2> slip = Vec<double, 2>::Zero();      ///< largest sole_slip, left and right, m
-  Vec<double, 2> slips_from{infinity, infinity};     ///< time at which the slip exceeds
-                                                     ///< `planted_slip`, s
-  Vec<double, 2> friction = Vec<double, 2>::Zero();  ///< largest friction_used
-  /// Impulse beyond Coulomb friction on both feet, N s: integral of the positive part of the
-  /// tangential force minus `RunLog::ground_friction` times the vertical force. Engines implement
-  /// the friction law differently.
-  double beyond_friction = 0.0;
-  Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
-  double limit_margin = infinity;      ///< smallest distance of a joint from its limit, rad; < 0:
-                                       ///< beyond it
-  std::string limit_joint;             ///< joint with the smallest distance
-  double limit_time = 0.0;             ///< time of the smallest distance, s
-  double torque_limit_fraction = 0.0;  ///< share of the time in which a torque is at its limit
-  double speed_ratio = 0.0;            ///< largest ratio of a joint speed to its limit
-  std::string speed_joint;             ///< joint with the largest ratio
-  double speed_time = 0.0;             ///< time of the largest ratio, s
-  double over_speed = 0.0;             ///< longest time that a joint exceeds its speed limit, s
-  double clearance = infinity;         ///< smallest distance of two limbs, m; < 0: they overlap;
-                                       ///< infinite: no collision shapes
-  std::string clearance_pair;          ///< names of these limbs
-  double clearance_time = 0.0;         ///< time of the smallest distance, s
-
-  /// True if any joint reached its limit.
-  bool touches_joint_limit() const;
-};
-
 /// Success of a run, with its quantities.
 struct Verdict {
+  /// Results that only whole-body runs have.
+  struct Body {
+    /// True if the robot recovered without a step: no fall, both soles within `standing_move` of
+    /// their start, and the base within `standing_tilt` of its start.
+    bool standing = false;
+    double feet_moved = 0.0;  ///< largest distance of a sole's origin from its start, m
+    double tilt_max = 0.0;  ///< angle between the vertical in the base and that at the start, rad;
+    double tilt_end = 0.0;  ///< rotation about the vertical does not count
+    Vec<double, 2> slip = Vec<double, 2>::Zero();      ///< largest sole_slip, left and right, m
+    Vec<double, 2> slips_from{infinity, infinity};     ///< time at which the slip exceeds
+                                                       ///< `planted_slip`, s
+    Vec<double, 2> friction = Vec<double, 2>::Zero();  ///< largest friction_used
+    /// Impulse beyond Coulomb friction on both feet, N s: integral of the positive part of the
+    /// tangential force minus `RunLog::ground_friction` times the vertical force. Engines implement
+    /// the friction law differently.
+    double beyond_friction = 0.0;
+    Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
+    double limit_margin = infinity;      ///< smallest distance of a joint from its limit, rad; < 0:
+                                         ///< beyond it
+    std::string limit_joint;             ///< joint with the smallest distance
+    double limit_time = 0.0;             ///< time of the smallest distance, s
+    double torque_limit_fraction = 0.0;  ///< share of the time in which a torque is at its limit
+    double speed_ratio = 0.0;            ///< largest ratio of a joint speed to its limit
+    std::string speed_joint;             ///< joint with the largest ratio
+    double speed_time = 0.0;             ///< time of the largest ratio, s
+    double over_speed = 0.0;             ///< longest time that a joint exceeds its speed limit, s
+    double clearance = infinity;         ///< smallest distance of two limbs, m; < 0: they overlap;
+                                         ///< infinite: no collision shapes
+    std::string clearance_pair;          ///< names of these limbs
+    double clearance_time = 0.0;         ///< time of the smallest distance, s
+
+    /// True if any joint reached its limit.
+    bool touches_joint_limit() const;
+  };
+
   bool recovered = false;                                 ///< all criteria are met
   std::string reason;                                     ///< if not recovered: the first reason
   double final_com_error = 0.0, icp_settling = infinity;  ///< m, s
   double settled_from = 0.0;  ///< time from which settling is measured, s
   double com_height_min = infinity, com_height_max = -infinity;  ///< m
   double angular_momentum_max = 0.0;                             ///< Nms
-  bool fell_before_push = false;    ///< true if the run says nothing about the push
-  std::optional<BodyVerdict> body;  ///< whole body only
+  bool fell_before_push = false;  ///< true if the run says nothing about the push
+  std::optional<Body> body;       ///< whole body only
 
   /// Notes the first reason.
   void fail(std::string because) {
     if (reason.empty()) reason = std::move(because);
   }
 };
+/// Deprecated name.
+using BodyVerdict [[deprecated("use Verdict::Body; removed in 0.4")]] = Verdict::Body;
 
 // Bounds are often given for iCub, with this mass and CoM height on one foot. For other robots,
 // lengths of the CoM scale with its height h, and angular momentum with m h sqrt(g h).
@@ -137,6 +131,14 @@ using UnmetWords [[deprecated("use UnmetExplanations; removed in 0.4")]] = Unmet
 /// Task of a biped: settings, scene and verdict.
 class BipedProblem {
  public:
+  /// Bounds on the steps of a planner that chooses times and places itself.
+  struct StepBounds {
+    int most = 1;               ///< largest number of consecutive steps
+    double shortest = 0.3;      ///< time of a swing, s
+    std::vector<Point2> reach;  ///< corners of the region that a contact frame can reach, in the
+                                ///< frame of the other foot: forward, and away from it, m
+  };
+
   virtual ~BipedProblem() = default;
 
   /// Settings of the problem.

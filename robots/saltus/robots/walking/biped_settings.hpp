@@ -11,32 +11,37 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/robots/whole_body/device_options.hpp"
+#include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::walking {
 
-/// Simulated system and engine.
-enum class PlantChoice { centroidal, dart, mujoco };
-/// Input of the controllers: the state with `noise`, or an estimate from simulated sensors.
-enum class SensorChoice { ideal, measured };
-
 /// Options of the simulation. All but `choice` apply only to the whole body.
 struct PlantSettings {
-  PlantChoice choice = PlantChoice::centroidal;  ///< simulated system and engine
+  /// Simulated system and engine.
+  enum class Choice { centroidal, dart, mujoco };
+
+  /// Input of the controllers: the state with `noise`, or an estimate from simulated sensors.
+  enum class Sensors { ideal, measured };
+
+  Choice choice = Choice::centroidal;  ///< simulated system and engine
   /// Engine and ground. The controllers do not know the step in the ground. It begins `ground_edge`
   /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot extends to
   /// 0.17 m.
   DartOptions engine{{.ground_edge = 0.18}};
-  int delay_ticks = 0;                         ///< delay of the torques, control periods
-  MotorOptions motors;                         ///< lag and rate limit of the torques
-  SensorChoice sensors = SensorChoice::ideal;  ///< ideal or measured
-  MeasurementNoise noise;                      ///< noise of ideal sensors
-  SensorOptions sensor;                        ///< options of simulated sensors
-  EstimationOptions estimation;                ///< estimation from simulated sensors
+  int delay_ticks = 0;               ///< delay of the torques, control periods
+  MotorOptions motors;               ///< lag and rate limit of the torques
+  Sensors sensors = Sensors::ideal;  ///< ideal or measured
+  MeasurementNoise noise;            ///< noise of ideal sensors
+  SensorOptions sensor;              ///< options of simulated sensors
+  Estimator::Options estimation;     ///< estimation from simulated sensors
 
   /// True if a whole body is simulated.
-  bool is_whole_body() const { return choice != PlantChoice::centroidal; }
+  bool is_whole_body() const { return choice != Choice::centroidal; }
 };
+/// Deprecated name.
+using PlantChoice [[deprecated("use PlantSettings::Choice; removed in 0.4")]] =
+    PlantSettings::Choice;
 
 /// Files of the robot.
 struct RobotChoice {
@@ -70,26 +75,29 @@ struct MorePushes {
   int seed = 1;                      ///< seed of the random pushes
 };
 
-/// The problem's own planner ("mpc"), or the capture-point controller without prediction.
-enum class ControllerChoice { mpc, capture_point };
-
 /// All settings of a biped in a closed loop.
 struct BipedSettings {
+  /// The problem's own planner ("mpc"), or the capture-point controller without prediction.
+  enum class Controller { mpc, capture_point };
+
   std::string preset;   ///< name of a preset of settings, if the problem declares presets
   PlantSettings plant;  ///< simulated system
   RobotChoice robot;    ///< robot and its posture
-  ControllerChoice controller = ControllerChoice::mpc;  ///< type of controller
-  PlannerSettings planner;      ///< options of the model predictive controller
-  CapturePointGains baseline;   ///< gains of the capture-point controller
-  SceneSettings scene;          ///< stance and target of the CoM
-  Step step;                    ///< time and place of steps
-  Push push;                    ///< first push
-  MorePushes more_pushes;       ///< further pushes
-  ContactSettings contact;      ///< contacts of both feet
-  WholeBodyControl control;     ///< whole-body controller
-  bool pictures = true;         ///< draw pictures at the end
+  Controller controller = Controller::mpc;  ///< type of controller
+  PlannerSettings planner;                  ///< options of the model predictive controller
+  CapturePointGains baseline;               ///< gains of the capture-point controller
+  SceneSettings scene;                      ///< stance and target of the CoM
+  Step step;                                ///< time and place of steps
+  Push push;                                ///< first push
+  MorePushes more_pushes;                   ///< further pushes
+  ContactSettings contact;                  ///< contacts of both feet
+  WholeBodyController::Options control;     ///< whole-body controller
+  bool pictures = true;                     ///< draw pictures at the end
   double explain_limit = 10.0;  ///< time limit for explanations of unmet constraints, s; 0: none
 };
+/// Deprecated name.
+using ControllerChoice [[deprecated("use BipedSettings::Controller; removed in 0.4")]] =
+    BipedSettings::Controller;
 
 /// Contact schedule known at the start: contacts of the scene, with capacity for the possible
 /// steps.

@@ -42,7 +42,7 @@ double largest_motion(const FootRectangle& foot, const Eigen::Isometry3d& from,
 std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log) {
   std::vector<Vec<double, 12>> wrenches;
   wrenches.reserve(log.body.size());
-  for (const BodySample& b : log.body) {
+  for (const RunLog::BodySample& b : log.body) {
     Vec<double, 12> w;
     w << in_sole(b.left_sole, b.left), in_sole(b.right_sole, b.right);
     wrenches.push_back(w);
@@ -57,9 +57,10 @@ std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   std::vector<Vec<double, 2>> slips;
   slips.reserve(log.body.size());
-  const BodySample *left = nullptr, *right = nullptr;  // first sample in which that foot stands
+  const RunLog::BodySample *left = nullptr,
+                           *right = nullptr;  // first sample in which that foot stands
   for (std::size_t i = 0; i < log.body.size(); ++i) {
-    const BodySample& b = log.body[i];
+    const RunLog::BodySample& b = log.body[i];
     const BipedSample& s = log.samples[i];
     left = !s.left_stands ? nullptr : left == nullptr ? &b : left;
     right = !s.right_stands ? nullptr : right == nullptr ? &b : right;
@@ -77,7 +78,7 @@ std::vector<Vec<double, 2>> friction_used(const RunLog& log) {
   const auto ratio = [](const Vec<double, 6>& wrench) {
     return wrench[2] < friction_min_force ? 0.0 : wrench.head<2>().norm() / wrench[2];
   };
-  for (const BodySample& b : log.body) used.emplace_back(ratio(b.left), ratio(b.right));
+  for (const RunLog::BodySample& b : log.body) used.emplace_back(ratio(b.left), ratio(b.right));
   return used;
 }
 

@@ -20,13 +20,15 @@ double angle_between(const Vec<double, 3>& a, const Vec<double, 3>& b) {
 }
 
 // The vertical in the axes of the base.
-Vec<double, 3> vertical(const BodySample& b) { return b.state.base.linear().row(2).transpose(); }
+Vec<double, 3> vertical(const RunLog::BodySample& b) {
+  return b.state.base.linear().row(2).transpose();
+}
 
-void judge_limits(const RunLog& log, BodyVerdict& v) {
+void judge_limits(const RunLog& log, Verdict::Body& v) {
   const int joints = log.floating.joints();
   long at_their_limit = 0;
   for (std::size_t k = 0; k < log.body.size(); ++k) {
-    const BodySample& b = log.body[k];
+    const RunLog::BodySample& b = log.body[k];
     bool torque_at_limit = false;
     for (int i = 0; i < joints; ++i) {
       const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
@@ -44,7 +46,7 @@ void judge_limits(const RunLog& log, BodyVerdict& v) {
       static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
 }
 
-void judge_speeds(const RunLog& log, BodyVerdict& v) {
+void judge_speeds(const RunLog& log, Verdict::Body& v) {
   for (int i = 0; i < log.floating.joints(); ++i) {
     const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
     double since = infinity;  // start of the current excess
@@ -66,7 +68,7 @@ void judge_speeds(const RunLog& log, BodyVerdict& v) {
   }
 }
 
-void judge_clearance(const RunLog& log, BodyVerdict& v) {
+void judge_clearance(const RunLog& log, Verdict::Body& v) {
   if (log.floating.apart.empty()) return;
   Clearance clearance(log.floating, 1);
   for (std::size_t k = 0; k < log.body.size(); ++k) {
@@ -78,7 +80,7 @@ void judge_clearance(const RunLog& log, BodyVerdict& v) {
   }
 }
 
-void judge_friction(const RunLog& log, BodyVerdict& v) {
+void judge_friction(const RunLog& log, Verdict::Body& v) {
   for (const Vec<double, 2>& used : friction_used(log)) v.friction = v.friction.cwiseMax(used);
   for (std::size_t k = 0; k + 1 < log.body.size(); ++k)
     for (const Vec<double, 6>& wrench : {log.body[k].left, log.body[k].right}) {
@@ -89,7 +91,7 @@ void judge_friction(const RunLog& log, BodyVerdict& v) {
     }
 }
 
-void judge_slip(const RunLog& log, BodyVerdict& v) {
+void judge_slip(const RunLog& log, Verdict::Body& v) {
   const std::vector<Vec<double, 2>> slip = sole_slip(log);
   for (std::size_t k = 0; k < slip.size(); ++k)
     for (int foot = 0; foot < 2; ++foot) {
@@ -101,12 +103,12 @@ void judge_slip(const RunLog& log, BodyVerdict& v) {
 
 }  // namespace
 
-bool BodyVerdict::touches_joint_limit() const { return limit_margin < limit_touched; }
+bool Verdict::Body::touches_joint_limit() const { return limit_margin < limit_touched; }
 
-BodyVerdict judge_body(const RunLog& log) {
-  BodyVerdict v;
-  const BodySample& first = log.body.front();
-  for (const BodySample& b : log.body) {
+Verdict::Body judge_body(const RunLog& log) {
+  Verdict::Body v;
+  const RunLog::BodySample& first = log.body.front();
+  for (const RunLog::BodySample& b : log.body) {
     v.feet_moved =
         std::max({v.feet_moved, (b.left_sole.translation() - first.left_sole.translation()).norm(),
                   (b.right_sole.translation() - first.right_sole.translation()).norm()});
@@ -124,7 +126,7 @@ BodyVerdict judge_body(const RunLog& log) {
   return v;
 }
 
-nlohmann::ordered_json to_json(const BodyVerdict& v) {
+nlohmann::ordered_json to_json(const Verdict::Body& v) {
   return {{"standing", v.standing},
           {"feet_moved_max_m", v.feet_moved},
           {"base_tilt_max_rad", v.tilt_max},

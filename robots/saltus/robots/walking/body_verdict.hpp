@@ -15,9 +15,9 @@ inline constexpr double limit_touched = 1e-3;  // rad; a joint nearer than this 
 
 /// Assesses a log with samples of the whole body. Limits are not checked if `RunLog::floating` has
 /// no joints.
-BodyVerdict judge_body(const RunLog& log);
+Verdict::Body judge_body(const RunLog& log);
 
 /// JSON for the section "body" of summary.json.
-nlohmann::ordered_json to_json(const BodyVerdict& verdict);
+nlohmann::ordered_json to_json(const Verdict::Body& verdict);
 
 }  // namespace saltus::walking

@@ -120,7 +120,7 @@ class CapturePointController final : public Planner {
             make_tick_controller(wrench_problem(settings, contact_settings, robot, scene, contacts),
                                  1, settings, robot.mass, scene.side)) {}
 
-  const ControlTick& tick(const Measurement& measured, const Scene& scene,
+  const ControlTick& tick(const Planner::Measurement& measured, const Scene& scene,
                           const Schedule& contacts) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();

@@ -2,8 +2,8 @@
 
 namespace saltus::walking {
 
-ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot) {
-  ContactConeOptions options;
+ContactCone::Options cone_options(const ContactSettings& contact, const FootRectangle& foot) {
+  ContactCone::Options options;
   options.friction = contact.friction;
   options.edges = contact.edges;
   options.pyramid = contact.pyramid;

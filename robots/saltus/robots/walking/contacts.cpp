@@ -26,7 +26,7 @@ Schedule two_feet_throughout(int events) {
 }
 
 void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
-                       std::span<const PlannedStep> steps) {
+                       std::span<const StepPlan::Step> steps) {
   while (!contacts.events().empty()) contacts.erase(contacts.events().back().name.view());
   const bool both = left_stands && right_stands;
   contacts.replace_first(both ? double_support

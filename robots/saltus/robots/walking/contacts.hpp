@@ -34,7 +34,7 @@ Schedule two_feet_throughout(int events = 0);
 /// Updates the contacts from now on: present support, and as many planned steps as fit. A foot in
 /// the air lands by the first of them. Does not allocate.
 void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
-                       std::span<const PlannedStep> steps);
+                       std::span<const StepPlan::Step> steps);
 
 /// Absolute time of the first landing, s; infinite if none is due, -infinite if both feet stand and
 /// no step is planned.

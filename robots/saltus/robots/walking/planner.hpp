@@ -23,21 +23,21 @@ inline double lipm_frequency(double height) { return pendulum_frequency(std::fma
   return lipm_frequency(height);
 }  ///< deprecated name
 
-/// Input of a planner in one tick.
-struct Measurement {
-  double time = 0.0;                              ///< s
-  Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
-  Vec<double, 12> applied =
-      Vec<double, 12>::Zero();  ///< wrenches applied last, level sole axes, left and right
-  bool left_bore = true, right_bore = true;  ///< true if that foot stood before, so that `applied`
-                                             ///< holds its wrench
-  Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of the contact forces, world
-                                                          ///< axes, N
-};
-
 /// Interface of the planner of wrenches.
 class Planner {
  public:
+  /// Input of a planner in one tick.
+  struct Measurement {
+    double time = 0.0;                              ///< s
+    Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
+    Vec<double, 12> applied =
+        Vec<double, 12>::Zero();  ///< wrenches applied last, level sole axes, left and right
+    bool left_bore = true, right_bore = true;  ///< true if that foot stood before, so that
+                                               ///< `applied` holds its wrench
+    Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of the contact forces, world
+                                                            ///< axes, N
+  };
+
   virtual ~Planner() = default;
   /// Computes the wrenches of left and right foot. `contacts` is the contact schedule, see
   /// contacts.hpp. The result is valid until the next tick.
@@ -46,6 +46,8 @@ class Planner {
   /// Controller that counts and times the ticks.
   virtual RecedingHorizonController& controller() = 0;
 };
+/// Deprecated name.
+using Measurement [[deprecated("use Planner::Measurement; removed in 0.4")]] = Planner::Measurement;
 
 /// Options of the model predictive controller.
 struct PlannerSettings {
@@ -71,17 +73,17 @@ RecedingHorizonController make_tick_controller(OptimalControlProblem problem, in
 
 /// Limits of the contact wrench of one foot.
 struct ContactSettings {
-  double friction = 1.0 / 3.0;                           ///< Coulomb friction coefficient
-  int edges = 6;                                         ///< edges of the friction pyramid
-  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inscribed or circumscribed
-  double torsional_friction = 0.0133;                    ///< m
+  double friction = 1.0 / 3.0;  ///< Coulomb friction coefficient
+  int edges = 6;                ///< edges of the friction pyramid
+  ContactCone::Pyramid pyramid = ContactCone::Pyramid::inscribed;  ///< inscribed or circumscribed
+  double torsional_friction = 0.0133;                              ///< m
   bool corners = false;              ///< limit torsion to the forces at the foot's corners
   double normal_force_min = 10.0;    ///< N
   double normal_force_max = 1000.0;  ///< N per foot
 };
 
 /// Options of the contact cone of one foot.
-ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot);
+ContactCone::Options cone_options(const ContactSettings& contact, const FootRectangle& foot);
 
 /// Gains of the capture-point controller.
 struct CapturePointGains {

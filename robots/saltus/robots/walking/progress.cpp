@@ -14,7 +14,7 @@ constexpr double line_period = 1.0;       // s simulated
 
 }  // namespace
 
-const char* describe(Footing footing) {
+const char* describe(LoopState::Footing footing) {
   constexpr const char* names[] = {"standing", "pushed", "stepping", "landed"};
   return names[static_cast<int>(footing)];
 }

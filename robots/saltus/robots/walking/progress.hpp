@@ -10,7 +10,7 @@
 namespace saltus::walking {
 
 /// Text for the progress line.
-const char* describe(Footing footing);
+const char* describe(LoopState::Footing footing);
 
 /// "t =  3.10 s | 1.4 x real time | CoM 0.534 m | capture point  21 mm inside | landed".
 std::string progress_line(const LoopState& state, double wall_clock);

@@ -152,7 +152,7 @@ ReactiveSteps::Landing ReactiveSteps::best_landing(const StepSituation& now,
 
 void ReactiveSteps::follow(const StepSituation& now, const Vec<double, 2>& xi) {
   if (plan_.count == 0) return;
-  const PlannedStep& step = plan_.steps[0];
+  const StepPlan::Step& step = plan_.steps[0];
   if (now.time > step.landing - lead_ + 1e-6) return;
   const double earliest = std::max(step.lift_off + options_.shortest, now.time + lead_);
   set_step(step.foot, step.lift_off,
@@ -180,7 +180,8 @@ void ReactiveSteps::consider(const StepSituation& now, const Vec<double, 2>& xi)
     // Distance that would remain by then without a step, with the centre of pressure at the edge.
     const double standing = outside * std::exp(now.omega * (found.time - now.time));
     const double way = (found.place - now.foot(swing).sole.position).head<2>().norm();
-    const bool helps = options_.decide == StepDecision::always || found.missed < helpful * standing;
+    const bool helps =
+        options_.decide == Step::Decision::always || found.missed < helpful * standing;
     const double cost = helps ? found.missed + way_weight * way : infinity;
     plan_.alternative[plan_.alternatives++] = {1, swing, cost, found.place, found.time};
     if (cost >= least) continue;

@@ -13,7 +13,8 @@ RobotDescription robot_of(const RobotChoice& choice, bool needs_urdf) {
   const auto urdf = urdf_of(choice);
   if (choice.file.empty()) return icub(urdf);
   if (needs_urdf) urdf_of_body(choice);  // throws if there is none
-  const Figures figures = urdf ? Figures::from_urdf : Figures::in_file;
+  const RobotDescription::Figures figures =
+      urdf ? RobotDescription::Figures::from_urdf : RobotDescription::Figures::in_file;
   const RobotDescription named = read_robot_description(choice.file, figures);
   return urdf ? describe(UrdfModel::read(*urdf), named) : named;
 }

@@ -20,56 +20,13 @@ struct BipedSample {
   Vec<double, 9> gamma;          ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 2> capture_point;  ///< m
   /// Wrenches applied from this instant on, left and right, in level sole axes. For the whole body
-  /// these are the wrenches that its controller expects; BodySample holds the measured ones.
+  /// these are the wrenches that its controller expects; RunLog::BodySample holds the measured
+  /// ones.
   Vec<double, 12> wrenches;
   Vec<double, 3> push;                           ///< mean until the next sample, N
   bool left_stands = true, right_stands = true;  ///< true if that foot stands
   /// True if both feet stand.
   bool two_feet() const { return left_stands && right_stands; }
-};
-
-/// Record of one step.
-struct StepRecord {
-  Side foot = Side::right;      ///< foot that stepped
-  double lift_off = 0.0;        ///< s; if the foot was already in the air: time of the decision
-  double due = infinity;        ///< last planned landing, s
-  double touchdown = infinity;  ///< s; infinite: not landed at the end of the run
-  Vec<double, 3> place = Vec<double, 3>::Zero();      ///< last planned place, m
-  Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< actual place, m
-};
-
-/// Support from an instant on, until the next record.
-struct GroundRecord {
-  double from = 0.0;                 ///< s
-  bool left = false, right = false;  ///< true if that foot stands
-  SupportPolygon polygon;            ///< support polygon of the actual soles
-};
-
-/// Output of the step planner in one tick.
-struct PlanRecord {
-  double time = 0.0;     ///< s
-  StepPlan plan;         ///< chosen plan, and the alternatives
-  double seconds = 0.0;  ///< processor time of the tick, s
-};
-
-/// Estimate of the controllers at one instant.
-struct BodyEstimate {
-  WholeBodyState state;        ///< estimated state of the whole body
-  Vec<double, 9> gamma;        ///< estimated CoM m, velocity m/s, angular momentum Nms
-  Vec<double, 3> stance_sole;  ///< origin of its contact frame, m
-  Side stance = Side::left;    ///< foot of `stance_sole`; steps change it
-};
-
-/// State of the whole body at the instant of the sample with the same index.
-struct BodySample {
-  WholeBodyState state;     ///< simulated state
-  VectorXd torques;         ///< Nm
-  Vec<double, 12> planned;  ///< planned wrenches, left and right, axes of the actual soles
-  /// Measured (force | torque), world axes: mean over the engine steps since the previous sample,
-  /// so that their sum is the impulse of the ground.
-  Vec<double, 6> left, right;
-  Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
-  std::optional<BodyEstimate> estimate;     ///< estimate, if sensors are simulated
 };
 
 /// Problem of a planner in one tick.
@@ -82,16 +39,60 @@ struct UnmetDecision : UnmetTick {
 /// one of terms with penalty in the plan. `recording`, `plans`, `unmet` and `misses` are empty: the
 /// samples below replace the recording, and the planners of a biped are judged by their problem.
 struct RunLog : LoopLog {
-  RobotDescription robot;              ///< the simulated robot
-  Scene final_scene;                   ///< feet and ground at the end
-  std::vector<BipedSample> samples;    ///< one per control period
-  std::vector<BodySample> body;        ///< whole body only, like the next two
-  FloatingRobot floating;              ///< the robot in the simulation
-  FloatingRobot::Frame pushed;         ///< frame of the link that is pushed
-  double ground_friction = infinity;   ///< Coulomb's coefficient
-  std::vector<StepRecord> steps;       ///< one per step
-  std::vector<GroundRecord> ground;    ///< one at the start, one more at each lift-off and landing
-  std::vector<PlanRecord> step_plans;  ///< ticks in which steps are planned or compared
+  /// Record of one step.
+  struct Step {
+    Side foot = Side::right;      ///< foot that stepped
+    double lift_off = 0.0;        ///< s; if the foot was already in the air: time of the decision
+    double due = infinity;        ///< last planned landing, s
+    double touchdown = infinity;  ///< s; infinite: not landed at the end of the run
+    Vec<double, 3> place = Vec<double, 3>::Zero();      ///< last planned place, m
+    Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< actual place, m
+  };
+
+  /// Support from an instant on, until the next record.
+  struct Ground {
+    double from = 0.0;                 ///< s
+    bool left = false, right = false;  ///< true if that foot stands
+    SupportPolygon polygon;            ///< support polygon of the actual soles
+  };
+
+  /// Output of the step planner in one tick.
+  struct Plan {
+    double time = 0.0;     ///< s
+    StepPlan plan;         ///< chosen plan, and the alternatives
+    double seconds = 0.0;  ///< processor time of the tick, s
+  };
+
+  /// Estimate of the controllers at one instant.
+  struct BodyEstimate {
+    WholeBodyState state;        ///< estimated state of the whole body
+    Vec<double, 9> gamma;        ///< estimated CoM m, velocity m/s, angular momentum Nms
+    Vec<double, 3> stance_sole;  ///< origin of its contact frame, m
+    Side stance = Side::left;    ///< foot of `stance_sole`; steps change it
+  };
+
+  /// State of the whole body at the instant of the sample with the same index.
+  struct BodySample {
+    WholeBodyState state;     ///< simulated state
+    VectorXd torques;         ///< Nm
+    Vec<double, 12> planned;  ///< planned wrenches, left and right, axes of the actual soles
+    /// Measured (force | torque), world axes: mean over the engine steps since the previous sample,
+    /// so that their sum is the impulse of the ground.
+    Vec<double, 6> left, right;
+    Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
+    std::optional<BodyEstimate> estimate;     ///< estimate, if sensors are simulated
+  };
+
+  RobotDescription robot;             ///< the simulated robot
+  Scene final_scene;                  ///< feet and ground at the end
+  std::vector<BipedSample> samples;   ///< one per control period
+  std::vector<BodySample> body;       ///< whole body only, like the next two
+  FloatingRobot floating;             ///< the robot in the simulation
+  FloatingRobot::Frame pushed;        ///< frame of the link that is pushed
+  double ground_friction = infinity;  ///< Coulomb's coefficient
+  std::vector<Step> steps;            ///< one per step
+  std::vector<Ground> ground;         ///< one at the start, one more at each lift-off and landing
+  std::vector<Plan> step_plans;       ///< ticks in which steps are planned or compared
   /// Ticks in which a planner could not satisfy all constraints: the first and the worst of each
   /// planner.
   std::vector<UnmetDecision> unmet_decisions;
@@ -99,7 +100,7 @@ struct RunLog : LoopLog {
   /// Time of the last landing, s; infinite: none.
   double last_touchdown() const {
     double last = touchdown;
-    for (const StepRecord& step : steps)
+    for (const Step& step : steps)
       if (step.touchdown < infinity) last = step.touchdown;
     return last;
   }
@@ -118,12 +119,14 @@ struct RunLog : LoopLog {
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
 };
-
-/// Activity of the robot, for the progress line.
-enum class Footing { standing, pushed, stepping, landed };
+/// Deprecated name.
+using BodySample [[deprecated("use RunLog::BodySample; removed in 0.4")]] = RunLog::BodySample;
 
 /// State of the loop at one tick of the planner.
 struct LoopState {
+  /// Activity of the robot, for the progress line.
+  enum class Footing { standing, pushed, stepping, landed };
+
   double time = 0.0;        ///< s
   double com_height = 0.0;  ///< m
   /// Distance of the capture point from the edge of the support, m, positive inside. The support is
@@ -131,6 +134,8 @@ struct LoopState {
   double margin = 0.0;
   Footing footing = Footing::standing;  ///< activity of the robot
 };
+/// Deprecated name.
+using Footing [[deprecated("use LoopState::Footing; removed in 0.4")]] = LoopState::Footing;
 
 /// Called at every tick of the planner. Returning false stops the run; results up to then are kept.
 using Observer = std::function<bool(const LoopState&)>;

@@ -27,13 +27,13 @@ void scale(BipedSettings& settings, const RobotScale& scale) {
   contact.normal_force_min *= M;
   contact.normal_force_max *= M;
   contact.torsional_friction *= L;
-  WholeBodyWeights& body = settings.control.inverse_dynamics;
+  WholeBodyController::Weights& body = settings.control.inverse_dynamics;
   body.linear_momentum /= M * M;
   body.angular_momentum /= M * M * L * L;
   body.wrench /= M * M;
   body.posture *= L * L;  // angular accelerations scale with 1 / L
   settings.plant.estimation.standing_force *= M;
-  MomentumOptions& momentum = settings.control.momentum;
+  WholeBodyController::MomentumOptions& momentum = settings.control.momentum;
   momentum.linear_momentum /= M * M;
   momentum.angular_momentum /= M * M * L * L;
   momentum.wrench /= M * M;

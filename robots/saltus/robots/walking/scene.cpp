@@ -38,7 +38,7 @@ Vec<double, 12> Scene::standing_wrenches(double mass, const Vec<double, 3>& com)
 
 Vec<double, 2> Scene::target_point() const {
   if (!two_feet) return stance.position.head<2>();
-  if (target == Target::centroid) return hull().centroid();
+  if (target == SceneSettings::Target::centroid) return hull().centroid();
   return 0.5 * (stance.position + swing.position).head<2>();
 }
 

@@ -7,14 +7,16 @@
 
 namespace saltus::walking {
 
-/// Point above which the centre of mass comes to rest.
-enum class Target { sole_midpoint, centroid };
-
 /// Stance at the start and target of the CoM.
 struct SceneSettings {
+  /// Point above which the centre of mass comes to rest.
+  enum class Target { sole_midpoint, centroid };
+
   Stance stance = Stance::left;           ///< feet that carry the robot at the start
   Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
 };
+/// Deprecated name.
+using Target [[deprecated("use SceneSettings::Target; removed in 0.4")]] = SceneSettings::Target;
 
 /// Positions in the world, m.
 struct Scene {
@@ -23,8 +25,9 @@ struct Scene {
   FootRectangle stance_foot, swing_foot;  ///< sole rectangles
   bool two_feet = false;                  ///< true if the swing foot stands or its landing is due
   double com_height = 0.53;               ///< desired height, m
-  Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
-  PlannedMotion motion;  ///< planned motion of the CoM, if the step planner gives one
+  SceneSettings::Target target =
+      SceneSettings::Target::sole_midpoint;  ///< point above which the CoM comes to rest
+  StepPlan::Motion motion;  ///< planned motion of the CoM, if the step planner gives one
 
   /// Sole frame of the given side.
   const SoleFrame& sole(Side foot) const { return foot == side ? stance : swing; }

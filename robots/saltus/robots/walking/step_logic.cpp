@@ -19,7 +19,7 @@ StepLogic::StepLogic(const Step& options, std::optional<double> push_start, cons
       stance_foot_(scene.stance_foot),
       swing_foot_(scene.swing_foot),
       place_(in_world(options.fixed_place)) {
-  if (options.trigger == StepTrigger::push && !push_start)
+  if (options.trigger == Step::Trigger::push && !push_start)
     throw DefinitionError("step logic: the trigger push needs the time at which the push begins");
 }
 
@@ -60,18 +60,18 @@ void StepLogic::update(double t, const Vec<double, 2>& capture_point, double ome
   const Vec<double, 2> xi = in_stance_sole(capture_point);
   double trigger = trigger_;
   if (!is_stepping()) {
-    if (is_over_stance_sole(xi) || (options_.trigger == StepTrigger::push && t < push_start_))
+    if (is_over_stance_sole(xi) || (options_.trigger == Step::Trigger::push && t < push_start_))
       return;
     // The paper measures time from the push. A new event starts if the capture point leaves the
     // sole after the time at which that landing was due, or if a step starts to help only now.
-    const bool from_push =
-        options_.trigger == StepTrigger::push && !declined_ && t < push_start_ + options_.duration;
+    const bool from_push = options_.trigger == Step::Trigger::push && !declined_ &&
+                           t < push_start_ + options_.duration;
     trigger = from_push ? push_start_ : t;
   }
   const double landing = trigger + options_.duration;
   const Vec<double, 2> at_landing = predicted(xi, omega, std::max(0.0, landing - t));
   place_at(at_landing);
-  if (!is_stepping() && options_.decide == StepDecision::if_it_helps && !helps(xi, at_landing)) {
+  if (!is_stepping() && options_.decide == Step::Decision::if_it_helps && !helps(xi, at_landing)) {
     declined_ = true;
     return;
   }
@@ -90,7 +90,7 @@ Vec<double, 2> StepLogic::predicted(const Vec<double, 2>& xi, double omega,
 }
 
 void StepLogic::place_at(const Vec<double, 2>& at_landing) {
-  if (options_.placement == Placement::fixed) return;
+  if (options_.placement == Step::Placement::fixed) return;
   place_ =
       in_world({std::clamp(at_landing[0], -options_.forward_max, options_.forward_max),
                 std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)});

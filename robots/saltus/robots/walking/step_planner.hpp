@@ -15,61 +15,32 @@ class MultipleShooting;
 
 namespace saltus::walking {
 
-/// Measured state of a foot.
-struct FootState {
-  SoleFrame sole;  ///< contact frame, levelled, with the heading of the foot, m
-  Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< velocity of its origin, m/s
-  bool stands = true;                                ///< true if on the ground
-  double lifted_off = infinity;  ///< start of the swing, s; infinite: not swinging. A foot that
-                                 ///< neither stands nor swings is in the air, as at the start on
-                                 ///< one foot. It may land but need not.
-  /// True if the foot swings.
-  bool swings() const { return lifted_off < infinity; }
-};
-
 /// Measured situation at the start of a tick, in world axes.
 struct StepSituation {
+  /// Measured state of a foot.
+  struct Foot {
+    SoleFrame sole;  ///< contact frame, levelled, with the heading of the foot, m
+    Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< velocity of its origin, m/s
+    bool stands = true;                                ///< true if on the ground
+    double lifted_off = infinity;  ///< start of the swing, s; infinite: not swinging. A foot that
+                                   ///< neither stands nor swings is in the air, as at the start on
+                                   ///< one foot. It may land but need not.
+    /// True if the foot swings.
+    bool swings() const { return lifted_off < infinity; }
+  };
+
   double time = 0.0;                              ///< s
   double period = 0.01;                           ///< time until the next call, s
   double mass = 0.0;                              ///< mass of the controllers' model, kg
   double omega = 0.0;                             ///< sqrt(g / z) at the measured height z, 1/s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< measured CoM (m), its velocity (m/s), angular
                                                   ///< momentum about it (Nms)
-  FootState left, right;
+  Foot left, right;
 
   /// State of the foot on the given side.
-  const FootState& foot(Side side) const { return side == Side::left ? left : right; }
+  const Foot& foot(Side side) const { return side == Side::left ? left : right; }
   /// State of the foot on the given side.
-  FootState& foot(Side side) { return side == Side::left ? left : right; }
-};
-
-/// One step: a foot lifts off and lands again. Absolute times, s.
-struct PlannedStep {
-  Side foot = Side::right;     ///< foot that steps
-  double lift_off = infinity;  ///< for a foot that is in the air already: any time up to now
-  double landing = infinity;   ///< s
-  double earliest_landing = infinity;  ///< an earlier contact does not count as the landing
-  Vec<double, 3> place = Vec<double, 3>::Zero();  ///< place of its contact frame, m
-};
-
-/// A candidate: first foot and number of steps.
-struct StepAlternative {
-  int steps = 0;             ///< number of steps
-  Side first = Side::right;  ///< foot of the first step; meaningless without steps
-  double cost = infinity;    ///< infinite: not feasible
-  Vec<double, 3> place = Vec<double, 3>::Zero();  ///< place of the first step, m
-  double landing = infinity;                      ///< landing of the first step, absolute, s
-};
-
-/// Horizontal motion of the CoM in a plan. Without samples the planner gives none.
-struct PlannedMotion {
-  static constexpr int most_samples = 16;                  ///< capacity
-  static constexpr double step = 0.02;                     ///< sampling time, s
-  double begin = 0.0;                                      ///< time of the first sample, s
-  int samples = 0;                                         ///< number of samples
-  std::array<Vec<double, 2>, most_samples> com;            ///< m
-  std::array<Vec<double, 2>, most_samples> capture_point;  ///< after the momentum has returned to
-                                                           ///< zero, m
+  Foot& foot(Side side) { return side == Side::left ? left : right; }
 };
 
 /// Planned steps, soonest first. Without steps the robot stays on its present feet. A step whose
@@ -77,16 +48,45 @@ struct PlannedMotion {
 /// plans until it has landed; a plan without it keeps its time and place. All other steps may be
 /// withdrawn.
 struct StepPlan {
+  /// One step: a foot lifts off and lands again. Absolute times, s.
+  struct Step {
+    Side foot = Side::right;     ///< foot that steps
+    double lift_off = infinity;  ///< for a foot that is in the air already: any time up to now
+    double landing = infinity;   ///< s
+    double earliest_landing = infinity;  ///< an earlier contact does not count as the landing
+    Vec<double, 3> place = Vec<double, 3>::Zero();  ///< place of its contact frame, m
+  };
+
+  /// A candidate: first foot and number of steps.
+  struct Alternative {
+    int steps = 0;             ///< number of steps
+    Side first = Side::right;  ///< foot of the first step; meaningless without steps
+    double cost = infinity;    ///< infinite: not feasible
+    Vec<double, 3> place = Vec<double, 3>::Zero();  ///< place of the first step, m
+    double landing = infinity;                      ///< landing of the first step, absolute, s
+  };
+
+  /// Horizontal motion of the CoM in a plan. Without samples the planner gives none.
+  struct Motion {
+    static constexpr int most_samples = 16;                  ///< capacity
+    static constexpr double step = 0.02;                     ///< sampling time, s
+    double begin = 0.0;                                      ///< time of the first sample, s
+    int samples = 0;                                         ///< number of samples
+    std::array<Vec<double, 2>, most_samples> com;            ///< m
+    std::array<Vec<double, 2>, most_samples> capture_point;  ///< after the momentum has returned to
+                                                             ///< zero, m
+  };
+
   static constexpr int most_steps = 3, most_alternatives = 8;  ///< capacities
 
-  int count = 0;                              ///< number of steps
-  std::array<PlannedStep, most_steps> steps;  ///< the first `count` of them
+  int count = 0;                       ///< number of steps
+  std::array<Step, most_steps> steps;  ///< the first `count` of them
 
-  PlannedMotion motion;  ///< motion of the CoM
+  Motion motion;  ///< motion of the CoM
 
   /// For the log: candidates that were compared.
   int alternatives = 0;
-  std::array<StepAlternative, most_alternatives> alternative;  ///< the candidates
+  std::array<Alternative, most_alternatives> alternative;  ///< the candidates
   int chosen = -1;  ///< index of the chosen candidate; -1: none
   /// False if no candidate meets all limits and this is the one with the smallest violation.
   bool is_feasible = true;
@@ -112,27 +112,30 @@ class StepPlanner {
   StepPlan plan_;  ///< last plan; sized once
 };
 
-/// Step planner: one step of the foot in the air by a formula, any number of steps with either foot
-/// by a reactive rule, or the problem's own planner by optimal control.
-enum class StepPlannerChoice { formula, reactive, ocp };
-/// Trigger of a step: the start of the push, or the capture point.
-enum class StepTrigger { push, icp };
-/// Step always, or only if standing cannot recover.
-enum class StepDecision { always, if_it_helps };
-/// Placement of the foot: by the capture point, or at a fixed place.
-enum class Placement { predicted, fixed };
-
 /// Options of the step planner.
 struct Step {
-  bool allowed = true;                                     ///< true if the robot may step
-  StepPlannerChoice planner = StepPlannerChoice::formula;  ///< type of planner
-  double duration = 0.6;  ///< time from the trigger to the landing, s
-  double shortest = 0.3;  ///< shortest swing of the reactive planner, s
+  /// Step planner: one step of the foot in the air by a formula, any number of steps with either
+  /// foot by a reactive rule, or the problem's own planner by optimal control.
+  enum class Planner { formula, reactive, ocp };
+
+  /// Trigger of a step: the start of the push, or the capture point.
+  enum class Trigger { push, icp };
+
+  /// Step always, or only if standing cannot recover.
+  enum class Decision { always, if_it_helps };
+
+  /// Placement of the foot: by the capture point, or at a fixed place.
+  enum class Placement { predicted, fixed };
+
+  bool allowed = true;                 ///< true if the robot may step
+  Planner planner = Planner::formula;  ///< type of planner
+  double duration = 0.6;               ///< time from the trigger to the landing, s
+  double shortest = 0.3;               ///< shortest swing of the reactive planner, s
   /// True if the formula knows the start of the push. No planner knows its size, direction or
   /// duration, and the other planners have no knowledge of the push.
   bool known = true;
-  StepTrigger trigger = StepTrigger::push;     ///< trigger of a step
-  StepDecision decide = StepDecision::always;  ///< step always, or only if it helps
+  Trigger trigger = Trigger::push;     ///< trigger of a step
+  Decision decide = Decision::always;  ///< step always, or only if it helps
   /// Time from the trigger to the final placement, s; the push of the paper is then over.
   double decision_delay = 0.1;
   /// Alternative to `decision_delay`: time from the final placement to the landing, s.
@@ -144,6 +147,10 @@ struct Step {
   double lateral_max = 0.30;  ///< largest distance to the side of the stance sole, m
   double forward_max = 0.25;  ///< largest distance to the front or back, m
 };
+/// Deprecated name.
+using StepTrigger [[deprecated("use Step::Trigger; removed in 0.4")]] = Step::Trigger;
+/// Deprecated name.
+using Placement [[deprecated("use Step::Placement; removed in 0.4")]] = Step::Placement;
 
 /// Creates a planner that takes one step of the foot in the air, to the capture point that is
 /// predicted for the landing. `push_start` (s) is required for the trigger `push`; throws

@@ -16,22 +16,23 @@ constexpr double touching = 0.01;  // m, distance of neighbours at rest
 // joints between neighbours, such as from a hip to the third joint of the waist
 constexpr int neighbourhood = 4;
 
-std::vector<Vec<double, 3>> corners(const UrdfBox& box) {
-  UrdfShape shape;
+std::vector<Vec<double, 3>> corners(const UrdfModel::Box& box) {
+  UrdfModel::LinkShape shape;
   shape.pose = box.pose;
   shape.size = box.size;
   return hull_points(shape, {});
 }
 
-bool is_there(const UrdfShape& shape, const std::string& urdf) {
-  return shape.shape != UrdfShape::Shape::mesh || find_mesh(shape.mesh, urdf).has_value();
+bool is_there(const UrdfModel::LinkShape& shape, const std::string& urdf) {
+  return shape.shape != UrdfModel::LinkShape::Shape::mesh ||
+         find_mesh(shape.mesh, urdf).has_value();
 }
 
 // Capsules fitted to a link, in its frame.
-std::vector<Capsule> fitted(const UrdfLink& link, const std::string& urdf) {
+std::vector<Capsule> fitted(const UrdfModel::Link& link, const std::string& urdf) {
   std::vector<Capsule> capsules;
-  for (const std::vector<UrdfShape>* shapes : {&link.visuals, &link.collisions}) {
-    for (const UrdfShape& shape : *shapes) {
+  for (const std::vector<UrdfModel::LinkShape>* shapes : {&link.visuals, &link.collisions}) {
+    for (const UrdfModel::LinkShape& shape : *shapes) {
       if (!is_there(shape, urdf)) continue;
       const std::vector<Capsule> more = fit_capsules(hull_points(shape, urdf));
       capsules.insert(capsules.end(), more.begin(), more.end());
@@ -76,7 +77,7 @@ void add_capsules(FloatingRobot& robot, const UrdfModel& model,
   for (FloatingRobot::Body& body : robot.bodies) body.capsules.clear();
   for (const LinkCapsule& c : description.capsules) add(c.link, c.capsule);
   if (description.capsules.empty())
-    for (const UrdfLink& link : model.links())
+    for (const UrdfModel::Link& link : model.links())
       for (const Capsule& capsule : fitted(link, model.source())) add(link.name, capsule);
 
   // Add all pairs first. The pairs that are near at rest are found among them.

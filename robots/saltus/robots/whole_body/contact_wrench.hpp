@@ -10,7 +10,7 @@
 namespace saltus {
 
 /// Matrix from sole axes to (torque | force) in world axes, as in DynamicsModel.
-inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
+inline Mat<double, 6, 6> wrench_to_world(const DynamicsModel::SoleMotion& sole) {
   Mat<double, 6, 6> world = Mat<double, 6, 6>::Zero();
   world.bottomLeftCorner<3, 3>() = sole.pose.linear();
   world.topRightCorner<3, 3>() = sole.pose.linear();
@@ -18,7 +18,8 @@ inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
 }
 
 /// Matrix from sole axes to (force | torque about the CoM) in world axes.
-inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<double, 3>& com) {
+inline Mat<double, 6, 6> wrench_to_momentum(const DynamicsModel::SoleMotion& sole,
+                                            const Vec<double, 3>& com) {
   const Mat<double, 3, 3> R = sole.pose.linear();
   Mat<double, 6, 6> map = Mat<double, 6, 6>::Zero();
   map.topLeftCorner<3, 3>() = R;

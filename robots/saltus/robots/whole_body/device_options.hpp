@@ -6,56 +6,48 @@
 
 namespace saltus {
 
-/// Options of joint encoders.
-struct EncoderOptions {
-  double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
-  /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
-  /// motorControl of iCubGenova02's legs in robotology/robots-configuration).
-  double resolution = 4.4e-6;
-  /// rad per sample: five counts. Not published; allows for ripple and backlash of the reducer.
-  double noise = 2e-5;
-  /// rad: the encoder on the joint (4096 counts per turn, same source) finds the zero position,
-  /// with a standard deviation of 2 pi / 4096 / sqrt(12).
-  double bias = 4.4e-4;
-  double delay = 0.001;  ///< s: one period
-};
-
-/// Options of a gyroscope (rad/s) or accelerometer (m/s^2) with three axes. Readings are means over
-/// the period.
-struct InertialOptions {
-  double rate;   ///< Hz
-  double noise;  ///< density, per sqrt(Hz); the noise of a sample is density times sqrt(rate)
-  double bias;   ///< standard deviation, constant during a run
-  double delay;  ///< s
-};
-
-/// Options of force-torque sensors.
-struct ForceTorqueOptions {
-  double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
-  /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
-  double force_noise = 0.25, torque_noise = 0.005;
-  double force_bias = 2.0, torque_bias = 0.1;  ///< N, Nm: allows for drift since taring
-  double delay = 0.001;                        ///< s: one period of the motor boards
-};
-
 /// Options of all sensors.
 struct SensorOptions {
-  EncoderOptions encoder;  ///< joint encoders
+  /// Options of joint encoders.
+  struct Encoder {
+    double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
+    /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
+    /// motorControl of iCubGenova02's legs in robotology/robots-configuration).
+    double resolution = 4.4e-6;
+    /// rad per sample: five counts. Not published; allows for ripple and backlash of the reducer.
+    double noise = 2e-5;
+    /// rad: the encoder on the joint (4096 counts per turn, same source) finds the zero position,
+    /// with a standard deviation of 2 pi / 4096 / sqrt(12).
+    double bias = 4.4e-4;
+    double delay = 0.001;  ///< s: one period
+  };
+
+  /// Options of a gyroscope (rad/s) or accelerometer (m/s^2) with three axes. Readings are means
+  /// over the period.
+  struct Inertial {
+    double rate;   ///< Hz
+    double noise;  ///< density, per sqrt(Hz); the noise of a sample is density times sqrt(rate)
+    double bias;   ///< standard deviation, constant during a run
+    double delay;  ///< s
+  };
+
+  /// Options of force-torque sensors.
+  struct ForceTorque {
+    double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
+    /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
+    double force_noise = 0.25, torque_noise = 0.005;
+    double force_bias = 2.0, torque_bias = 0.1;  ///< N, Nm: allows for drift since taring
+    double delay = 0.001;                        ///< s: one period of the motor boards
+  };
+
+  Encoder encoder;  ///< joint encoders
   /// Xsens MTi-300: 0.01 deg/s per sqrt(Hz), bias repeatable to 0.2 deg/s; raw data up to 2 kHz,
   /// delay below 2 ms.
-  InertialOptions gyroscope{1000.0, 1.75e-4, 3.5e-3, 0.001};
+  Inertial gyroscope{1000.0, 1.75e-4, 3.5e-3, 0.001};
   /// Same device: 60 ug per sqrt(Hz), 0.03 m/s^2.
-  InertialOptions accelerometer{1000.0, 5.9e-4, 0.03, 0.001};
-  ForceTorqueOptions force_torque;  ///< sensors of the feet
-  int seed = 1;                     ///< seed of the noise; equal seeds give equal noise
-};
-
-/// Options of the estimator.
-struct EstimationOptions {
-  double velocity_lag = 0.0015;  ///< s, lag of the joint velocities, without the encoder delay
-  double standing_force = 40.0;  ///< N, vertical: contact begins above this load and ends at
-                                 ///< half of it
-  double initial_tilt = 0.01;    ///< rad, standard deviation of the initial roll and pitch
+  Inertial accelerometer{1000.0, 5.9e-4, 0.03, 0.001};
+  ForceTorque force_torque;  ///< sensors of the feet
+  int seed = 1;              ///< seed of the noise; equal seeds give equal noise
 };
 
 /// Standard deviations of the noise, drawn anew in every step of the engine. Positions are not

@@ -12,6 +12,14 @@ namespace saltus {
 /// Computes an estimate from readings. Only start() allocates after construction.
 class Estimator {
  public:
+  /// Options of the estimator.
+  struct Options {
+    double velocity_lag = 0.0015;  ///< s, lag of the joint velocities, without the encoder delay
+    double standing_force = 40.0;  ///< N, vertical: contact begins above this load and ends at
+                                   ///< half of it
+    double initial_tilt = 0.01;    ///< rad, standard deviation of the initial roll and pitch
+  };
+
   virtual ~Estimator() = default;
 
   /// Starts at rest in `state`, which may differ from the readings.
@@ -39,7 +47,7 @@ std::unique_ptr<Estimator> make_ideal_estimator();
 /// that are negative or not finite.
 std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Side pin,
                                                  const SensorOptions& sensors,
-                                                 const EstimationOptions& options, double period);
+                                                 const Estimator::Options& options, double period);
 
 /// A foot has landed once the vertical force reaches a threshold, but not before an earliest time.
 /// Earlier contacts belong to lift-off or scuffing.

@@ -36,18 +36,18 @@ void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
 // a lower density.
 constexpr double least_density = 500.0;  // kg/m^3
 
-FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_body) {
+FloatingRobot::Look look_of(const UrdfModel::Link& link, const Eigen::Isometry3d& in_body) {
   FloatingRobot::Look look{link.name, link.visuals, link.collision_boxes};
   if (look.boxes.empty() && link.mass > 0.0) look.boxes.push_back(box_of_inertia(link));
-  for (UrdfShape& visual : look.visuals) visual.pose = in_body * visual.pose;
-  for (UrdfBox& box : look.boxes) box.pose = in_body * box.pose;
+  for (UrdfModel::LinkShape& visual : look.visuals) visual.pose = in_body * visual.pose;
+  for (UrdfModel::Box& box : look.boxes) box.pose = in_body * box.pose;
   return look;
 }
 
 // Thin box on the rectangle of a contact frame, above the contact plane.
-UrdfBox thin_box(const Eigen::Isometry3d& contact, const FootRectangle& foot) {
+UrdfModel::Box thin_box(const Eigen::Isometry3d& contact, const FootRectangle& foot) {
   constexpr double thickness = 0.005;  // m; larger than the penetration that engines allow
-  UrdfBox box;
+  UrdfModel::Box box;
   box.size = {foot.x.upper - foot.x.lower, foot.y.upper - foot.y.lower, thickness};
   box.pose = contact;
   box.pose.translate(Vec<double, 3>(0.5 * (foot.x.lower + foot.x.upper),
@@ -55,8 +55,8 @@ UrdfBox thin_box(const Eigen::Isometry3d& contact, const FootRectangle& foot) {
   return box;
 }
 
-const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& joint) {
-  for (const ActuatedJoint& a : robot.joints)
+const RobotDescription::Joint* actuated(const RobotDescription& robot, const std::string& joint) {
+  for (const RobotDescription::Joint& a : robot.joints)
     if (a.name == joint) return &a;
   return nullptr;
 }
@@ -105,9 +105,9 @@ VectorXd FloatingRobot::joint_positions(const Posture& posture) const {
 }
 
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot) {
-  const std::vector<UrdfLink>& links = model.links();
+  const std::vector<UrdfModel::Link>& links = model.links();
   const std::vector<std::string> moving = model.moving_joint_names();
-  for (const ActuatedJoint& a : robot.joints)
+  for (const RobotDescription::Joint& a : robot.joints)
     if (std::find(moving.begin(), moving.end(), a.name) == moving.end())
       throw InputError(fmt::format("{}: there is no movable joint \"{}\"{}", model.source(), a.name,
                                    suggestion(a.name, moving)));
@@ -125,8 +125,9 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   std::vector<int> body_of(links.size(), 0);
   std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const UrdfLink& link = links[i];
-    const ActuatedJoint* motor = link.parent < 0 ? nullptr : actuated(robot, link.joint.name);
+    const UrdfModel::Link& link = links[i];
+    const RobotDescription::Joint* motor =
+        link.parent < 0 ? nullptr : actuated(robot, link.joint.name);
     if (link.parent < 0 || motor != nullptr) {
       FloatingRobot::Body body;
       body.name = link.name;
@@ -150,7 +151,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
     const Mat<double, 3, 3> R = pose[i].linear();
     if (link.mass > 0.0)
       merge(body, link.mass, pose[i] * link.com, R * link.inertia * R.transpose());
-    for (const UrdfBox& box : link.collision_boxes)
+    for (const UrdfModel::Box& box : link.collision_boxes)
       body.boxes.push_back({pose[i] * box.pose, box.size});
     if (!link.visuals.empty()) body.looks.push_back(look_of(link, pose[i]));
     result.total_mass += link.mass;
@@ -189,7 +190,7 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
                                 const std::string& link) {
   FloatingRobot::Frame frame;
   for (int i = model.link_index(link);; i = model.links()[i].parent) {
-    const UrdfLink& l = model.links()[i];
+    const UrdfModel::Link& l = model.links()[i];
     if (l.parent < 0) return frame;  // moves with the base
     for (std::size_t b = 1; b < robot.bodies.size(); ++b)
       if (robot.bodies[b].joint == l.joint.name) {
@@ -200,11 +201,11 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
   }
 }
 
-UrdfBox box_of_inertia(const UrdfLink& link) {
+UrdfModel::Box box_of_inertia(const UrdfModel::Link& link) {
   const Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>> axes(link.inertia);
   Mat<double, 3, 3> R = axes.eigenvectors();
   if (R.determinant() < 0.0) R.col(0) *= -1.0;
-  UrdfBox box;
+  UrdfModel::Box box;
   box.pose.translation() = link.com;
   box.pose.linear() = R;
   // I_x = m (b^2 + c^2) / 12, and so on.

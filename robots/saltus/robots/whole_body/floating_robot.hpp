@@ -18,10 +18,10 @@ namespace saltus {
 struct FloatingRobot {
   /// Appearance of a link, in the frame of its body.
   struct Look {
-    std::string link;                ///< name of the link
-    std::vector<UrdfShape> visuals;  ///< visual shapes
-    std::vector<UrdfBox> boxes;  ///< boxes to draw without them: collision boxes, or one with the
-                                 ///< inertia of the link
+    std::string link;                           ///< name of the link
+    std::vector<UrdfModel::LinkShape> visuals;  ///< visual shapes
+    std::vector<UrdfModel::Box> boxes;  ///< boxes to draw without them: collision boxes, or one
+                                        ///< with the inertia of the link
   };
   /// A rigid body and the joint to its parent.
   struct Body {
@@ -37,7 +37,7 @@ struct FloatingRobot {
     double mass = 0.0;                              ///< kg
     Vec<double, 3> com = Vec<double, 3>::Zero();    ///< in the body's frame, m
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
-    std::vector<UrdfBox> boxes;         ///< collision boxes, in the body's frame
+    std::vector<UrdfModel::Box> boxes;  ///< collision boxes, in the body's frame
     std::vector<Look> looks;            ///< appearance of the links with visual shapes
     std::vector<LinkCapsule> capsules;  ///< capsules around the links, in the body's frame; see
                                         ///< add_capsules
@@ -81,7 +81,7 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
 
 /// Box of uniform density with the mass (> 0), centre of mass and inertia of the link, in the
 /// link's frame. It is scaled down if its density would be lower than that of any robot.
-UrdfBox box_of_inertia(const UrdfLink& link);
+UrdfModel::Box box_of_inertia(const UrdfModel::Link& link);
 
 /// The same robot with all masses and inertias times `factor` > 0, to represent the error of a
 /// model.
@@ -109,21 +109,21 @@ void add_capsules(FloatingRobot& robot, const UrdfModel& model,
 void expect_apart(const FloatingRobot& robot, const WholeBodyState& state,
                   const std::string& posture);
 
-/// Motion of a sole. With nu of DynamicsModel, twist = J nu and d twist / dt = J dnu/dt + drift.
-/// Twists are (angular | linear of the contact frame's origin), world axes.
-struct SoleMotion {
-  Eigen::Isometry3d pose;  ///< of the contact frame in the world
-  Vec<double, 6> twist;    ///< (angular rad/s | linear m/s of its origin), world axes
-  MatrixXd jacobian;       ///< 6 x (6 + n)
-  Vec<double, 6> drift;    ///< (dJ/dt) nu
-};
-
 /// Equations of motion M dnu/dt + h = (0 | tau) + sum_i J_i' w_i. Here nu = (base twist | dq), with
 /// the base twist as in WholeBodyState but in the base's own axes. w_i = (torque about the contact
 /// frame's origin | force), world axes. All quantities belong to the state of the last update(),
 /// which does not allocate.
 class DynamicsModel {
  public:
+  /// Motion of a sole. With nu of DynamicsModel, twist = J nu and d twist / dt = J dnu/dt + drift.
+  /// Twists are (angular | linear of the contact frame's origin), world axes.
+  struct SoleMotion {
+    Eigen::Isometry3d pose;  ///< of the contact frame in the world
+    Vec<double, 6> twist;    ///< (angular rad/s | linear m/s of its origin), world axes
+    MatrixXd jacobian;       ///< 6 x (6 + n)
+    Vec<double, 6> drift;    ///< (dJ/dt) nu
+  };
+
   virtual ~DynamicsModel() = default;
   /// Computes all quantities at this state.
   virtual void update(const WholeBodyState& state) = 0;
@@ -146,5 +146,8 @@ class DynamicsModel {
   SoleMotion left_, right_;                       ///< motion of both soles
   Vec<double, 3> com_, com_velocity_, momentum_;  ///< m, m/s, Nms about the CoM
 };
+/// Deprecated name.
+using SoleMotion [[deprecated("use DynamicsModel::SoleMotion; removed in 0.4")]] =
+    DynamicsModel::SoleMotion;
 
 }  // namespace saltus

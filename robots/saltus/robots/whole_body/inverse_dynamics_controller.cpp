@@ -48,9 +48,10 @@ StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
 
 class InverseDynamicsController final : public WholeBodyController {
  public:
-  InverseDynamicsController(const FloatingRobot& robot, const ContactConeOptions& left_contact,
-                            const ContactConeOptions& right_contact,
-                            const WholeBodyWeights& weights_in, const WholeBodyGains& gains_in)
+  InverseDynamicsController(const FloatingRobot& robot, const ContactCone::Options& left_contact,
+                            const ContactCone::Options& right_contact,
+                            const WholeBodyController::Weights& weights_in,
+                            const WholeBodyController::Gains& gains_in)
       : n(robot.joints()),
         weights(weights_in),
         gains(gains_in),
@@ -102,13 +103,14 @@ class InverseDynamicsController final : public WholeBodyController {
   void stand(const WholeBodyState& state) override {
     if (clearance) clearance->stand(state, gains.clearance_margin);
   }
-  const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
-                                  const WholeBodyTasks& tasks) noexcept override;
+  const WholeBodyController::Command& control(
+      const DynamicsModel& model, const WholeBodyState& state,
+      const WholeBodyController::Tasks& tasks) noexcept override;
 
  private:
   int n;
-  WholeBodyWeights weights;
-  WholeBodyGains gains;
+  WholeBodyController::Weights weights;
+  WholeBodyController::Gains gains;
   ContactCone cones[2];
   FootRectangle rectangle[2];
   // first of four rows in the cone: centre of pressure x min, max, y min, max
@@ -126,15 +128,16 @@ class InverseDynamicsController final : public WholeBodyController {
   MatrixXd torque;  // torques = torque z + torque_0
   VectorXd torque_0;
   MatrixXd task;
-  WholeBodyCommand command;
+  WholeBodyController::Command command;
   std::vector<bool> bounded;   // true if the torque of a joint has a row
   VectorXd exerted;            // torques at the solution of the program
   int standing[2] = {-1, -1};  // first column of the wrench of each foot, -1: in the air
   int size = 0;
 
-  void build(const DynamicsModel& model, const WholeBodyState& state, const WholeBodyTasks& tasks);
+  void build(const DynamicsModel& model, const WholeBodyState& state,
+             const WholeBodyController::Tasks& tasks);
   void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
-  void add_foot_acceleration(const SoleMotion& sole);
+  void add_foot_acceleration(const DynamicsModel::SoleMotion& sole);
   void bound_torque(int joint);
   bool bound_torques_beyond();
   void set_limits(const WholeBodyState& state);
@@ -152,16 +155,16 @@ void InverseDynamicsController::add_cost(int rows, const Vec<double, 6>& wanted,
 }
 
 // d twist / dt = task z + J_b base_0 + drift. Callers subtract the terms that do not depend on z.
-void InverseDynamicsController::add_foot_acceleration(const SoleMotion& sole) {
+void InverseDynamicsController::add_foot_acceleration(const DynamicsModel::SoleMotion& sole) {
   task.leftCols(size).noalias() = sole.jacobian.leftCols(6) * base.leftCols(size);
   task.leftCols(n) += sole.jacobian.rightCols(n);
 }
 
 void InverseDynamicsController::build(const DynamicsModel& model, const WholeBodyState& state,
-                                      const WholeBodyTasks& tasks) {
+                                      const WholeBodyController::Tasks& tasks) {
   const MatrixXd& M = model.mass_matrix();
   const VectorXd& h = model.bias();
-  const SoleMotion* soles[2] = {&model.sole(Side::left), &model.sole(Side::right)};
+  const DynamicsModel::SoleMotion* soles[2] = {&model.sole(Side::left), &model.sole(Side::right)};
   size = n;
   for (const int foot : {left, right}) {
     standing[foot] = -1;
@@ -385,9 +388,9 @@ void InverseDynamicsController::set_clearance(const WholeBodyState& state) {
   rows.l2.setZero();
 }
 
-const WholeBodyCommand& InverseDynamicsController::control(const DynamicsModel& model,
-                                                           const WholeBodyState& state,
-                                                           const WholeBodyTasks& tasks) noexcept {
+const WholeBodyController::Command& InverseDynamicsController::control(
+    const DynamicsModel& model, const WholeBodyState& state,
+    const WholeBodyController::Tasks& tasks) noexcept {
   build(model, state, tasks);
   const auto z = point.stages[0].u.head(size);
   command.iterations = 0;
@@ -426,9 +429,9 @@ const WholeBodyCommand& InverseDynamicsController::control(const DynamicsModel& 
 }  // namespace
 
 std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
-    const FloatingRobot& robot, const ContactConeOptions& left_contact,
-    const ContactConeOptions& right_contact, const WholeBodyWeights& weights,
-    const WholeBodyGains& gains) {
+    const FloatingRobot& robot, const ContactCone::Options& left_contact,
+    const ContactCone::Options& right_contact, const WholeBodyController::Weights& weights,
+    const WholeBodyController::Gains& gains) {
   return std::make_unique<InverseDynamicsController>(robot, left_contact, right_contact, weights,
                                                      gains);
 }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int feet = 2;
 
-void check(const MomentumOptions& o) {
+void check(const WholeBodyController::MomentumOptions& o) {
   const auto refuse = [](const char* name, double value, const char* rule) {
     throw DefinitionError(
         fmt::format("momentum controller: {} must be {}, not {}", name, rule, value));
@@ -48,8 +48,9 @@ StageQp capacity(const ContactCone cones[feet]) {
 
 class MomentumController final : public WholeBodyController {
  public:
-  MomentumController(const FloatingRobot& robot, const ContactConeOptions& left,
-                     const ContactConeOptions& right, const MomentumOptions& options)
+  MomentumController(const FloatingRobot& robot, const ContactCone::Options& left,
+                     const ContactCone::Options& right,
+                     const WholeBodyController::MomentumOptions& options)
       : n_(robot.joints()),
         options_(options),
         cones_{contact_cone(left), contact_cone(right)},
@@ -87,19 +88,20 @@ class MomentumController final : public WholeBodyController {
     command_.joint_acceleration = VectorXd::Zero(n_);
   }
 
-  const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
-                                  const WholeBodyTasks& tasks) noexcept override;
+  const WholeBodyController::Command& control(
+      const DynamicsModel& model, const WholeBodyState& state,
+      const WholeBodyController::Tasks& tasks) noexcept override;
 
  private:
   void eliminate_base(const DynamicsModel& model);
   void set_feet(const DynamicsModel& model, const WholeBodyState& state,
-                const WholeBodyTasks& tasks);
-  bool find_wrenches(const DynamicsModel& model, const WholeBodyTasks& tasks);
+                const WholeBodyController::Tasks& tasks);
+  bool find_wrenches(const DynamicsModel& model, const WholeBodyController::Tasks& tasks);
   void finish(const WholeBodyState& state);
   double limit_excess(const WholeBodyState& state) const;
 
   int n_;
-  MomentumOptions options_;
+  WholeBodyController::MomentumOptions options_;
   ContactCone cones_[feet];
   StageQp qp_;
   StagePoint point_;
@@ -131,7 +133,7 @@ class MomentumController final : public WholeBodyController {
   int size_ = 0;                 // size of f: 6 per stance foot
   int column_[feet] = {-1, -1};  // first entry of its wrench in f
   Vec<double, 12> wrench_;       // f
-  WholeBodyCommand command_;
+  WholeBodyController::Command command_;
 };
 
 void MomentumController::eliminate_base(const DynamicsModel& model) {
@@ -152,13 +154,14 @@ void MomentumController::eliminate_base(const DynamicsModel& model) {
 // Computes Lambda and the missing accelerations of the feet, then the torques as a function of the
 // wrenches.
 void MomentumController::set_feet(const DynamicsModel& model, const WholeBodyState& state,
-                                  const WholeBodyTasks& tasks) {
-  const SoleMotion* soles[feet] = {&model.sole(Side::left), &model.sole(Side::right)};
+                                  const WholeBodyController::Tasks& tasks) {
+  const DynamicsModel::SoleMotion* soles[feet] = {&model.sole(Side::left),
+                                                  &model.sole(Side::right)};
   posture_ = options_.posture * (tasks.posture - state.q) - options_.posture_damping * state.dq;
   Vec<double, 12> regularisation;
   size_ = 0;
   for (int i = 0; i < feet; ++i) {
-    const SoleMotion& sole = *soles[i];
+    const DynamicsModel::SoleMotion& sole = *soles[i];
     auto J = jacobian_.middleRows<6>(6 * i);
     J = sole.jacobian.rightCols(n_);
     J.noalias() -= sole.jacobian.topLeftCorner<6, 6>() * base_;
@@ -203,7 +206,8 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
   torque_.leftCols(size_).noalias() -= transfer_ * per_wrench.leftCols(size_);
 }
 
-bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBodyTasks& tasks) {
+bool MomentumController::find_wrenches(const DynamicsModel& model,
+                                       const WholeBodyController::Tasks& tasks) {
   command_.status = QpStatus::optimal;
   command_.iterations = 0;
   command_.solve_seconds = 0.0;
@@ -288,9 +292,9 @@ double MomentumController::limit_excess(const WholeBodyState& state) const {
   return 2.0 / (T * T) * most;
 }
 
-const WholeBodyCommand& MomentumController::control(const DynamicsModel& model,
-                                                    const WholeBodyState& state,
-                                                    const WholeBodyTasks& tasks) noexcept {
+const WholeBodyController::Command& MomentumController::control(
+    const DynamicsModel& model, const WholeBodyState& state,
+    const WholeBodyController::Tasks& tasks) noexcept {
   stands_[0] = tasks.left_stands;
   stands_[1] = tasks.right_stands;
   eliminate_base(model);
@@ -301,10 +305,9 @@ const WholeBodyCommand& MomentumController::control(const DynamicsModel& model,
 
 }  // namespace
 
-std::unique_ptr<WholeBodyController> make_momentum_controller(const FloatingRobot& robot,
-                                                              const ContactConeOptions& left,
-                                                              const ContactConeOptions& right,
-                                                              const MomentumOptions& options) {
+std::unique_ptr<WholeBodyController> make_momentum_controller(
+    const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
+    const WholeBodyController::MomentumOptions& options) {
   return std::make_unique<MomentumController>(robot, left, right, options);
 }
 

@@ -1,4 +1,4 @@
-#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@ constexpr double ground_size = 2000.0, ground_depth = 0.2;  // m: enough for an 
 
 }  // namespace
 
-std::vector<GroundBox> ground_boxes(const PlantOptions& options) {
+std::vector<GroundBox> ground_boxes(const Plant::Options& options) {
   const double step = options.ground_step, edge = options.ground_edge;
   const double depth = ground_depth, half = 0.5 * ground_size;
   if (step == 0.0) return {{{0.0, 0.0, -0.5 * depth}, {ground_size, ground_size, depth}}};

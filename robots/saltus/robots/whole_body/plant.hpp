@@ -3,36 +3,27 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 
-/// Options of the ground and the engine.
-struct PlantOptions {
-  double step = 1e-3;           ///< time step, s
-  double friction = 1.0;        ///< Coulomb friction of the ground
-  double joint_friction = 0.0;  ///< viscous, Nm s/rad
-  /// Step in the ground: the height is 0, and `ground_step` (m) beyond the line y = `ground_edge`
-  /// (m), seen from the origin.
-  double ground_step = 0.0, ground_edge = -0.18;
-  /// Lets capsules of bodies that must stay apart collide with each other, and capsules of all
-  /// bodies except the feet with the ground.
-  bool self_collision = false;
-};
-
-/// A slab of ground: a box whose upper face is the ground.
-struct GroundBox {
-  Vec<double, 3> centre, size;  ///< m
-};
-/// The ground as boxes: one, or two with a step. Throws DefinitionError if the parameters of the
-/// step are not finite, or the edge is at the origin.
-std::vector<GroundBox> ground_boxes(const PlantOptions& options);
-
 /// Simulated dynamics, driven by joint torques. One call of step() is one step of the engine.
 class Plant {
  public:
+  /// Options of the ground and the engine.
+  struct Options {
+    double step = 1e-3;           ///< time step, s
+    double friction = 1.0;        ///< Coulomb friction of the ground
+    double joint_friction = 0.0;  ///< viscous, Nm s/rad
+    /// Step in the ground: the height is 0, and `ground_step` (m) beyond the line y = `ground_edge`
+    /// (m), seen from the origin.
+    double ground_step = 0.0, ground_edge = -0.18;
+    /// Lets capsules of bodies that must stay apart collide with each other, and capsules of all
+    /// bodies except the feet with the ground.
+    bool self_collision = false;
+  };
+
   virtual ~Plant() = default;
   /// Sets the state and clears all forces.
   virtual void reset(const WholeBodyState& state) = 0;
@@ -52,5 +43,7 @@ class Plant {
   /// Name for messages and results.
   virtual std::string name() const = 0;
 };
+/// Deprecated name.
+using PlantOptions [[deprecated("use Plant::Options; removed in 0.4")]] = Plant::Options;
 
 }  // namespace saltus

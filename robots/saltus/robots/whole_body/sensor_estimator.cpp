@@ -28,7 +28,7 @@ FootRectangle resting_area(const FloatingRobot& robot, const FloatingRobot::Fram
   constexpr double as_low = 1e-4;  // m
   std::vector<Vec<double, 3>> corners;
   double lowest = infinity;
-  for (const UrdfBox& box : robot.bodies[static_cast<std::size_t>(sole.body)].boxes)
+  for (const UrdfModel::Box& box : robot.bodies[static_cast<std::size_t>(sole.body)].boxes)
     for (int corner = 0; corner < 8; ++corner) {
       const Vec<double, 3> half(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5,
                                 corner & 4 ? 0.5 : -0.5);
@@ -53,7 +53,7 @@ bool presses_within(const FootRectangle& area, const Vec<double, 6>& wrench) {
 }
 
 BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
-                                       const EstimationOptions& options) {
+                                       const Estimator::Options& options) {
   BaseEstimatorOptions o;
   o.gyroscope_noise = std::max(o.gyroscope_noise, sensors.gyroscope.noise);
   o.accelerometer_noise = std::max(o.accelerometer_noise, sensors.accelerometer.noise);
@@ -73,7 +73,7 @@ void IdealEstimator::update(const SensorReadings& readings) {
 }
 
 SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
-                                 const EstimationOptions& options, double period)
+                                 const Estimator::Options& options, double period)
     : period_(period),
       certain_stand_(std::max(least_certain_stand, 1.0 / sensors.force_torque.rate +
                                                        sensors.force_torque.delay + period)),
@@ -172,7 +172,7 @@ std::unique_ptr<Estimator> make_ideal_estimator() { return std::make_unique<Idea
 
 std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Side pin,
                                                  const SensorOptions& sensors,
-                                                 const EstimationOptions& options, double period) {
+                                                 const Estimator::Options& options, double period) {
   return std::make_unique<SensorEstimator>(robot, pin, sensors, options, period);
 }
 

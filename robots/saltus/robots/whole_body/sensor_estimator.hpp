@@ -31,7 +31,7 @@ class SensorEstimator final : public Estimator {
   /// the error of the first estimate. Throws DefinitionError for options that are negative or not
   /// finite.
   SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
-                  const EstimationOptions& options, double period);
+                  const Estimator::Options& options, double period);
 
   void start(const WholeBodyState& state, const SensorReadings& readings) override;
   void update(const SensorReadings& readings) override;
@@ -49,7 +49,7 @@ class SensorEstimator final : public Estimator {
   double certain_stand_;  // s: time until which the pin is known to stand
   Side first_pin_, pin_;  // pin at the start, and current pin
   double time_ = 0.0;     // time of the last readings, s
-  EstimationOptions options_;
+  Estimator::Options options_;
   double leg_variance_;  // variance of a joint position in leg kinematics, rad^2
   std::uint64_t seed_;
   SoleKinematics soles_[2];

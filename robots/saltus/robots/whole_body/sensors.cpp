@@ -35,7 +35,7 @@ void check(const char* device, double rate,
     require(value >= 0.0 && std::isfinite(value), device, what, value);
 }
 
-SensorDevice encoder(const EncoderOptions& o, int joints, double step, std::uint64_t seed) {
+SensorDevice encoder(const SensorOptions::Encoder& o, int joints, double step, std::uint64_t seed) {
   check("encoders", o.rate,
         {{"resolution", o.resolution}, {"noise", o.noise}, {"bias", o.bias}, {"delay", o.delay}});
   return {{o.rate, o.delay, o.resolution, VectorXd::Constant(joints, o.noise),
@@ -44,7 +44,8 @@ SensorDevice encoder(const EncoderOptions& o, int joints, double step, std::uint
           seed};
 }
 
-SensorDevice inertial(const InertialOptions& o, const char* name, double step, std::uint64_t seed) {
+SensorDevice inertial(const SensorOptions::Inertial& o, const char* name, double step,
+                      std::uint64_t seed) {
   check(name, o.rate, {{"noise", o.noise}, {"bias", o.bias}, {"delay", o.delay}});
   const double rate = 1.0 / sample_period(o.rate, step);
   return {{o.rate, o.delay, 0.0, VectorXd::Constant(3, o.noise * std::sqrt(rate)),
@@ -53,7 +54,7 @@ SensorDevice inertial(const InertialOptions& o, const char* name, double step, s
           seed};
 }
 
-SensorDevice force_torque(const ForceTorqueOptions& o, double step, std::uint64_t seed) {
+SensorDevice force_torque(const SensorOptions::ForceTorque& o, double step, std::uint64_t seed) {
   check("force and torque sensors", o.rate,
         {{"noise of forces", o.force_noise},
          {"noise of torques", o.torque_noise},

@@ -86,7 +86,7 @@ void SwingFoot::advance(double t) {
   }
 }
 
-Vec<double, 6> SwingFoot::acceleration(const SoleMotion& sole) const {
+Vec<double, 6> SwingFoot::acceleration(const DynamicsModel::SoleMotion& sole) const {
   const Eigen::AngleAxisd turn(rotation_ * sole.pose.linear().transpose());
   Vec<double, 6> result;
   result.head<3>() =

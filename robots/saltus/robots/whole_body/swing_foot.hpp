@@ -34,7 +34,7 @@ class SwingFoot {
   /// without the lead they land harder.
   void advance(double t);
   /// d twist / dt (angular | linear) that tracks the reference from the measured motion.
-  Vec<double, 6> acceleration(const SoleMotion& sole) const;
+  Vec<double, 6> acceleration(const DynamicsModel::SoleMotion& sole) const;
   /// Reference position of the sole's origin, m.
   const Vec<double, 3>& reference() const { return position_; }
 

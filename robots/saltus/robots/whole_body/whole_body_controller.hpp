@@ -10,43 +10,132 @@
 
 namespace saltus {
 
-/// Tasks of a whole-body controller. Wrenches are (fx, fy, fz, tx, ty, tz) in the axes of their
-/// sole.
-struct WholeBodyTasks {
-  bool left_stands = true, right_stands = true;    ///< feet that may carry load
-  Vec<double, 3> force = Vec<double, 3>::Zero();   ///< rate of linear momentum, N
-  Vec<double, 3> torque = Vec<double, 3>::Zero();  ///< rate of angular momentum about the CoM, Nm
-  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned wrenches, left and right
-  /// Acceleration of the swing foot: d twist / dt, (angular | linear), world axes.
-  Vec<double, 6> swing_acceleration = Vec<double, 6>::Zero();
-  VectorXd posture;  ///< desired joint positions, rad
-};
-
-/// Torques, and diagnostics of their computation.
-struct WholeBodyCommand {
-  VectorXd torques;                                    ///< Nm, within their limits
-  VectorXd joint_acceleration;                         ///< rad/s^2
-  Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected wrenches, axes of the soles
-  QpStatus status = QpStatus::invalid_problem;         ///< status of the quadratic program
-  int iterations = 0;                                  ///< iterations of the quadratic program
-  double solve_seconds = 0.0;                          ///< processor time of the quadratic program
-  double stance_slip = 0.0;   ///< largest entry of a stance foot's acceleration that remains
-  double limit_excess = 0.0;  ///< violation of a joint limit, rad/s^2
-  int torques_cut = 0;        ///< number of joints whose torque was cut to its limit
-};
-
 /// Computes joint torques that carry out tasks.
 class WholeBodyController {
  public:
+  /// Tasks of a whole-body controller. Wrenches are (fx, fy, fz, tx, ty, tz) in the axes of their
+  /// sole.
+  struct Tasks {
+    bool left_stands = true, right_stands = true;    ///< feet that may carry load
+    Vec<double, 3> force = Vec<double, 3>::Zero();   ///< rate of linear momentum, N
+    Vec<double, 3> torque = Vec<double, 3>::Zero();  ///< rate of angular momentum about the CoM, Nm
+    Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned wrenches, left and right
+    /// Acceleration of the swing foot: d twist / dt, (angular | linear), world axes.
+    Vec<double, 6> swing_acceleration = Vec<double, 6>::Zero();
+    VectorXd posture;  ///< desired joint positions, rad
+  };
+
+  /// Torques, and diagnostics of their computation.
+  struct Command {
+    VectorXd torques;                                    ///< Nm, within their limits
+    VectorXd joint_acceleration;                         ///< rad/s^2
+    Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected wrenches, axes of the soles
+    QpStatus status = QpStatus::invalid_problem;         ///< status of the quadratic program
+    int iterations = 0;                                  ///< iterations of the quadratic program
+    double solve_seconds = 0.0;  ///< processor time of the quadratic program
+    double stance_slip = 0.0;    ///< largest entry of a stance foot's acceleration that remains
+    double limit_excess = 0.0;   ///< violation of a joint limit, rad/s^2
+    int torques_cut = 0;         ///< number of joints whose torque was cut to its limit
+  };
+
+  /// Weights of the cost terms and penalties.
+  struct Weights {
+    double linear_momentum = 1.0;    ///< per N^2
+    double angular_momentum = 10.0;  ///< per (Nm)^2
+    double posture = 0.01;           ///< per (rad/s^2)^2
+    double swing_foot = 100.0;       ///< per (m/s^2)^2 and (rad/s^2)^2
+    double wrench = 1e-3;            ///< deviation from the planned wrenches, per N^2, (Nm)^2
+    double stance_weight = 1e4;      ///< L1, per m/s^2 and rad/s^2
+    double limit_weight = 1e5;       ///< L1, per rad/s^2
+    double clearance_weight = 1e5;   ///< L1, per m/s^2
+  };
+
+  /// Gains of the tasks.
+  struct Gains {
+    double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
+    double stance_damping = 50.0;  ///< 1/s, on the remaining twist of a stance foot
+    /// Turns a sole back that has tipped onto a corner. The requested wrench keeps its centre of
+    /// pressure away from the loaded edges, by this factor times the height of the opposite edges,
+    /// but at most by a largest distance (m). Heights below a threshold (m) are attributed to
+    /// errors of the estimate. 0 switches this off.
+    double tipped_reserve = 0.0, most_tipped_reserve = 0.01, tipped_threshold = 3e-4;
+    double limit_horizon = 0.05;  ///< s, time constant of the approach to a joint's limit
+    double limit_margin = 0.01;   ///< rad, distance kept from the limits
+    /// Keeps joints below their largest speeds, less a margin, and lets them brake in time for
+    /// their limits.
+    bool speed_limits = false;
+    double speed_margin = 0.1;  ///< fraction of the largest speed
+    double braking = 50.0;      ///< deceleration, rad/s^2
+    /// Speed margin of the swing leg. The impact with the ground accelerates its joints, more so
+    /// for a straight knee.
+    double swing_speed_margin = 0.25;
+    double speed_approach = 200.0;  ///< 1/s, rate at which a joint approaches its largest speed
+    double velocity_age = 0.0;      ///< s, age of the joint velocities passed to control()
+    /// Keeps the capsules of `FloatingRobot::apart` apart by a margin (m), or by half of their
+    /// distance in the standing posture. They approach this distance with a time constant (s), as
+    /// joints approach their limits.
+    bool clearance = false;
+    double clearance_margin = 0.005, clearance_horizon = 0.1;  ///< margin, m; time constant, s
+  };
+
+  /// Options of momentum control.
+  struct MomentumOptions {
+    double linear_momentum = 1.0;    ///< per N^2
+    double angular_momentum = 10.0;  ///< per (Nm)^2
+    double wrench = 1e-3;            ///< deviation from the planned wrenches, per N^2, (Nm)^2
+    double torque = 0.0;             ///< per (Nm)^2
+    double posture = 50.0, posture_damping = 14.0;  ///< 1/s^2, 1/s
+    double stance_damping = 50.0;  ///< 1/s, on the remaining twist of a stance foot
+    /// Damping of the pseudo-inverse, on accelerations of the feet: m/s^2 and rad/s^2 per Nm.
+    double stance_regularisation = 1e-3, swing_regularisation = 0.1;
+    double limit_horizon = 0.05;  ///< s; only to report that a joint runs into its limit
+  };
+
+  /// Method of the whole-body controller.
+  enum class Method { inverse_dynamics, momentum };
+
+  /// Method, period and options of the whole-body controller.
+  struct Options {
+    double period = 0.002;                     ///< control period, s
+    Method choice = Method::inverse_dynamics;  ///< method
+    Weights inverse_dynamics;                  ///< weights of inverse dynamics
+    Gains gains;                               ///< gains of inverse dynamics
+    MomentumOptions momentum;                  ///< options of momentum control
+    bool joint_speed_limits = false;  ///< limit joint speeds; not available with momentum control
+    bool self_collision = false;      ///< keep limbs apart and let them collide; not available with
+                                      ///< momentum control
+  };
+
   virtual ~WholeBodyController() = default;
   /// Sets the posture in which the robot will stand. Limbs that are close to each other in it need
   /// no larger distance later.
   virtual void stand(const WholeBodyState&) {}
   /// Computes the torques. The model must be updated to `state`. Does not allocate. If the program
   /// is not solved, the torques of the last call are kept.
-  virtual const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
-                                          const WholeBodyTasks& tasks) noexcept = 0;
+  virtual const Command& control(const DynamicsModel& model, const WholeBodyState& state,
+                                 const Tasks& tasks) noexcept = 0;
 };
+/// Deprecated name.
+using WholeBodyTasks [[deprecated("use WholeBodyController::Tasks; removed in 0.4")]] =
+    WholeBodyController::Tasks;
+/// Deprecated name.
+using WholeBodyCommand [[deprecated("use WholeBodyController::Command; removed in 0.4")]] =
+    WholeBodyController::Command;
+/// Deprecated name.
+using WholeBodyWeights [[deprecated("use WholeBodyController::Weights; removed in 0.4")]] =
+    WholeBodyController::Weights;
+/// Deprecated name.
+using WholeBodyGains [[deprecated("use WholeBodyController::Gains; removed in 0.4")]] =
+    WholeBodyController::Gains;
+/// Deprecated name.
+using MomentumOptions [[deprecated("use WholeBodyController::MomentumOptions; removed in 0.4")]] =
+    WholeBodyController::MomentumOptions;
+/// Deprecated name.
+using WholeBodyChoice [[deprecated("use WholeBodyController::Method; removed in 0.4")]] =
+    WholeBodyController::Method;
+/// Deprecated name.
+using WholeBodyControl [[deprecated("use WholeBodyController::Options; removed in 0.4")]] =
+    WholeBodyController::Options;
 
 // Whole-body controller by inverse dynamics: one quadratic program per call.
 //
@@ -56,49 +145,10 @@ class WholeBodyController {
 // feasible. Soft constraints with individual penalties: stance feet do not move, joints stay within
 // limits and limbs stay apart. All other tasks are weighted costs.
 
-/// Weights of the cost terms and penalties.
-struct WholeBodyWeights {
-  double linear_momentum = 1.0;    ///< per N^2
-  double angular_momentum = 10.0;  ///< per (Nm)^2
-  double posture = 0.01;           ///< per (rad/s^2)^2
-  double swing_foot = 100.0;       ///< per (m/s^2)^2 and (rad/s^2)^2
-  double wrench = 1e-3;            ///< deviation from the planned wrenches, per N^2, (Nm)^2
-  double stance_weight = 1e4;      ///< L1, per m/s^2 and rad/s^2
-  double limit_weight = 1e5;       ///< L1, per rad/s^2
-  double clearance_weight = 1e5;   ///< L1, per m/s^2
-};
-
-/// Gains of the tasks.
-struct WholeBodyGains {
-  double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
-  double stance_damping = 50.0;                    ///< 1/s, on the remaining twist of a stance foot
-  /// Turns a sole back that has tipped onto a corner. The requested wrench keeps its centre of
-  /// pressure away from the loaded edges, by this factor times the height of the opposite edges,
-  /// but at most by a largest distance (m). Heights below a threshold (m) are attributed to errors
-  /// of the estimate. 0 switches this off.
-  double tipped_reserve = 0.0, most_tipped_reserve = 0.01, tipped_threshold = 3e-4;
-  double limit_horizon = 0.05;  ///< s, time constant of the approach to a joint's limit
-  double limit_margin = 0.01;   ///< rad, distance kept from the limits
-  /// Keeps joints below their largest speeds, less a margin, and lets them brake in time for their
-  /// limits.
-  bool speed_limits = false;
-  double speed_margin = 0.1, braking = 50.0;  ///< speed margin as a fraction; deceleration, rad/s^2
-  /// Speed margin of the swing leg. The impact with the ground accelerates its joints, more so for
-  /// a straight knee.
-  double swing_speed_margin = 0.25;
-  double speed_approach = 200.0;  ///< 1/s, rate at which a joint approaches its largest speed
-  double velocity_age = 0.0;      ///< s, age of the joint velocities passed to control()
-  /// Keeps the capsules of `FloatingRobot::apart` apart by a margin (m), or by half of their
-  /// distance in the standing posture. They approach this distance with a time constant (s), as
-  /// joints approach their limits.
-  bool clearance = false;
-  double clearance_margin = 0.005, clearance_horizon = 0.1;  ///< margin, m; time constant, s
-};
-
 /// Creates a controller by inverse dynamics, with one quadratic program per control step.
 std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
-    const FloatingRobot& robot, const ContactConeOptions& left, const ContactConeOptions& right,
-    const WholeBodyWeights& weights = {}, const WholeBodyGains& gains = {});
+    const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
+    const WholeBodyController::Weights& weights = {}, const WholeBodyController::Gains& gains = {});
 
 // Whole-body controller by momentum control in two levels, the reference method of the literature.
 // Level 1 finds wrenches that give the requested rate of momentum. Level 2 finds torques with which
@@ -117,46 +167,16 @@ std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
 // The method ignores torque limits, which are applied by cutting afterwards, and joint limits. The
 // inverse-dynamics program respects both.
 
-/// Options of momentum control.
-struct MomentumOptions {
-  double linear_momentum = 1.0;    ///< per N^2
-  double angular_momentum = 10.0;  ///< per (Nm)^2
-  double wrench = 1e-3;            ///< deviation from the planned wrenches, per N^2, (Nm)^2
-  double torque = 0.0;             ///< per (Nm)^2
-  double posture = 50.0, posture_damping = 14.0;  ///< 1/s^2, 1/s
-  double stance_damping = 50.0;                   ///< 1/s, on the remaining twist of a stance foot
-  /// Damping of the pseudo-inverse, on accelerations of the feet: m/s^2 and rad/s^2 per Nm.
-  double stance_regularisation = 1e-3, swing_regularisation = 0.1;
-  double limit_horizon = 0.05;  ///< s; only to report that a joint runs into its limit
-};
-
 /// Creates a momentum controller. Throws DefinitionError for an option that is negative or not
 /// finite, and for zero if the solution would not be unique: wrench, regularisations,
 /// limit_horizon.
-std::unique_ptr<WholeBodyController> make_momentum_controller(const FloatingRobot& robot,
-                                                              const ContactConeOptions& left,
-                                                              const ContactConeOptions& right,
-                                                              const MomentumOptions& options = {});
-
-/// Method of the whole-body controller.
-enum class WholeBodyChoice { inverse_dynamics, momentum };
-
-/// Method, period and options of the whole-body controller.
-struct WholeBodyControl {
-  double period = 0.002;                                       ///< control period, s
-  WholeBodyChoice choice = WholeBodyChoice::inverse_dynamics;  ///< method
-  WholeBodyWeights inverse_dynamics;                           ///< weights of inverse dynamics
-  WholeBodyGains gains;                                        ///< gains of inverse dynamics
-  MomentumOptions momentum;                                    ///< options of momentum control
-  bool joint_speed_limits = false;  ///< limit joint speeds; not available with momentum control
-  bool self_collision = false;      ///< keep limbs apart and let them collide; not available with
-                                    ///< momentum control
-};
+std::unique_ptr<WholeBodyController> make_momentum_controller(
+    const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
+    const WholeBodyController::MomentumOptions& options = {});
 
 /// Creates the chosen controller for this robot and these soles.
-std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRobot& robot,
-                                                                const ContactConeOptions& left,
-                                                                const ContactConeOptions& right,
-                                                                const WholeBodyControl& control);
+std::unique_ptr<WholeBodyController> make_whole_body_controller(
+    const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
+    const WholeBodyController::Options& control);
 
 }  // namespace saltus
