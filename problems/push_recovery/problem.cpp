@@ -8,7 +8,7 @@
 #include "problems/push_recovery/problem.hpp"
 
 #include "saltus/robots/centroidal/centroidal.hpp"
-#include "saltus/robots/model/contact_term.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/walking/contacts.hpp"
 
 namespace saltus::push_recovery {

@@ -13,7 +13,7 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
-#include "saltus/robots/model/contact_term.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 
 namespace saltus::sway {
 

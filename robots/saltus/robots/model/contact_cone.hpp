@@ -24,11 +24,13 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/types.hpp"
+#include "saltus/ocp/phase.hpp"
 #include "saltus/robots/model/foot.hpp"
 
 namespace saltus {
@@ -100,5 +102,23 @@ int contact_cone_rows(const ContactCone::Options& options);
 
 // Usage inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`,
 // at most fixed_bounds<14>(). The exact zeros of the rows stay out of the sparsity pattern.
+
+/// The rows A w of a contact cone, for the wrench w that starts at entry `first` of z. The function
+/// is affine with any number of rows. It is not written as a formula, which would be compiled for
+/// each number of rows and each problem.
+Function cone_rows(const ContactCone& cone, const Arguments& sizes, int first);
+
+/// Keeps the inputs first .. first + 5, a wrench in the axes of its sole, in the cone during the
+/// window. Friction, torsion and centre of pressure become one term, the normal force becomes
+/// bounds on the input.
+template <int nx, int nu, int np>
+void keep_in_cone(Phase<nx, nu, np>& phase, const std::string& name, ContactCone::Options options,
+                  int first, const Window& window = {}) {
+  options.normal_force_rows = false;
+  const ContactCone cone = contact_cone(options);
+  const Arguments sizes = phase.definition().sizes;
+  phase.bound_input(first + 2, cone.normal_force, window)
+      .keep(name, cone_rows(cone, sizes, sizes.u(first)), at_most(0.0), window);
+}
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-#include "saltus/robots/model/contact_term.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 
 #include <utility>
 #include <vector>

@@ -5,7 +5,7 @@
 
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
-#include "saltus/robots/model/contact_term.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 
 namespace saltus::walking {
 namespace {
