@@ -150,7 +150,7 @@ class Phase {
     return *this;
   }
   /// Soft constraint: a violation is allowed and penalised at the nodes, per second
-  /// (ocp/penalty.hpp). The solution reports the largest violation.
+  /// (ocp/term.hpp). The solution reports the largest violation.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
     add_constraint(d_, std::move(name), TermDomain::running,

@@ -36,7 +36,7 @@ struct SolveOptions {
   std::shared_ptr<Solver> solver = {};
   /// Initial guess instead of the problem's own guess: another solution of the problem on any grid.
   std::optional<Trajectory> guess = {};
-  /// Receives every iteration and can end the solve: solver/observer.hpp.
+  /// Receives every iteration and can end the solve: solver/solver.hpp.
   SolveObserver observer = {};
 
   /// The grid and the integrator alone, for MultipleShooting(problem, options).

@@ -130,7 +130,7 @@ int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, b
 }
 
 // Slacks come last, so that soft constraints do not change the indices of other variables.
-// ocp/penalty.hpp explains their meaning.
+// ocp/term.hpp explains their meaning.
 void ShootingProgram::build_slacks() {
   first_slack_ = variables();
   layout_.set_first_slack(first_slack_);
