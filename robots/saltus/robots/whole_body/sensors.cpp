@@ -67,10 +67,11 @@ SensorDevice force_torque(const SensorOptions::ForceTorque& o, double step, std:
   return {{o.rate, o.delay, 0.0, noise, bias, true}, step, seed};
 }
 
-// Each device has its own random numbers, which do not depend on the rates of the others.
+// Each device has its own random numbers, which do not depend on the rates of the others, nor on
+// how many devices there are: devices 5 to 9 take seeds from 2^40 on, and so on.
 std::uint64_t seed_of(const SensorOptions& options, std::uint64_t device) {
-  constexpr std::uint64_t devices = 5;
-  return devices * static_cast<std::uint64_t>(options.seed) + device;
+  constexpr std::uint64_t block = 5;
+  return (device / block << 40) + block * static_cast<std::uint64_t>(options.seed) + device % block;
 }
 
 }  // namespace
