@@ -126,6 +126,55 @@ TEST_F(SyntheticProblem, SamplesMatchTheWholeBodyController) {
   EXPECT_EQ(log.control_calls, 25);
 }
 
+// A robot that is no SimulatedRobot for its users: it passes everything on to one.
+class RemoteRobot final : public Robot {
+ public:
+  explicit RemoteRobot(SimulatedRobot& robot) : robot_(robot) {}
+  const SensorReadings& read() const override { return robot_.read(); }
+  void write(const JointCommands& commands) override { robot_.write(commands); }
+  std::string wait() override { return robot_.wait(); }
+  double period() const override { return robot_.period(); }
+  std::string name() const override { return "remote"; }
+
+ private:
+  SimulatedRobot& robot_;
+};
+
+// A program of the user's own drives any Robot with the torques of simulate(), to the bit.
+TEST_F(SyntheticProblem, AnyRobotGetsTheTorquesOfTheSimulation) {
+  BipedSettings& settings = problem.settings();
+  settings.robot.mass_error = 0.1;
+  for (const PlantSettings::Sensors sensors :
+       {PlantSettings::Sensors::ideal, PlantSettings::Sensors::measured}) {
+    settings.plant.sensors = sensors;
+    const RunLog log = simulate(problem, robot);
+
+    const UrdfModel model = UrdfModel::read(urdf_of_body(settings.robot));
+    const FloatingRobot real = floating_robot(model, robot);
+    const FloatingRobot body = with_masses_scaled(real, 1.1);
+    const WholeBodyState start = standing_state(real, model, robot, problem.posture(robot));
+    SimulatedRobot simulated(make_dart_plant(real, settings.plant.engine), body, settings.plant,
+                             settings.control.period);
+    simulated.reset(start);
+    RemoteRobot remote(simulated);
+    BalanceController controller =
+        make_balance_controller(problem, robot, body, make_dart_dynamics(body),
+                                initial_scene(problem, robot), remote.period());
+    controller.start(start, remote.read());
+    std::size_t compared = 0;
+    for (int k = 0; k < 50; ++k) {
+      const JointCommands& commands = controller.update(remote.read());
+      if (controller.last().has_controlled) {
+        ASSERT_LT(compared, log.body.size());
+        EXPECT_EQ(commands.torques, log.body[compared++].torques) << k;
+      }
+      remote.write(commands);
+      ASSERT_EQ(remote.wait(), "");
+    }
+    EXPECT_EQ(compared, log.body.size());
+  }
+}
+
 // The recorded impulse is exact for any length and start of the push between two samples.
 TEST_F(SyntheticProblem, SampledPushHasItsImpulse) {
   problem.settings().control.period = 0.005;

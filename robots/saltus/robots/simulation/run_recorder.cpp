@@ -200,21 +200,6 @@ Vec<double, 3> mean_force(std::span<const Pulse> pushes, double from, double to)
   return force;
 }
 
-std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
-                                      const Scene& scene) {
-  const BipedSettings& settings = problem.settings();
-  const RobotDescription nominal = nominal_robot(settings.robot, robot);
-  if (settings.controller == BipedSettings::Controller::capture_point)
-    return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
-                                         nominal, scene, problem.contacts(scene));
-  return problem.make_planner(nominal, scene);
-}
-
-std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
-                                               const RobotDescription& robot, const Scene& scene) {
-  return problem.make_step_planner(nominal_robot(problem.settings().robot, robot), scene);
-}
-
 RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
                 const Observer& observer) {
   return problem.settings().plant.is_whole_body() ? simulate_whole_body(problem, robot, observer)

@@ -89,12 +89,6 @@ void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& r
 /// Sum of the mean forces of all pushes over an interval, N.
 Vec<double, 3> mean_force(std::span<const Pulse> pushes, double from, double to);
 
-/// Creates the planners of a problem for the nominal robot model of the controllers.
-std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
-                                      const Scene& scene);
-std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
-                                               const RobotDescription& robot, const Scene& scene);
-
 /// Runs the problem on the exact centroidal dynamics.
 RunLog simulate_centroidal(const BipedProblem& problem, const RobotDescription& robot,
                            const Observer& observer);

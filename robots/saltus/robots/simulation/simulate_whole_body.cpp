@@ -21,9 +21,6 @@
 namespace saltus::walking {
 namespace {
 
-// A foot has landed when it carries this fraction of the weight, 20 N for iCub.
-constexpr double landed_share = 20.0 / (mass_of_the_defaults * standard_gravity);
-
 // The body, with capsules if limbs may not pass through each other or if they cost nothing.
 FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
                         bool self_collision) {
@@ -46,43 +43,6 @@ FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const
   FloatingRobot::Frame frame = pushed_frame(body, model, push.link);
   frame.pose.translate(push.point);
   return frame;
-}
-
-// Settings of the whole-body controller, with the delay of the measured velocities.
-WholeBodyController::Options control_of(const BipedSettings& settings) {
-  WholeBodyController::Options control = settings.control;
-  if (settings.plant.sensors == PlantSettings::Sensors::measured) {
-    const double step = settings.plant.engine.step;
-    const SensorOptions::Encoder& encoder = settings.plant.sensor.encoder;
-    const double period = sample_period(encoder.rate, step);
-    const double delay = step * std::round(encoder.delay / step);
-    // A difference of two readings is at least half a period old, and held until the next one.
-    control.gains.velocity_age = delay +
-                                 std::max(settings.plant.estimation.velocity_lag, 0.5 * period) +
-                                 0.5 * (period - step);
-  }
-  return control;
-}
-
-BalanceController make_controller(const BipedProblem& problem, const RobotDescription& robot,
-                                  const FloatingRobot& nominal, const Scene& scene) {
-  const BipedSettings& settings = problem.settings();
-  const double step = settings.plant.engine.step;
-  BalanceController::Parts parts;
-  if (settings.plant.sensors == PlantSettings::Sensors::ideal)
-    parts.estimator = make_ideal_estimator();
-  else
-    parts.estimator = make_sensor_estimator(nominal, scene.side, settings.plant.sensor,
-                                            settings.plant.estimation, step);
-  parts.model = make_dart_dynamics(nominal);
-  parts.whole_body = make_whole_body_controller(
-      nominal, cone_options(settings.contact, robot.left_foot),
-      cone_options(settings.contact, robot.right_foot), control_of(settings));
-  parts.steps = make_step_planner(problem, robot, scene);
-  parts.wrenches = make_planner(problem, robot, scene);
-  return {std::move(parts),
-          {step, settings.control.period, settings.planner.step,
-           landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
 }
 
 // Throws if a foot initially stands on the ground's step or is inside it.
@@ -118,7 +78,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
         nominal_(with_masses_scaled(body_, 1.0 + settings_.robot.mass_error)),
         start_(standing_state(body_, model, robot, problem.posture(robot))),
         scene_(initial_scene(problem, robot)),
-        controller_(make_controller(problem, robot, nominal_, scene_)),
+        controller_(make_balance_controller(problem, robot, nominal_, make_dart_dynamics(nominal_),
+                                            scene_, settings_.plant.engine.step)),
         recorder_(problem, robot, controller_.planner(), observer),
         robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
                settings_.control.period),

@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
 #include "saltus/robots/walking/push.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 
@@ -23,6 +28,25 @@ void check_normal_forces(const ContactSettings& contact, const RobotDescription&
         "contact.fz_min ({} N) is more than half of the robot's weight, {:.0f} N: two feet cannot "
         "both carry it; lower it",
         contact.normal_force_min, weight));
+}
+
+// A foot has landed when it carries this fraction of the weight, 20 N for iCub.
+constexpr double landed_share = 20.0 / (mass_of_the_defaults * standard_gravity);
+
+// Settings of the whole-body controller, with the delay of the measured velocities. `step` is the
+// time between two readings, s.
+WholeBodyController::Options control_of(const BipedSettings& settings, double step) {
+  WholeBodyController::Options control = settings.control;
+  if (settings.plant.sensors == PlantSettings::Sensors::measured) {
+    const SensorOptions::Encoder& encoder = settings.plant.sensor.encoder;
+    const double period = sample_period(encoder.rate, step);
+    const double delay = step * std::round(encoder.delay / step);
+    // A difference of two readings is at least half a period old, and held until the next one.
+    control.gains.velocity_age = delay +
+                                 std::max(settings.plant.estimation.velocity_lag, 0.5 * period) +
+                                 0.5 * (period - step);
+  }
+  return control;
 }
 
 }  // namespace
@@ -68,6 +92,43 @@ RobotDescription robot_of(const BipedSettings& settings) {
   RobotDescription robot = robot_of(settings.robot, settings.plant.is_whole_body());
   check_normal_forces(settings.contact, robot);
   return robot;
+}
+
+std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
+                                      const Scene& scene) {
+  const BipedSettings& settings = problem.settings();
+  const RobotDescription nominal = nominal_robot(settings.robot, robot);
+  if (settings.controller == BipedSettings::Controller::capture_point)
+    return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
+                                         nominal, scene, problem.contacts(scene));
+  return problem.make_planner(nominal, scene);
+}
+
+std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
+                                               const RobotDescription& robot, const Scene& scene) {
+  return problem.make_step_planner(nominal_robot(problem.settings().robot, robot), scene);
+}
+
+BalanceController make_balance_controller(const BipedProblem& problem,
+                                          const RobotDescription& robot, const FloatingRobot& body,
+                                          std::unique_ptr<DynamicsModel> model, const Scene& scene,
+                                          double period) {
+  const BipedSettings& settings = problem.settings();
+  BalanceController::Parts parts;
+  if (settings.plant.sensors == PlantSettings::Sensors::ideal)
+    parts.estimator = make_ideal_estimator();
+  else
+    parts.estimator = make_sensor_estimator(body, scene.side, settings.plant.sensor,
+                                            settings.plant.estimation, period);
+  parts.model = std::move(model);
+  parts.whole_body = make_whole_body_controller(
+      body, cone_options(settings.contact, robot.left_foot),
+      cone_options(settings.contact, robot.right_foot), control_of(settings, period));
+  parts.steps = make_step_planner(problem, robot, scene);
+  parts.wrenches = make_planner(problem, robot, scene);
+  return {std::move(parts),
+          {period, settings.control.period, settings.planner.step,
+           landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
 }
 
 }  // namespace saltus::walking

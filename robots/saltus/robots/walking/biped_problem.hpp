@@ -15,6 +15,8 @@
 
 namespace saltus::walking {
 
+class BalanceController;
+
 /// Mass of iCub, kg. The defaults of the settings are for iCub (icub.yaml).
 inline constexpr double mass_of_the_defaults = 33.0616727;
 
@@ -179,6 +181,22 @@ class BipedProblem {
 
 /// Scene of the problem's posture.
 Scene initial_scene(const BipedProblem& problem, const RobotDescription& robot);
+
+/// Creates the planner of the settings: the problem's own or the capture-point controller. It knows
+/// the robot with the mass error of the settings.
+std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
+                                      const Scene& scene);
+/// Creates the step planner of the problem, with the same mass error.
+std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
+                                               const RobotDescription& robot, const Scene& scene);
+
+/// Creates the controller of the settings for any Robot. `body` is the robot as its controllers
+/// know it, `model` evaluates its dynamics, and `period` (s) is Robot::period(). Throws
+/// DefinitionError if the control period is not a multiple of `period`.
+BalanceController make_balance_controller(const BipedProblem& problem,
+                                          const RobotDescription& robot, const FloatingRobot& body,
+                                          std::unique_ptr<DynamicsModel> model, const Scene& scene,
+                                          double period);
 
 /// Robot of the settings. Throws InputError for missing or wrong entries of its files.
 RobotDescription robot_of(const BipedSettings& settings);
