@@ -112,7 +112,7 @@ class Programs:
         return summary
 
     def suite(self, solver, only="", repeat=0):
-        """What `saltus suite --json` says; `repeat` numbers runs of the same."""
+        """The output of `saltus suite --json`; `repeat` numbers runs of the same."""
         out = self._folder("suite", [solver, only, *([repeat] if repeat else [])]) + ".json"
         if not os.path.exists(out):
             call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
