@@ -2,7 +2,7 @@
 #
 #   libsaltus-dev           core: headers and static libraries, find_package(saltus)
 #   libsaltus-NAME-dev      the components sundials, ipopt, app, robots, dart, mujoco, legged
-#   libsaltus-dart0.2       the shared library that hides DART
+#   libsaltus-dart0.3       the shared library that hides DART
 #   saltus                  the program with its scripts and data
 #
 # dpkg-shlibdeps computes the dependencies of shared libraries and programs. The dependencies of

@@ -56,7 +56,7 @@ void check_name(const std::string& name) {
         "new: '{}' is not a valid project name: CMake or Saltus uses it already", name));
 }
 
-// "0.2": the version for find_package.
+// "0.3": the version for find_package.
 std::string minor_version() {
   const std::string whole = version();
   return whole.substr(0, whole.find('.', whole.find('.') + 1));

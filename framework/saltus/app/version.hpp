@@ -5,7 +5,7 @@
 
 namespace saltus {
 
-/// Version such as "0.2.0".
+/// Version such as "0.3.0".
 std::string version();
 /// Abbreviated commit of the sources at configuration; "unknown" without a git history.
 std::string commit();
