@@ -11,6 +11,7 @@
 #include "saltus/robots/walking/balance_controller.hpp"
 #include "saltus/robots/walking/push.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
+#include "saltus/robots/whole_body/sample_period.hpp"
 
 namespace saltus::walking {
 namespace {
