@@ -12,6 +12,7 @@
 #include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
 #include "saltus/robots/simulation/simulated_robot.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
 #include "tests/app/support.hpp"
 #include "tests/robots/fixed_steps.hpp"
 #include "tests/robots/recorded_run.hpp"
