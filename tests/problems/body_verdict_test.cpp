@@ -75,7 +75,7 @@ TEST(Verdict, JudgesRestAfterALongPush) {
 
 constexpr double rounding = 1e-12;
 
-TEST(Verdict::Body, MotionlessRobotIsStanding) {
+TEST(BodyVerdict, MotionlessRobotIsStanding) {
   const Verdict::Body v = judge_body(still());
   EXPECT_TRUE(v.standing);
   EXPECT_FALSE(v.touches_joint_limit());
@@ -85,7 +85,7 @@ TEST(Verdict::Body, MotionlessRobotIsStanding) {
   EXPECT_NEAR(v.tilt_max, 0.0, rounding);
 }
 
-TEST(Verdict::Body, HopIsNotStanding) {
+TEST(BodyVerdict, HopIsNotStanding) {
   RunLog log = still();
   log.body[50].left_sole.translation()[2] = 0.012;  // up and down again
   const Verdict::Body v = judge_body(log);
@@ -93,7 +93,7 @@ TEST(Verdict::Body, HopIsNotStanding) {
   EXPECT_NEAR(v.feet_moved, 0.012, rounding);
 }
 
-TEST(Verdict::Body, StepOrFallIsNotStanding) {
+TEST(BodyVerdict, StepOrFallIsNotStanding) {
   RunLog log = still();
   log.touchdown = 0.5;
   EXPECT_FALSE(judge_body(log).standing);
@@ -102,7 +102,7 @@ TEST(Verdict::Body, StepOrFallIsNotStanding) {
   EXPECT_FALSE(judge_body(log).standing);
 }
 
-TEST(Verdict::Body, TiltIsRelativeToTheStartAndIgnoresYaw) {
+TEST(BodyVerdict, TiltIsRelativeToTheStartAndIgnoresYaw) {
   RunLog log = still();
   const Eigen::AngleAxisd start(3.0, Vec<double, 3>(0.3, 0.4, 0.1).normalized());
   for (int i = 0; i < samples; ++i) {
@@ -119,7 +119,7 @@ TEST(Verdict::Body, TiltIsRelativeToTheStartAndIgnoresYaw) {
   EXPECT_FALSE(judge_body(log).standing);  // it bowed, although it came back
 }
 
-TEST(Verdict::Body, ReportsLimitsWithTheirTime) {
+TEST(BodyVerdict, ReportsLimitsWithTheirTime) {
   RunLog log = still();
   log.body[40].state.q[0] = -1.002;
   for (int i = 0; i < 25; ++i) log.body[static_cast<std::size_t>(i)].torques[0] = -10.0;
@@ -132,7 +132,7 @@ TEST(Verdict::Body, ReportsLimitsWithTheirTime) {
   EXPECT_EQ(to_json(v)["joint_limit_joint"], "hip");
 }
 
-TEST(Verdict::Body, SpeedsAreRelativeToTheirLimits) {
+TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).speed_ratio, 0.0);  // no speed limit, so no ratio
   log.floating.bodies[1].velocity = 2.0;
@@ -150,7 +150,7 @@ TEST(Verdict::Body, SpeedsAreRelativeToTheirLimits) {
   EXPECT_NEAR(to_json(v)["joint_speed_ratio_max"].get<double>(), 1.25, rounding);
 }
 
-TEST(Verdict::Body, ReportsFrictionBeyondCoulombAsAnImpulse) {
+TEST(BodyVerdict, ReportsFrictionBeyondCoulombAsAnImpulse) {
   RunLog log = still();
   log.ground_friction = 0.5;
   for (const std::size_t k : {10, 11}) log.body[k].left << 30.0, 40.0, 80.0, 0.0, 0.0, 0.0;
@@ -163,7 +163,7 @@ TEST(Verdict::Body, ReportsFrictionBeyondCoulombAsAnImpulse) {
 
 // Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
 // has another body in between, so that they are not neighbours.
-TEST(Verdict::Body, ReportsClearanceWithItsTime) {
+TEST(BodyVerdict, ReportsClearanceWithItsTime) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
   FloatingRobot& robot = log.floating;
@@ -192,7 +192,7 @@ TEST(Verdict::Body, ReportsClearanceWithItsTime) {
 }
 
 // A robot that slides has not recovered, even if it is at rest.
-TEST(Verdict::Body, SlippingStanceFootIsNotARecovery) {
+TEST(BodyVerdict, SlippingStanceFootIsNotARecovery) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();
@@ -206,7 +206,7 @@ TEST(Verdict::Body, SlippingStanceFootIsNotARecovery) {
 }
 
 // When a foot rotates about its origin, its corners slide, the farthest corner most.
-TEST(Verdict::Body, SlipIsTheLargestOfAllCorners) {
+TEST(BodyVerdict, SlipIsTheLargestOfAllCorners) {
   RunLog log = still();
   log.robot.left_foot = {between(-0.05, 0.12), between(-0.03, 0.05)};
   log.body[70].left_sole.rotate(Eigen::AngleAxisd(0.1, Vec<double, 3>::UnitZ()));
@@ -215,7 +215,7 @@ TEST(Verdict::Body, SlipIsTheLargestOfAllCorners) {
 }
 
 // A foot slides, and the robot sways much later: the slip is the reason.
-TEST(Verdict::Body, ReasonIsTheEarliestCause) {
+TEST(BodyVerdict, ReasonIsTheEarliestCause) {
   Config config;
   config.push.start = 0.0;
   RunLog log = still();
@@ -232,7 +232,7 @@ TEST(Verdict::Body, ReasonIsTheEarliestCause) {
             "fell at 6.00 s; first, at 0.50 s, the angular momentum exceeded 1 Nms");
 }
 
-TEST(Verdict::Body, FallBeforeThePushIsMarked) {
+TEST(BodyVerdict, FallBeforeThePushIsMarked) {
   Config config;
   RunLog log = still();
   log.stopped_early = true;
