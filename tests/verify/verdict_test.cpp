@@ -104,6 +104,32 @@ TEST(Verdict, ReportsAnUnstableHorizon) {
   EXPECT_NE(s.message.find("e+13"), std::string::npos) << s.message;
 }
 
+// A small forcing that every sample misses: no interval has a large error, and their sum moves the
+// end. The system does not amplify it.
+TEST(Verdict, RejectsIntegrationErrorsThatMoveTheEnd) {
+  for (const double size : {1e-3, 3e-3}) {
+    Phase<1, 1> phase{"a",
+                      [=](auto t, const auto& x, const auto& u) {
+                        const auto s = sin(std::numbers::pi * 120.0 * t);
+                        return std::decay_t<decltype(x)>(u[0] + size * s * s);
+                      },
+                      exactly(1.0)};
+    phase
+        .reach(
+            "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
+        .track("u", input, VectorXd{{1.0}});
+    OptimalControlProblem ocp("aliased");
+    ocp.start_at({0}).then(phase);
+    const Solution s = solve(ocp);
+    ASSERT_TRUE(s.verification.has_value());
+    EXPECT_NEAR(s.verification->open_loop.end.amount, size / 2.0, 1e-2 * size);
+    EXPECT_LT(s.verification->defect.largest, GridAccuracy{}.defect);
+    EXPECT_EQ(s.ok(), size / 2.0 < GridAccuracy{}.integration) << s.message;
+    EXPECT_NE(s.message.find(s.ok() ? "optimum" : "miss 'r' of phase 'a'"), std::string::npos)
+        << s.message;
+  }
+}
+
 // The forcing has whole periods in an interval of the grid and in an integrator step, so all
 // samples have the same phase.
 TEST(Verdict, DetectsForcingAtTheGridFrequency) {

@@ -77,10 +77,18 @@ void apply_verification(const MultipleShooting& shooting, Solution& solution) {
                   "deviate from the plan by {:.1e} of the magnitude of state {} at the end of "
                   "phase '{}'",
                   loop.states, loop.state, loop.phase);
-    solution.message += fmt::format(
-        "; the inputs, integrated from the start, {}: state errors grow by a factor of {:.1e} "
-        "along the plan",
-        what, loop.growth);
+    // An unstable system amplifies small errors, which only a controller can correct. Errors of the
+    // scheme that reach the end are those of the grid.
+    if (!(v.defect.sum <= accuracy.integration))
+      fail(SolveStatus::coarse_grid,
+           fmt::format("the inputs, integrated from the start, {}: use more intervals or steps, or "
+                       "a smaller tolerance",
+                       what));
+    else
+      solution.message += fmt::format(
+          "; the inputs, integrated from the start, {}: state errors grow by a factor of {:.1e} "
+          "along the plan",
+          what, loop.growth);
   }
   for (const std::string& sentence : v.not_verified) solution.message += "; " + sentence;
 }
