@@ -65,7 +65,7 @@ class Pages(unittest.TestCase):
     def test_links_between_pages(self):
         lacking = []
         page = make.Page("docs/howto.md", ["docs/howto.md", "docs/tutorial.md"],
-                         {"framework/saltus/ocp/phase.hpp": "saltus/ocp/phase.hpp"}, {}, lacking)
+                         {"framework/saltus/ocp/phase.hpp": "saltus/ocp/phase.hpp"}, {}, make.Formulas(), lacking)
         self.assertEqual(page.words("[a](tutorial.md#6-under-control)"), '\\ref page_docs_tutorial__6_under_control "a"')
         self.assertEqual(page.words("[`Phase`](../framework/saltus/ocp/phase.hpp)"), '\\ref saltus/ocp/phase.hpp "Phase"')
         self.assertEqual(page.words("`[a](b)`"), "`[a](b)`")

@@ -206,7 +206,7 @@ class Pictures(unittest.TestCase):
         # Capture point and forces settle from the same instant.
         self.assertEqual(summary["icp_settling_from_s"], landings[-1])
         self.assertIn(f"; settling times from {landings[-1]:.3f} s on: capture point", printed["two_steps"])
-        self.assertIn("Settling times, from the last landing or push on", page_about(path("two_steps")))
+        self.assertIn("Settling after the last landing or push", page_about(path("two_steps")))
         table = read_by_names(os.path.join(path("two_steps"), "trajectory.csv"))
         band = 0.05 * summary["mass_kg"] * 9.81  # N
         for foot in ("left", "right"):
@@ -256,7 +256,7 @@ class Pictures(unittest.TestCase):
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 9)
-        for text in ("Estimation errors", "Measured vertical force", "Largest slip of the left sole", "Largest tilt",
+        for text in ("Error of the estimate", "Measured vertical force", "Largest slip of the left sole", "Largest tilt",
                      "Smallest distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)
         self.is_replay()

@@ -252,7 +252,7 @@ TEST(ProblemChange, ChangesOneNumberOfACopy) {
   EXPECT_EQ(problem.phases()[0].input_bounds[0].bounds, between(-1.0, 1.0));
   EXPECT_EQ(value_before(problem, stronger), 1.0);
   EXPECT_EQ(describe(problem, stronger),
-            "with input 0 in phase 'ride' allowed up to 1.5 in place of 1");
+            "with input 0 in phase 'ride' allowed up to 1.5 instead of 1");
   const ProblemChange nearer{.kind = ProblemChange::Kind::term, .name = "there", .by = -0.5};
   EXPECT_EQ(changed(problem, nearer).phases()[0].terms[2].bounds[0], exactly(1.0));
   EXPECT_THROW(changed(problem, {.kind = ProblemChange::Kind::term, .name = "ther", .by = 1.0}),

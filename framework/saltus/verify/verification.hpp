@@ -26,8 +26,8 @@ struct GridAccuracy {
   /// Difference of the cost, relative to the larger of |cost| and the sum of the magnitudes of its
   /// terms. A difference below 1e-6 is always allowed.
   double cost = 1e-4;
-  /// Deviation of the open loop from the plan at the end of a phase, relative. If `integration` is
-  /// exceeded too, the grid is too coarse; alone, it changes only the message.
+  /// Open-loop deviation from the plan at the end of a phase, relative. Changes the message. Fails
+  /// the plan if `integration` is exceeded too and state errors grow less than tenfold.
   double open_loop = 1e-3;
   /// Largest earlier crossing of zero by the guard that ends a phase, relative to its largest
   /// value.
