@@ -3,6 +3,7 @@
 #include "saltus/robots/icub/icub.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -32,7 +33,9 @@ class IcubModel : public testing::Test {
     fs::remove_all(cache_);
   }
 
-  fs::path cache_ = fs::path(testing::TempDir()) / "saltus_icub_model";
+  // Tests run at the same time, each in its own process.
+  fs::path cache_ =
+      fs::path(testing::TempDir()) / ("saltus_icub_model_" + std::to_string(getpid()));
 
  private:
   std::vector<std::pair<std::string, std::string>> before_;
