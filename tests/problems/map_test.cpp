@@ -573,7 +573,7 @@ TEST(MapPlan, StepTimeIsIgnoredWithoutAStep) {
     EXPECT_EQ(kept[i].known_from, "step 0.3");
     EXPECT_EQ(kept[i].seconds, 0.0);
     EXPECT_EQ(kept[i].bound,
-              made_up_bound + kept[i].cell.step_time);  // the bound of its own step time
+              made_up_bound + kept[i].cell.step_time);  // the bound of this step time
   }
   EXPECT_EQ(plan.finish(row_of(*plan.next(), true)).size(), 1u);
 }

@@ -527,7 +527,7 @@ double drifted(const std::vector<Pulse>& pulses) {
   return plant.state()[0];
 }
 
-TEST(ClosedLoop, APulseChangesTheStateByItsImpulse) {
+TEST(ClosedLoop, PulseChangesTheStateByItsImpulse) {
   const VectorXd up = VectorXd::Constant(1, 2.0);
   const double rest = drifted({});
   for (const PulseShape shape :
@@ -538,6 +538,14 @@ TEST(ClosedLoop, APulseChangesTheStateByItsImpulse) {
     }
   EXPECT_NEAR(drifted({{0.5, up, 0.9, 0.2}}), rest + 0.5, 1e-12);  // half of it after the end
   EXPECT_THROW(drifted({{0.5, VectorXd::Ones(2), 0.3, 0.1}}), DefinitionError);
+  const double nan = std::nan("");
+  for (const Pulse& bad : std::vector<Pulse>{{0.5, up, 0.3, 0.0},
+                                             {0.5, up, 0.3, -0.1},
+                                             {0.5, up, nan, 0.1},
+                                             {0.5, up, 0.3, infinity},
+                                             {nan, up, 0.3, 0.1},
+                                             {0.5, nan * up, 0.3, 0.1}})
+    EXPECT_THROW(drifted({bad}), DefinitionError) << bad.start << " " << bad.duration;
 }
 
 // A plant that applies pulses itself receives them once, and its state is not changed by the loop.
@@ -561,7 +569,7 @@ class PushedPlant final : public LoopPlant {
   double time_ = 0.0;
 };
 
-TEST(ClosedLoop, APlantMayApplyPulsesItself) {
+TEST(ClosedLoop, PlantMayApplyPulsesItself) {
   PushedPlant plant;
   CountDown controller;
   LoopOptions options{.duration = 1.0};

@@ -104,23 +104,28 @@ TEST(Verdict, ReportsAnUnstableHorizon) {
   EXPECT_NE(s.message.find("e+13"), std::string::npos) << s.message;
 }
 
+// x' = u + size sin^2(frequency pi t) to x = 1, with least effort.
+Solution solve_forced(double size, double frequency) {
+  Phase<1, 1> phase{"a",
+                    [=](auto t, const auto& x, const auto& u) {
+                      const auto s = sin(std::numbers::pi * frequency * t);
+                      return std::decay_t<decltype(x)>(u[0] + size * s * s);
+                    },
+                    exactly(1.0)};
+  phase
+      .reach(
+          "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
+      .track("u", input, VectorXd{{1.0}});
+  OptimalControlProblem ocp("aliased");
+  ocp.start_at({0}).then(phase);
+  return solve(ocp);
+}
+
 // A small forcing that every sample misses: no interval has a large error, and their sum moves the
 // end. The system does not amplify it.
 TEST(Verdict, RejectsIntegrationErrorsThatMoveTheEnd) {
   for (const double size : {1e-3, 3e-3}) {
-    Phase<1, 1> phase{"a",
-                      [=](auto t, const auto& x, const auto& u) {
-                        const auto s = sin(std::numbers::pi * 120.0 * t);
-                        return std::decay_t<decltype(x)>(u[0] + size * s * s);
-                      },
-                      exactly(1.0)};
-    phase
-        .reach(
-            "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
-        .track("u", input, VectorXd{{1.0}});
-    OptimalControlProblem ocp("aliased");
-    ocp.start_at({0}).then(phase);
-    const Solution s = solve(ocp);
+    const Solution s = solve_forced(size, 120.0);
     ASSERT_TRUE(s.verification.has_value());
     EXPECT_NEAR(s.verification->open_loop.end.amount, size / 2.0, 1e-2 * size);
     EXPECT_LT(s.verification->defect.largest, GridAccuracy{}.defect);
@@ -134,20 +139,7 @@ TEST(Verdict, RejectsIntegrationErrorsThatMoveTheEnd) {
 // samples have the same phase.
 TEST(Verdict, DetectsForcingAtTheGridFrequency) {
   for (const double per_interval : {2.0, 4.0, 8.0}) {
-    const double frequency = 30.0 * per_interval;
-    Phase<1, 1> phase{"a",
-                      [=](auto t, const auto& x, const auto& u) {
-                        const auto s = sin(std::numbers::pi * frequency * t);
-                        return std::decay_t<decltype(x)>(u[0] + s * s);
-                      },
-                      exactly(1.0)};
-    phase
-        .reach(
-            "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
-        .track("u", input, VectorXd{{1.0}});
-    OptimalControlProblem ocp("aliased");
-    ocp.start_at({0}).then(phase);
-    const Solution s = solve(ocp);
+    const Solution s = solve_forced(1.0, 30.0 * per_interval);
     EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.cost << " " << s.message;
     EXPECT_GT(s.verification->defect.largest, 1e-3);
   }

@@ -2,8 +2,7 @@
 //
 // The first line names the columns. A number has the fewest digits from which the same double is
 // read again, and NaN and infinities are nan, inf and -inf. An empty cell is a value that does not
-// exist. A word with a comma, a quote or a line break is quoted, and a quote in it is
-// doubled.
+// exist. A word with a comma, a quote or a line break is quoted, and a quote in it is doubled.
 #pragma once
 
 #include <cstddef>
@@ -49,6 +48,7 @@ class CsvTable {
   std::size_t columns_ = 0, cells_ = 0, rows_ = 0;
   std::string text_;
 };
+
 /// Deprecated name.
 using TextTable [[deprecated("use CsvTable; removed in 0.4")]] = CsvTable;
 

@@ -90,9 +90,10 @@ class Automaton {
     system_.memory = i;
     return *this;
   }
+  /// Deprecated name.
   [[deprecated("use store_mode_in; removed in 0.4")]] Automaton& remember_in(int i) {
     return store_mode_in(i);
-  }  ///< deprecated name
+  }
 
   /// The modes and events declared so far.
   const SwitchingSystem& system() const { return system_; }

@@ -25,12 +25,13 @@ namespace saltus {
 std::vector<RecedingHorizonController> remaining_controllers(
     const OptimalControlProblem& problem, ShootingOptions options,
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of);
+/// Deprecated name.
 [[deprecated(
     "use remaining_controllers; removed in 0.4")]] inline std::vector<RecedingHorizonController>
 rests_of(const OptimalControlProblem& problem, ShootingOptions options,
          const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
   return remaining_controllers(problem, std::move(options), controller_of);
-}  ///< deprecated name
+}
 
 /// Ticks do not allocate if the solver does not, except the tick in which a phase begins: it takes
 /// over the plan of the previous phases. After a move, tick() of the source object returns a

@@ -46,8 +46,8 @@ inline double soft_slack(double miss, double l1, double l2, double multiplier) {
 }
 
 /// The same as add_hard() for a soft row. A side violated by t >= 0 costs l1 t + l2/2 t^2.
-/// Optimality requires 0
-/// <= multiplier <= l1 + l2 t: equal to the upper limit if t > 0, zero if the side is inactive.
+/// Optimality requires 0 <= multiplier <= l1 + l2 t: equal to the upper limit if t > 0, zero if the
+/// side is inactive.
 ///
 /// The value determines t, with one freedom. A multiplier that exceeds its limit by e is an error e
 /// of stationarity in t. Since the limit rises with t, it is also an error multiplier x e / l2 of

@@ -149,6 +149,13 @@ class Loop {
     if (!(disturbances_.input_delay >= 0.0 && std::isfinite(disturbances_.input_delay)))
       complain(
           fmt::format("the input delay is {} s, expected at least 0", disturbances_.input_delay));
+    for (const Pulse& pulse : disturbances_.pulses)
+      if (!(pulse.duration > 0.0 && std::isfinite(pulse.end()) && std::isfinite(pulse.impulse) &&
+            pulse.direction.allFinite()))
+        complain(
+            fmt::format("the pulse of {} at {} s lasts {} s, expected a duration of more than "
+                        "0 and finite numbers, also in its direction",
+                        pulse.impulse, pulse.start, pulse.duration));
   }
 
   // Smaller differences of times are rounding errors.

@@ -203,15 +203,17 @@ class PhasedPlant final : public LoopPlant {
   };
   /// Largest violation of each hard term and bounded state at starts and ends of phases.
   const std::vector<Miss>& end_misses() const { return at_ends_; }
+  /// Deprecated name.
   [[deprecated("use end_misses; removed in 0.4")]] const std::vector<Miss>& misses_at_ends() const {
     return at_ends_;
-  }  ///< deprecated name
+  }
   /// Largest violation of each path constraint, sampled at the ends of pieces.
   const std::vector<Miss>& path_misses() const { return on_the_way_; }
+  /// Deprecated name.
   [[deprecated("use path_misses; removed in 0.4")]] const std::vector<Miss>& misses_on_the_way()
       const {
     return on_the_way_;
-  }  ///< deprecated name
+  }
 
  private:
   struct Phase {

@@ -101,10 +101,11 @@ class ProgramSize {
   bool is_well_scaled_where_known(const ProgramScale& scale) const;
   /// True if any size, also of estimates and derivatives, is below 1e-4 or above 1e6.
   bool is_badly_scaled(const ProgramScale& scale) const;
+  /// Deprecated name.
   [[deprecated("use is_badly_scaled; removed in 0.4")]] bool is_far_from_usual(
       const ProgramScale& scale) const {
     return is_badly_scaled(scale);
-  }  ///< deprecated name
+  }
 
   /// Scales cost and rows by powers of two (exact in floating point) if their derivatives are badly
   /// scaled. All else is as stated.

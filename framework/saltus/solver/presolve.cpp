@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "saltus/core/bounds.hpp"
@@ -416,13 +417,14 @@ class Analysis {
 
   bool move_points() {
     Random random(1);
-    for (Evaluation* at : {&first_, &second_}) {
-      VectorXd w = at_.w;
-      for (double& x : w)
-        x += away_from_guess * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
-      if (!evaluate(made_consistent(w), *at)) return false;
-    }
+    for (Evaluation* at : {&first_, &second_})
+      if (!evaluate(made_consistent(moved(at_.w, random)), *at)) return false;
     return true;
+  }
+  static VectorXd moved(VectorXd w, Random& random) {
+    for (double& x : w)
+      x += away_from_guess * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
+    return w;
   }
 
   void compare_nonlinear(const std::vector<int>& rows) {
@@ -481,6 +483,9 @@ class Analysis {
     for (const double x : a) largest = std::max(largest, std::abs(x));
     return largest;
   }
+  static double product(const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  }
   // Residual of an equality relative to its side.
   double miss_of(int equality, const Evaluation& at) const {
     const double side = result_.row_lower[equality];
@@ -490,11 +495,7 @@ class Analysis {
   // True if the slopes of the row are a multiple of those of the equality, or zero.
   bool is_along(Pair& pair, const Evaluation& at, double tolerance) {
     const std::vector<double> a = slopes(pair.equality, at), b = slopes(pair.row, at);
-    double aa = 0.0, ab = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      aa += a[i] * a[i];
-      ab += a[i] * b[i];
-    }
+    const double aa = product(a, a), ab = product(a, b);
     if (!(aa > 0.0)) return false;
     pair.size = std::max(pair.size, largest_of(b));
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -525,13 +526,9 @@ class Analysis {
           for (const int root : *pair.roots) equality_of[root] = pair.equality;
       }
       Random random(1);
-      for (const double away : {0.0, away_from_guess, away_from_guess}) {
-        if (pairs.empty()) break;
-        VectorXd w = at_.w;
-        if (away > 0.0)
-          for (double& x : w) x += away * std::max(1.0, std::abs(x)) * random.uniform(-1.0, 1.0);
-        keep_implied(std::move(w), pairs);
-      }
+      keep_implied(at_.w, pairs);
+      for (int point = 0; point < 2 && !pairs.empty(); ++point)
+        keep_implied(moved(at_.w, random), pairs);
       for (const Pair& pair : pairs) {
         if (!is_on(pair.row) || !is_on(pair.equality)) continue;
         leave_out(pair.row);
@@ -553,8 +550,7 @@ class Analysis {
         last = pair.equality;
         is_solved = false;
         const std::vector<double> a = slopes(pair.equality, first_);
-        double aa = 0.0;
-        for (const double x : a) aa += x * x;
+        const double aa = product(a, a);
         const double miss = first_.rows[pair.equality] - result_.row_lower[pair.equality];
         if (aa > 0.0)
           for (std::size_t i = 0; i < a.size(); ++i) w[(*pair.roots)[i]] -= miss / aa * a[i];

@@ -94,6 +94,24 @@ bool is_convincing(const ScaledResult& result) {
   return is_success(result.nlp.status) && !result.is_doubtful;
 }
 
+// Moves `next` to `best` if it is better. The one that is kept includes the effort of the other.
+// Returns is_better.
+bool keep_better(bool is_better, ScaledResult& next, ScaledResult& best) {
+  add_effort(is_better ? best : next, is_better ? next : best);
+  if (is_better) best = std::move(next);
+  return is_better;
+}
+
+// Solves cold from the variables w, divided by the sizes that the program has shown.
+ScaledResult solve_from(Solver& solver, NonlinearProgram& program, NlpPoint start,
+                        const VectorXd& w, const Quantities& quantities, const ProgramSize& size) {
+  start.w = w;
+  ScaledResult result =
+      solve_once(solver, program, size.to_one(), start, false, Sides::without_idle);
+  judge(solver, program, quantities, result);
+  return result;
+}
+
 // Solves again from a result whose cost can still decrease, with the cost multiplied as needed.
 // Solver tolerances are absolute and only small relative to a cost of 1. Repeats this while the
 // possible decrease shrinks.
@@ -108,17 +126,19 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
     judge(solver, program, quantities, next);
     const bool is_closer = is_success(next.nlp.status) && next.check.relative_gain() < gain &&
                            next.violation <= std::max(best.violation, most_violation);
-    const bool is_better = is_convincing(next) || is_closer;
-    add_effort(is_better ? best : next, is_better ? next : best);
-    if (!is_better) return;
-    best = std::move(next);
+    if (!keep_better(is_convincing(next) || is_closer, next, best)) return;
   }
+}
+
+// True if the user set a limit that ended the solve early.
+bool is_deliberate_stop(const NlpResult& nlp) {
+  return nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience;
 }
 
 // True if the solver failed without a limit set by the user, at a point that violates the rows.
 bool has_missed_rows(NonlinearProgram& program, const NlpResult& nlp) {
   if (!may_be_mended(nlp.status) || nlp.contradiction || nlp.is_proved_infeasible) return false;
-  if (nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience) return false;
+  if (is_deliberate_stop(nlp)) return false;
   return nlp.status == SolveStatus::infeasible ||
          relative_violation(program, nlp.point.w) > most_violation;
 }
@@ -140,10 +160,7 @@ void begin_nearer_to_rows(Solver& solver, NonlinearProgram& program, const NlpPo
   const bool is_infeasible = best.nlp.status == SolveStatus::infeasible;
   const std::optional<VectorXd> nearer = step_towards_rows(program, best.nlp.point.w);
   if (!nearer || !size.look_at(*nearer)) return;
-  NlpPoint from = start;
-  from.w = *nearer;
-  ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
-  judge(solver, program, quantities, next);
+  ScaledResult next = solve_from(solver, program, start, *nearer, quantities, size);
   if (!is_infeasible && !is_convincing(next)) {
     add_effort(next, best);
     return;
@@ -159,10 +176,11 @@ void begin_nearer_to_rows(Solver& solver, NonlinearProgram& program, const NlpPo
 // True if the solver broke down, without a limit set by the user, at a point that satisfies the
 // rows.
 bool has_broken_down(NonlinearProgram& program, const NlpResult& nlp) {
-  const bool is_final = nlp.status == SolveStatus::numerical_failure ||
-                        nlp.status == SolveStatus::evaluation_failed ||
-                        (nlp.status == SolveStatus::iteration_limit && nlp.iterations >= patience);
-  return is_final && relative_violation(program, nlp.point.w) <= most_violation;
+  const bool has_failed = nlp.status == SolveStatus::numerical_failure ||
+                          nlp.status == SolveStatus::evaluation_failed ||
+                          nlp.status == SolveStatus::iteration_limit;
+  return has_failed && !is_deliberate_stop(nlp) &&
+         relative_violation(program, nlp.point.w) <= most_violation;
 }
 
 // Solves again from such a point if the values there show that the program was badly scaled,
@@ -172,13 +190,8 @@ void begin_at_rows(Solver& solver, NonlinearProgram& program, const NlpPoint& st
                    ScaledResult& best) {
   if (!has_broken_down(program, best.nlp) || !size.look_at(best.nlp.point.w)) return;
   if (size.is_well_scaled_where_known(scale) && !size.is_badly_scaled(scale)) return;
-  NlpPoint from = start;
-  from.w = best.nlp.point.w;
-  ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
-  judge(solver, program, quantities, next);
-  const bool is_better = is_convincing(next);
-  add_effort(is_better ? best : next, is_better ? next : best);
-  if (is_better) best = std::move(next);
+  ScaledResult next = solve_from(solver, program, start, best.nlp.point.w, quantities, size);
+  keep_better(is_convincing(next), next, best);
 }
 
 }  // namespace
@@ -237,12 +250,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     const bool is_better =
         is_solved ? is_convincing(next) && next.check.relative_gain() <= best.check.relative_gain()
                   : true;
-    if (!is_better) {
-      add_effort(next, best);
-      break;
-    }
-    add_effort(best, next);
-    best = std::move(next);
+    if (!keep_better(is_better, next, best)) break;
     of_best = scale;
   }
   if (best.is_doubtful) sharpen(solver, program, quantities, of_best, best);

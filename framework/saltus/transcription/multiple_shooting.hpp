@@ -129,9 +129,10 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
 /// The problem with the current data of the shooting, e.g. in a controller: start, times, schedule,
 /// parameters. Independent of the shooting. Allocates, so do not call it in a control loop.
 OptimalControlProblem current_problem(const MultipleShooting& shooting);
+/// Deprecated name.
 [[deprecated("use current_problem; removed in 0.4")]] inline OptimalControlProblem present_problem(
     const MultipleShooting& shooting) {
   return current_problem(shooting);
-}  ///< deprecated name
+}
 
 }  // namespace saltus

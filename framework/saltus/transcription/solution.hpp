@@ -127,9 +127,10 @@ struct GuardCrossing {
   bool is_as_declared() const { return !grazes && !has_wrong_direction() && early_amount == 0.0; }
   /// True if it crosses zero in the opposite direction.
   bool has_wrong_direction() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
+  /// Deprecated name.
   [[deprecated("use has_wrong_direction; removed in 0.4")]] bool is_the_wrong_way() const {
     return has_wrong_direction();
-  }  ///< deprecated name
+  }
 };
 
 /// Value of an integral (Phase::bound_integral) at the end of a phase.

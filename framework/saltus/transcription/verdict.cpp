@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-constexpr double amplifying = 10.0;  // growth of state errors from which a system is unstable
+constexpr double amplifying = 10.0;  // growth of state errors of an unstable system
 
 std::string describe(const VerifiedMiss& miss) {
   std::string text = fmt::format("'{}'", miss.term);

@@ -21,13 +21,15 @@ struct GridAccuracy {
   double between_nodes = 1.0;
   /// Defect of one interval, relative to max(unit of the state, |state|) (VerifiedDefect).
   double defect = 1e-4;
-  /// Sum of the defects along a phase, relative. Exceeding it fails only together with open_loop.
+  /// Sum of the defects along a phase, relative. Exceeding it alone changes only the message; see
+  /// open_loop.
   double integration = 1e-3;
   /// Difference of the cost, relative to the larger of |cost| and the sum of the magnitudes of its
   /// terms. A difference below 1e-6 is always allowed.
   double cost = 1e-4;
-  /// Open-loop deviation from the plan at the end of a phase, relative. Changes the message. Fails
-  /// the plan if `integration` is exceeded too and state errors grow less than tenfold.
+  /// Open-loop deviation from the plan at the end of a phase, relative. Exceeding it alone
+  /// changes only the message. The plan fails if `integration` is exceeded too, unless the system
+  /// amplifies state errors tenfold or more.
   double open_loop = 1e-3;
   /// Largest earlier crossing of zero by the guard that ends a phase, relative to its largest
   /// value.

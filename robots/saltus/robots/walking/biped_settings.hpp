@@ -2,6 +2,7 @@
 // modules.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "saltus/ocp/pulse.hpp"
@@ -62,6 +63,31 @@ struct Push : Pulse {
   std::string link = "chest";
   Vec<double, 3> point{0.0, 0.0, 0.0};  ///< in the frame of the pushed link, m
 };
+
+/// Deprecated name.
+using PushShape [[deprecated("use saltus::PulseShape; removed in 0.4")]] = PulseShape;
+/// Deprecated name.
+[[deprecated("use Pulse::fraction; removed in 0.4")]] inline double impulse_fraction(
+    const Push& push, double t) {
+  return push.fraction(t);
+}
+/// Deprecated. Mean force of a push with a direction of any length, N.
+[[deprecated("use Pulse::mean; removed in 0.4")]] inline Vec<double, 3> mean_push_force(Push push,
+                                                                                        double from,
+                                                                                        double to) {
+  push.direction.normalize();
+  return push.mean(from, to);
+}
+/// Deprecated. Sum of the mean forces of pushes with directions of any length, N.
+[[deprecated("use Pulse::mean; removed in 0.4")]] inline Vec<double, 3> total_push_force(
+    std::span<const Push> pushes, double from, double to) {
+  Vec<double, 3> force = Vec<double, 3>::Zero();
+  for (Push push : pushes) {
+    push.direction.normalize();
+    force += push.mean(from, to);
+  }
+  return force;
+}
 
 /// Further pushes, with the shape and point of the first one.
 struct MorePushes {

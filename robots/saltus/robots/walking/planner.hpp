@@ -18,10 +18,11 @@ namespace saltus::walking {
 /// Frequency omega of the pendulum (1/s) at a measured height (m), which is limited to at least 1
 /// cm.
 inline double lipm_frequency(double height) { return pendulum_frequency(std::fmax(height, 0.01)); }
+/// Deprecated name.
 [[deprecated("use lipm_frequency; removed in 0.4")]] inline double frequency_of_height(
     double height) {
   return lipm_frequency(height);
-}  ///< deprecated name
+}
 
 /// Interface of the planner of wrenches.
 class Planner {

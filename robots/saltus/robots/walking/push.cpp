@@ -32,9 +32,8 @@ Push read_push(const std::string& text, const Push& pattern) {
   }
   if (!is_good || numbers.size() < 3 || numbers.size() > 4)
     throw InputError(
-        fmt::format("pushes: \"{}\" is not a push; write \"TIME IMPULSE ANGLE [DURATION]\" (s, N "
-                    "s, degrees, s), "
-                    "several separated by ';'",
+        fmt::format("pushes: \"{}\" is not a push; write \"TIME IMPULSE ANGLE [DURATION]\" "
+                    "(s, N s, degrees, s), several separated by ';'",
                     shortened(text)));
   Push push = pattern;
   push.start = numbers[0];

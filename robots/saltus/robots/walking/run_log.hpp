@@ -120,6 +120,10 @@ struct RunLog : LoopLog {
   bool numerical_failure = false;  ///< the plant failed to integrate
 };
 /// Deprecated name.
+using Sample [[deprecated("use BipedSample; removed in 0.4")]] = BipedSample;
+/// Deprecated name. `cost` is `objective` now.
+using TickRecord [[deprecated("use LoopTick; removed in 0.4")]] = LoopTick;
+/// Deprecated name.
 using BodySample [[deprecated("use RunLog::BodySample; removed in 0.4")]] = RunLog::BodySample;
 
 /// State of the loop at one tick of the planner.
