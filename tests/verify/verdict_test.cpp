@@ -135,6 +135,30 @@ TEST(Verdict, RejectsIntegrationErrorsThatMoveTheEnd) {
   }
 }
 
+// The same in two phases. The errors of each phase alone are within the tolerance.
+TEST(Verdict, RejectsIntegrationErrorsOfSeveralPhases) {
+  const auto part = [](const char* name) {
+    return Phase<1, 1>{name,
+                       [](auto t, const auto& x, const auto& u) {
+                         const auto s = sin(std::numbers::pi * 120.0 * t);
+                         return std::decay_t<decltype(x)>(u[0] + 1.6e-3 * s * s);
+                       },
+                       exactly(1.0)};
+  };
+  Phase<1, 1> first = part("a"), second = part("b");
+  first.track("u", input, VectorXd{{1.0}});
+  second
+      .reach(
+          "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
+      .track("u", input, VectorXd{{1.0}});
+  OptimalControlProblem ocp("aliased twice");
+  ocp.start_at({0}).then(first).then(second);
+  const Solution s = solve(ocp);
+  ASSERT_TRUE(s.verification.has_value());
+  EXPECT_NEAR(s.verification->open_loop.end.amount, 1.6e-3, 2e-5);
+  EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
+}
+
 // The forcing has whole periods in an interval of the grid and in an integrator step, so all
 // samples have the same phase.
 TEST(Verdict, DetectsForcingAtTheGridFrequency) {

@@ -34,10 +34,11 @@ std::string validate_formats(const LogFormats& formats) {
 }
 
 void declare_log_formats(Settings& settings, LogFormats& formats) {
-  settings.text("log.formats", formats.names,
-                "formats of the tables: csv (always written), mat (run.mat, v7.3 in the layout of "
-                "robometry), mcap (run.mcap, JSON for Foxglove and PlotJuggler); python3 needs the "
-                "package h5py for mat and mcap for mcap");
+  settings.text(
+      "log.formats", formats.names,
+      "formats of the tables: csv (always written), mat (run.mat, v7.3 in the layout of "
+      "robometry), mcap (run.mcap, JSON for Foxglove and PlotJuggler); python3 needs h5py "
+      "for mat, and mcap for mcap");
   settings.rule({"log.formats"}, [&formats] {
     const std::string wrong = validate_formats(formats);
     return wrong.empty() ? wrong : "log.formats " + wrong;

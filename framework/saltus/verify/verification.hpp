@@ -21,7 +21,7 @@ struct GridAccuracy {
   double between_nodes = 1.0;
   /// Defect of one interval, relative to max(unit of the state, |state|) (VerifiedDefect).
   double defect = 1e-4;
-  /// Sum of the defects along a phase, relative. Exceeding it alone changes only the message; see
+  /// Sum of the defects along the plan, relative. Exceeding it alone changes only the message; see
   /// open_loop.
   double integration = 1e-3;
   /// Difference of the cost, relative to the larger of |cost| and the sum of the magnitudes of its
@@ -56,7 +56,7 @@ struct VerifiedDefect {
   double time = 0.0;      ///< start of its interval in seconds
   double largest = 0.0;   ///< relative to max(unit of the state, |state|)
   double absolute = 0.0;  ///< the same in the state's units
-  double sum = 0.0;       ///< largest sum over the intervals of a phase, relative
+  double sum = 0.0;       ///< sum over all intervals, of the worst state of each phase, relative
 };
 
 /// Open loop: the planned inputs integrated from the planned start, through jumps, to the end.

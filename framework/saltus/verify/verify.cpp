@@ -76,6 +76,8 @@ class Verifier {
     set_up();
     for (std::size_t i = 0; i < plan_.intervals.size(); ++i) follow(i);
     finish_phase();
+    for (const VectorXd& sums : sums_)
+      if (sums.size() > 0) summary().defect.sum += sums.maxCoeff();
     note_violations();
     check_rows_at_nodes();
     check_instants(problem_, plan_, totals_, options_.accuracy, [&](VerifiedMiss miss) {
@@ -262,7 +264,6 @@ class Verifier {
                          : std::isfinite(gap[i]) ? std::abs(gap[i]) / unit
                                                  : infinity;
       sums_[interval.phase][i] += off;
-      worst.sum = std::max(worst.sum, sums_[interval.phase][i]);
       found.defect = std::max(found.defect, off);
       if (!(off > worst.largest) && !worst.phase.empty()) continue;
       worst.phase = flow.definition.name;
