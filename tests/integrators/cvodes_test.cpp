@@ -177,5 +177,27 @@ TEST(Cvodes, OptionsAreChecked) {
   EXPECT_THROW(cvodes()->make(problem), DefinitionError);
 }
 
+// With huge rates CVODES chooses a first step of zero, returns a success and leaves the state.
+TEST(Cvodes, ReportsAFirstStepOfZero) {
+  IntervalProblem problem;
+  problem.arguments = {2, 0, 1};
+  problem.dynamics =
+      make_function<2, 0, 1>([](const auto&, const auto& x, const auto&, const auto& p) {
+        return std::decay_t<decltype(x)>(1e10 * x[1], p[0]);
+      });
+  VectorXd w(5), end(2);
+  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
+    const auto integrator =
+        cvodes({.method = method, .tolerance = 1e-10, .absolute_tolerance = 1e-10})->make(problem);
+    for (const double rate : {1e300, 1e305, 1e307}) {
+      w << 0.0, 0.0, rate, 0.0, 0.01;
+      const IntegrationStatus status = integrator->value(w.data(), end.data());
+      if (status == IntegrationStatus::success) {
+        EXPECT_NEAR(end[1], 0.01 * rate, 1e-6 * rate);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace saltus

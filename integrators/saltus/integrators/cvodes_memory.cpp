@@ -182,7 +182,10 @@ int CvodesMemory::begin(double s, const double* w, bool sensitivities) {
 int CvodesMemory::advance(int task, double& reached) {
   const int code = CVode(memory_.get(), 1.0, y_, &reached, task);
   exception_.rethrow();
-  return code;
+  // A step that underflows to zero ends with a success and the state of the start.
+  double own_time = 0.0;
+  if (code >= 0) CVodeGetCurrentTime(memory_.get(), &own_time);
+  return code >= 0 && own_time < reached ? CV_ERR_FAILURE : code;
 }
 
 int CvodesMemory::read_sensitivity() {
