@@ -154,8 +154,7 @@ TEST(Verdict, RejectsIntegrationErrorsOfSeveralPhases) {
   OptimalControlProblem ocp("aliased twice");
   ocp.start_at({0}).then(first).then(second);
   const Solution s = solve(ocp);
-  ASSERT_TRUE(s.verification.has_value());
-  EXPECT_NEAR(s.verification.value().open_loop.end.amount, 1.6e-3, 2e-5);
+  EXPECT_NEAR(s.verification.value_or(Verification{}).open_loop.end.amount, 1.6e-3, 2e-5);
   EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
 }
 
