@@ -306,6 +306,7 @@ function(saltus_test name)
   if(SALTUS_SANITIZE)
     set(seconds 3000)
   endif()
-  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+  # Printed values of parameters would put addresses into names.
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
                                     PROPERTIES TIMEOUT ${seconds})
 endfunction()
