@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As long as the longest file name of a run, with the parts of a temporary name.
+// Has the length of the longest file name of a run, including the parts of a temporary name.
 constexpr const char* longest_file_name =
     ".latency_by_provenance.json.01234567.sixteen-long-host.4194304.part";
 
@@ -43,7 +43,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::is_directory(existing, error)) {
     refuse(fmt::format("cannot be used: '{}' is not a folder", existing.string()));
   }
-  // Rejects a name that is too long now instead of at the last file.
+  // Rejects a name that is too long at once, not only when the last file is written.
   const fs::path longest = fs::absolute(path_, error) / longest_file_name;
   const auto most = static_cast<std::size_t>(::pathconf(existing.c_str(), _PC_NAME_MAX));
   for (const fs::path& part : longest)

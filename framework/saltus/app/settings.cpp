@@ -81,7 +81,7 @@ void Settings::preset(const std::string& key, const std::vector<std::string>& na
     if (setting == nullptr)
       throw DefinitionError(fmt::format("preset '{}' of '{}': there is no setting '{}'",
                                         fmt::join(names, ", "), key, assignment.key));
-    parse(*setting, assignment);  // throws if this is no value of that setting
+    parse(*setting, assignment);  // throws if this is not a value of that setting
   }
   cause->doc += fmt::format("; {}: {}", fmt::join(names, ", "), fmt::join(values, ", "));
   presets_.push_back(std::move(preset));
@@ -187,7 +187,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
 void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) {
   std::vector<std::pair<const Setting*, std::string>> seen;
   std::vector<std::string> removed;
-  std::string location, version;  // of the first of these
+  std::string location, version;  // of the first removed key
   for (const Assignment& assignment : assignments) {
     if (const Removed* old = find_removed(assignment)) {
       removed.push_back(old->key);
@@ -238,7 +238,8 @@ const Settings::Removed* Settings::find_removed(const Assignment& given) const {
   return &*it;
 }
 
-// Presets look at what was given alone, which wins: no preset triggers another one.
+// Applies the presets that the given settings select. Given settings override presets, and no
+// preset triggers another one.
 void Settings::add_presets(std::vector<Change>& changes) const {
   std::vector<Change> added;
   for (const PresetList& preset : presets_) {
@@ -289,7 +290,7 @@ const Settings::Renamed* Settings::find_renamed(std::string_view old_key) const 
 void Settings::reject_unknown(const Assignment& given) const {
   const bool is_flag = given.origin == Assignment::Origin::flag;
   std::vector<std::string> known = keys();
-  std::vector<std::string> inside;  // keys of the section that was meant, or ending in the name
+  std::vector<std::string> inside;  // keys of the named section, or ending in the name
   for (const std::string& key : known) {
     if (key.starts_with(given.key + ".")) inside.push_back(key);
   }
@@ -330,7 +331,7 @@ std::string Settings::describe() const {
                                 has_unit ? setting.unit : ""));
     width = std::max(width, heads.back().size());
   }
-  width = std::min<std::size_t>(width, 40);  // longer heads push their own text only
+  width = std::min<std::size_t>(width, 40);  // a longer head shifts its own text only
   std::string text;
   for (std::size_t i = 0; i < settings_.size(); ++i) {
     const std::string allowed = allowed_text(settings_[i]);

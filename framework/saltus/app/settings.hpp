@@ -136,7 +136,7 @@ class Settings {
               std::function<void(std::size_t)> assign, std::string doc);
 
   /// Makes these names of the choice `key` a preset: a list of values of other settings, each
-  /// "KEY=VALUE" as in --set. All keys must be declared before.
+  /// "KEY=VALUE" as in --set. All keys must already be declared.
   ///
   /// The values apply if apply() receives one of the names. Keys that apply() receives override
   /// all presets, and later presets override earlier ones. A preset never triggers another one.

@@ -29,7 +29,7 @@ std::string& CsvTable::begin_cell() {
 
 CsvTable& CsvTable::number(double value) {
   if (std::isnan(value))
-    begin_cell() += "nan";  // a sign has no meaning
+    begin_cell() += "nan";  // the sign of NaN has no meaning
   else
     fmt::format_to(std::back_inserter(begin_cell()), "{}", value);
   return *this;

@@ -1,8 +1,8 @@
-// Tables as comma-separated values, the one form that Saltus writes and reads.
+// Tables as comma-separated values, in the only dialect that Saltus writes and reads.
 //
-// The first line names the columns. A number has the fewest digits from which the same double is
-// read again, and NaN and infinities are nan, inf and -inf. An empty cell is a value that does not
-// exist. A word with a comma, a quote or a line break is quoted, and a quote in it is doubled.
+// The first line names the columns. A number has the fewest digits that give the same double when
+// read back. NaN and infinities are written nan, inf and -inf. An empty cell is a missing value. A
+// word with a comma, a quote or a line break is quoted, and quotes in it are doubled.
 #pragma once
 
 #include <cstddef>
@@ -19,18 +19,18 @@ class CsvTable {
   /// Throws DefinitionError if there is no column or a name is empty.
   explicit CsvTable(const std::vector<std::string>& columns);
 
-  // Cells of the present row, from left to right. More cells than columns throw DefinitionError.
+  // Cells of the current row, from left to right. More cells than columns throw DefinitionError.
   /// A number.
   CsvTable& number(double value);
-  /// A whole number.
+  /// An integer.
   CsvTable& integer(long value);
   /// A text.
   CsvTable& word(std::string_view value);
-  /// A value that does not exist.
+  /// A missing value.
   CsvTable& empty();
   /// The first numbers of a vector, and empty cells for the columns that it does not have.
   CsvTable& numbers(std::span<const double> values, std::size_t columns);
-  /// Ends the row, filled up with empty cells.
+  /// Ends the row. Missing cells are empty.
   void end_row();
   /// A row of numbers. Throws DefinitionError unless there is one number per column.
   void add_row(std::span<const double> row);

@@ -11,13 +11,13 @@ Matrix(const Scalar& x)  // NOLINT(google-explicit-constructor)
 #else  // in PlainObjectBase
 // Vectors that receive the wrong number of active scalars. The compiler then reports one sentence
 // instead of a list of all constructors.
-/// One scalar for a vector with another number of rows.
+/// One scalar for a vector with a different number of rows.
 template <class T>
   requires(std::is_same_v<T, Scalar> && std::is_class_v<T> && int(Base::SizeAtCompileTime) != 1)
 void _init1(const T&) {
   static_assert(Base::SizeAtCompileTime == 1, SALTUS_WRONG_NUMBER_OF_ENTRIES);
 }
-/// Two scalars for a vector with another number of rows.
+/// Two scalars for a vector with a different number of rows.
 template <class T0, class T1>
   requires(std::is_class_v<Scalar> && (std::is_same_v<T0, Scalar> || std::is_same_v<T1, Scalar>) &&
            int(Base::SizeAtCompileTime) != 2)

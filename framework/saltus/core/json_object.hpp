@@ -1,4 +1,4 @@
-// JSON that is written member by member, for the layers that do without a library of JSON.
+// Writes JSON member by member, for layers that do not use a JSON library.
 #pragma once
 
 #include <optional>
@@ -8,9 +8,9 @@
 
 namespace saltus {
 
-/// The text as a string of JSON, with its quotes.
+/// The text as a JSON string, with quotes.
 std::string json_string(std::string_view text);
-/// The number as JSON. JSON has no word for NaN and infinities: null.
+/// The number as JSON. JSON has no NaN and no infinities: they become null.
 std::string json_number(double value);
 
 /// An object; members keep their order.
@@ -20,14 +20,14 @@ class JsonObject {
   JsonObject& text(std::string_view key, std::string_view value);
   /// A number; null if it is not finite or absent.
   JsonObject& number(std::string_view key, const std::optional<double>& value);
-  /// A whole number.
+  /// An integer.
   JsonObject& integer(std::string_view key, long value);
   /// true or false.
   JsonObject& flag(std::string_view key, bool value);
-  /// A value that is JSON already.
+  /// A value that is already JSON.
   JsonObject& raw(std::string_view key, std::string_view json);
 
-  /// The object in one line.
+  /// The object on one line.
   std::string str() const;
   /// The object with one line per member and a line break at the end.
   std::string lines() const;
@@ -36,7 +36,7 @@ class JsonObject {
   std::vector<std::string> members_;
 };
 
-/// A list of what `to_json` makes of each item.
+/// A JSON list of the results of `to_json` for all items.
 template <class Items, class ToJson>
 std::string json_list(const Items& items, const ToJson& to_json) {
   std::string list = "[";

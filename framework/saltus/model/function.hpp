@@ -120,7 +120,7 @@ class Function {
   const SparsityPattern& jacobian_pattern() const { return body_->jacobian_pattern(); }
   /// Sparsity of the Hessian of any weighted sum of outputs, inputs x inputs, lower triangle.
   const SparsityPattern& hessian_pattern() const { return body_->hessian_pattern(); }
-  /// Degree of an output as a polynomial in the marked variables. 3 if it is no polynomial of
+  /// Degree of an output as a polynomial in the marked variables. 3 if it is not a polynomial of
   /// degree 0 to 2.
   int degree(int output, const std::vector<char>& variable) const {
     return body_->degree(output, variable);

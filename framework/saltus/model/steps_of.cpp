@@ -26,7 +26,7 @@ FormulaSteps steps_of(const Function& function) {
 
 void check_steps(const FormulaSteps& steps, const Function& function, const VectorXd& z,
                  const char* what, int points) {
-  // Relative rounding error of some thousand operations in another order.
+  // Relative rounding error of a few thousand operations in a different order.
   constexpr double rounding = 1e-9;
   constexpr double radius = 1e-3;  // relative; small for steep formulas (density over altitude)
   Random random(1);

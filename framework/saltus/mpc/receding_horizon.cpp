@@ -17,10 +17,12 @@
 namespace saltus {
 namespace {
 
-// s. Of a shorter tick nothing of the plan would be left, or a part that is rounded.
+// Shortest control period, s. The part of the plan in a shorter tick would be empty or dominated by
+// rounding.
 constexpr double shortest_period = 10.0 * same_instant;
 
-// Ends of a solve at a point that is to be used as it is, and ends that leave one worth looking at.
+// Whether a solve ended at a point that can be used, and whether it stopped early at a point that
+// may be usable.
 bool has_arrived(SolveStatus status) {
   return is_success(status) || status == SolveStatus::step_taken;
 }
@@ -29,16 +31,17 @@ bool was_cut_off(SolveStatus status) {
          status == SolveStatus::numerical_failure;
 }
 
-// In which plans of steps are checked besides the units of the program, where these tell nothing.
-// Asked of another program of the problem, for this one shall have computed nothing before its
-// first tick.
+// Scale in which single-step plans are judged in addition to the units of the program. Empty if the
+// program is well scaled or its scale is unknown. Uses a second transcription, because this one
+// must not be evaluated before its first tick.
 std::optional<ProgramScale> scale_of(MultipleShooting& shooting, const VectorXd& guess) {
   if (shooting.nlp().is_linear_quadratic() || !shooting.options().automatic_scale) return {};
   try {
     MultipleShooting other(shooting.problem(), shooting.options());
     ProgramSize size(other.nlp(), undeclared_quantities(other.program()));
     const ProgramScale as_it_is{1.0, VectorXd::Ones(other.nlp().rows())};
-    // What the guess leaves at zero may reach its bounds, as far as they are no placeholders.
+    // Variables that are zero in the guess may reach their bounds, unless a bound only represents
+    // infinity.
     constexpr double placeholder = 1e8;
     VectorXd reached = guess;
     for (int i = 0; i < reached.size(); ++i)
@@ -48,7 +51,7 @@ std::optional<ProgramScale> scale_of(MultipleShooting& shooting, const VectorXd&
           reached[i] = side;
     if (size.look_at(guess) && size.look_at(reached) && !size.is_well_scaled_where_known(as_it_is))
       return size.to_one();
-  } catch (...) {  // of formulas, at the guess: nothing is known
+  } catch (...) {  // a formula threw at the guess: the scale is unknown
   }
   return {};
 }
@@ -209,7 +212,7 @@ void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   tick_.provenance = Provenance::shifted;
   last_plan_ = Plan::adopted;
   made_at_ = t;
-  failures_ = 0;  // of the plan before
+  failures_ = 0;  // these belong to the previous plan
   outdate();
 }
 
@@ -221,8 +224,8 @@ void RecedingHorizonController::outdate() {
   if (is_prepared()) preparation_ = Preparation::outdated;
 }
 
-// Iterations may not recover from a plan that a wrong measurement made. So every other solve
-// after two failures in a row starts at the guess of the problem.
+// Iterations may not recover from a plan that follows a wrong measurement. After two consecutive
+// failures, every other solve therefore starts at the guess of the problem.
 bool RecedingHorizonController::restarts() const {
   return last_plan_ != Plan::none && failures_ >= 2 && failures_ % 2 == 0;
 }
@@ -234,7 +237,7 @@ RecedingHorizonController::Measurement RecedingHorizonController::examine(
   return fits ? Measurement::usable : Measurement::wrong_size;
 }
 
-// Where the input comes from if the tick makes no plan.
+// Source of the input if the tick makes no plan.
 Provenance RecedingHorizonController::without_solve() const {
   const bool is_too_old = now_ - made_at_ > options_.longest_shift + same_instant;
   return last_plan_ != Plan::none && !is_too_old ? Provenance::shifted : Provenance::fallback;
@@ -255,7 +258,7 @@ void RecedingHorizonController::prepare(double t) noexcept {
   }
   if (last_plan_ != Plan::none) {
     shift_->apply(shooting_->program(), plan_, guess_);
-  } else {  // the problem's guess counts from where the horizon begins, whenever that is
+  } else {  // the guess of the problem is relative to the start of the horizon
     guess_ = initial_;
     const NonlinearProgram& nlp = shooting_->nlp();
     guess_.w = guess_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
@@ -295,7 +298,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   Judge judge = Judge::solver;
   try {
     if (can_be_solved) judge = solve(state, begin);
-  } catch (...) {  // of a program that cannot even be posed
+  } catch (...) {  // the program of this tick is invalid
     tick_.provenance = without_solve();
   }
   const bool accepted = is_of_this_tick(tick_.provenance);
@@ -320,7 +323,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (options_.send) {
     try {
       options_.send(tick_);
-    } catch (...) {  // the input stands, whatever became of it
+    } catch (...) {  // the input is valid even if sending it failed
     }
   }
   if (is_of_this_tick(tick_.provenance) && judge == Judge::check) check_plan();
@@ -332,7 +335,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   return tick_;
 }
 
-// What the plan handed out is for the program itself: an optimum, a feasible point, or neither.
+// Judges the plan for the program itself: an optimum, a feasible point, or neither.
 void RecedingHorizonController::check_plan() noexcept {
   const WallClock::time_point begin = WallClock::now();
   try {
@@ -347,7 +350,7 @@ void RecedingHorizonController::check_plan() noexcept {
         tick_.violation = std::max(tick_.violation, in_scale.feasibility);
       }
     }
-  } catch (...) {  // of formulas: nothing is known, and the input is out
+  } catch (...) {  // a formula threw: nothing is known, and the input has been sent
   }
   if (tick_.violation <= options_.feasibility) {
     const bool is_optimal = tick_.kkt <= options_.optimality;
@@ -363,7 +366,7 @@ RecedingHorizonController::Judge RecedingHorizonController::solve(const VectorRe
   NonlinearProgram& nlp = shooting_->nlp();
   shooting_->start_at(now_, state);
   const WallClock::time_point deadline = seconds_after(begin, options_.deadline);
-  // Of a linear-quadratic program the guess is a start and nothing else.
+  // The result of a linear-quadratic program does not depend on the guess.
   const bool as_it_was = last_plan_ != Plan::none && failures_ == 0 && nlp.is_linear_quadratic() &&
                          shift_->is_same_horizon(shooting_->program(), plan_.w);
   point_ = restarts() ? initial_ : as_it_was ? plan_ : guess_;
@@ -389,7 +392,7 @@ RecedingHorizonController::Judge RecedingHorizonController::solve(const VectorRe
     tick_.provenance = Provenance::optimal;
   else
     tick_.provenance = is_within ? Provenance::feasible : Provenance::step;
-  // A solver's tolerance is no reason to hand over more than the bounds allow.
+  // A point may exceed the bounds by the solver's tolerance. The input must not.
   point_.w = point_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
   return judge;
 }
@@ -405,7 +408,7 @@ void RecedingHorizonController::fall_back(const VectorRef& state) {
     }
     if (!fallback_.allFinite()) fallback_ = options_.fallback_input;
   }
-  // As a plan, so that bounds and events are respected.
+  // Write the fallback into the plan, so that bounds and events are respected.
   const NonlinearProgram& nlp = shooting_->nlp();
   const Grid& grid = shooting_->grid();
   for (int j = 0; j < grid.phases(); ++j) {

@@ -146,7 +146,7 @@ class PlanShift;
 /// weights and nominal magnitudes should then make 1e-8 negligible.
 enum class Provenance {
   optimal,   ///< plan of this tick, an optimum
-  feasible,  ///< plan of this tick, satisfies all rows and bounds but is no optimum
+  feasible,  ///< plan of this tick, satisfies all rows and bounds but is not an optimum
   shifted,   ///< plan of an earlier tick, shifted; its last input is held after its end
   fallback,  ///< no plan, or none that is recent enough: the user's fallback
   step  ///< plan of this tick, a step towards the optimum that is neither optimal nor feasible yet
@@ -297,23 +297,24 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   Solution report();
 
  private:
-  // What is prepared for the next tick. prepare() leads to `ready` or `impossible`, changes of the
-  // schedule, the horizon or the plan from there to `outdated`, and each tick to `none`.
+  // State of the preparation for the next tick. prepare() leads to `ready` or `impossible`. From
+  // there, changes of the schedule, the horizon or the plan lead to `outdated`. Every tick leads to
+  // `none`.
   enum class Preparation {
-    none,       // not even the time of the next tick is known
-    outdated,   // the time is known, the rest has to be prepared again
+    none,       // the time of the next tick is unknown
+    outdated,   // the time is known; everything else must be prepared again
     ready,      // grid, guess and model are those of the next tick
-    impossible  // the terms exclude one another on the grid of the next tick: the old grid stays
+    impossible  // the terms contradict each other on the grid of the next tick: the old grid stays
   };
-  // Where the last accepted plan comes from.
+  // Origin of the last accepted plan.
   enum class Plan {
     none,     // there is none
     adopted,  // adopt_plan(): a trajectory without multipliers
     solved    // a tick
   };
-  // The last measured state.
+  // Validity of the last measured state.
   enum class Measurement { usable, wrong_size, not_finite };
-  // Who says how good the plan of a tick is: its solver, or the check that follows the input.
+  // Judge of the plan of a tick: its solver, or the check that follows the input.
   enum class Judge { solver, check };
 
   MultipleShooting& checked() const;

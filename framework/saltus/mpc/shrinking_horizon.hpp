@@ -51,7 +51,7 @@ class ShrinkingHorizonController {
   double entered_at() const { return entered_; }  ///< entry time in seconds
   /// The active phase.
   const PhaseDefinition& definition() const;
-  /// Adopts a plan of the whole problem that was made before. Allocates.
+  /// Adopts an existing plan of the whole problem. Allocates.
   void adopt_plan(const Trajectory& plan);
   /// Reports that the plant entered a later phase at time t. Allocates. Throws DefinitionError if
   /// there is no such phase or t is not finite.

@@ -228,7 +228,7 @@ class Stack final : public FunctionBody {
     }
   }
 
-  // Rows are concatenated, so entries are, too.
+  // Rows are concatenated, so their entries are too.
   void jacobian(const double* z, double* y, double* entries) const override {
     for (std::size_t i = 0; i < functions_.size(); ++i) {
       const Function& f = functions_[i];

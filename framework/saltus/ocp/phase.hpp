@@ -199,7 +199,7 @@ class Phase {
     return begin_with(std::move(name), std::move(formula), std::vector<Bounds>{bounds},
                       std::move(penalty));
   }
-  /// The same with bounds per row.
+  /// Same as above with one Bounds per row.
   template <class F>
   Phase& begin_with(std::string name, F formula, std::vector<Bounds> bounds,
                     std::optional<Penalty> penalty = std::nullopt) {
@@ -250,7 +250,7 @@ class Phase {
              {});
     return *this;
   }
-  /// The scalar formula once, where the phase begins (after the jump).
+  /// Adds the scalar formula at the start of the phase (after the jump) to the cost.
   template <class F>
   Phase& minimise_at_start(std::string name, F formula) {
     static_assert(returns_rows<F, 1>,
@@ -277,7 +277,7 @@ class Phase {
                       erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }
-  /// 1/2 |residual - reference|^2_W once, where the phase begins (after the jump).
+  /// Adds 1/2 |residual - reference|^2_W at the start of the phase (after the jump).
   template <class F>
   Phase& track_at_start(std::string name, F residual, const VectorXd& weights,
                         Reference reference = {}) {

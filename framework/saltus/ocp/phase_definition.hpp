@@ -216,7 +216,7 @@ void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int co
 /// Appends an integral constraint after checking it.
 void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
                   double magnitude);
-/// Appends tolerances of a term that was declared before.
+/// Appends tolerances of a term that is already declared.
 void add_allowance(PhaseDefinition& phase, std::string&& term, double between_nodes,
                    double at_nodes);
 /// Makes the guard end the phase.

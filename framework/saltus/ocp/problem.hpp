@@ -117,8 +117,8 @@ class OptimalControlProblem {
   bool set_penalty_weight(std::string_view weight_name, double weight);
   /// The schedule, to move events between solves.
   Schedule& editable_schedule() { return schedule_; }
-  /// Phase j, for variants of a problem with another bound or number. check() validates it again.
-  /// Throws DefinitionError if there is no such phase, like all members that take an index.
+  /// Phase j, for variants of a problem with a different bound or number. check() validates it
+  /// again. Throws DefinitionError if there is no such phase, like all members that take an index.
   PhaseDefinition& editable_phase(int j);
   /// Link i, for the same purpose.
   Link& editable_link(int i);

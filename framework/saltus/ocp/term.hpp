@@ -72,7 +72,7 @@ PenaltySlacks penalty_slacks(const Penalty& penalty);
 // Limits of a quantity of the whole problem, an integral or a link: bounds, or a penalty outside
 // them.
 
-/// Bounds of each row: these values alone. `reach("there", state, exactly({2.0, 0.0}))`.
+/// Bounds that fix each row to one of these values: `reach("there", state, exactly({2.0, 0.0}))`.
 inline std::vector<Bounds> exactly(std::initializer_list<double> values) {
   std::vector<Bounds> bounds;
   for (const double value : values) bounds.push_back(exactly(value));

@@ -35,8 +35,8 @@ StageFill StageMap::fill(const SparseQp& qp, bool matrices_changed) noexcept {
   return lists.write(qp, with_matrices);
 }
 
-// First all targets point aside. Constant entries, which scale the dynamics, are then also written
-// there.
+// First all entries are written to the sparse program, including the constant ones that scale the
+// dynamics.
 void StageMap::Lists::write_directly(SparseQp& qp, DirectRows& rows) {
   direct = &rows;
   aside = qp.rows.data();

@@ -399,7 +399,7 @@ void ModeGraph::check(bool limited_phases) const {
   check_transitions();
   check_reachability();
   if (!limited_phases) check_zeno();
-  // Phases, jumps and sizes, with the error messages of the problem they form.
+  // Check phases, jumps and sizes, with the error messages of the problems that they form.
   for (int i = 0; i < size(); ++i) {
     if (!may_begin(i)) continue;
     if (start_.size() != modes_[i].sizes.nx)

@@ -78,7 +78,7 @@ class ModeStages {
   bool is_end_feasible() const { return end_feasible_; }
   /// Largest coefficient of all costs in nominal units, without penalty weights. 1 without costs.
   double largest_cost() const;
-  /// Divides all costs by this number. Invalidates references that of() returned before.
+  /// Divides all costs by this number. Invalidates references returned by of().
   void divide_costs(double by);
   /// True if the mode may begin at this start.
   bool admits(int mode, const VectorXd& scaled_start) const;

@@ -27,18 +27,18 @@ constexpr double rounding = 1e-9;
 // rounding.
 constexpr double same_bound = 1e-9;
 // The cost of the relaxed problem divides the costs, so that tolerances are relative to it. The
-// divisor is at least this part of the largest cost coefficient, which is also the floor of the
+// divisor is at least this fraction of the largest cost coefficient, which is also the floor of the
 // gap. It is recomputed if costs change by more than the second factor.
 constexpr double least_part = 1e-6, rescale_factor = 10.0;
-// The floor is at least this part of the relaxed problem's cost. Rounding errors of sums of such
-// numbers are no gap.
+// The floor is at least this fraction of the relaxed problem's cost. Rounding errors of sums of
+// such numbers do not count as a gap.
 constexpr double rounding_part = 1e-4;
 constexpr int unit_rounds = 3;
 // Accepted difference between solver and search, relative to the cost and to its largest
 // coefficient.
 constexpr double same_cost = 1e-5, same_zero = 1e-8;
-// If the dual bound of a program is off by more than this part of the gap, the program is solved
-// again with this part of the tolerance.
+// If the dual bound of a program is off by more than this fraction of the gap, the program is
+// solved again with this fraction of the tolerance.
 constexpr double loose_bound = 0.25, finer = 1e-3;
 // Number of sequences that are solved before the search reports infeasibility.
 constexpr std::size_t tried_sequences = 4;
@@ -217,7 +217,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     const double begin = thread_microseconds();
     result = solver_->solve(qp_, point_, is_warm);
     solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
-    // Without iterations, the two sides of a row contradict each other.
+    // If the solver made no iterations, the two sides of a row contradict each other.
     if (result.status == QpStatus::infeasible && result.iterations > 0 &&
         !proves_infeasible(qp_, point_, holds_))
       result.status = QpStatus::numerical_failure;

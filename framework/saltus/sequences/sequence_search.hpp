@@ -34,10 +34,11 @@ class SequenceSearch {
   ~SequenceSearch();
 
   /// Solves from `state` at the graph's start time, without earlier results. The mode of `before`
-  /// may continue or end. Throws DefinitionError if the state has another size or is not finite,
+  /// may continue or end. Throws DefinitionError if the state has the wrong size or is not finite,
   /// like solve_next().
   SequenceResult solve(const VectorRef& state, ModeHistory before = {});
-  /// Same as above for another start time in seconds, which conditions at the end may depend on.
+  /// Same as above for a different start time in seconds, which conditions at the end may depend
+  /// on.
   SequenceResult solve(const VectorRef& state, ModeHistory before, double time);
   /// Solves one phase later, after the first mode of the last result was applied and led to
   /// `state`. Reuses the tree of the last solve. Without one, or with limits on ends or entries, it

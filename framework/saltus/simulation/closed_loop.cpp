@@ -396,7 +396,7 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
 
 namespace {
 
-// A plant of the user's own, followed through the phases of the controller's problem.
+// A user-defined plant, followed through the phases of the controller's problem.
 class FollowedPlant final : public LoopPlant {
  public:
   FollowedPlant(ShrinkingHorizonController& controller, LoopPlant& plant)

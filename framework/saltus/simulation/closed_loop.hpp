@@ -76,7 +76,7 @@ struct LoopOptions {
 /// Writes the input for the measured state. The size is the current number of inputs of the plant.
 using FeedbackLaw = std::function<void(double t, const VectorRef& measured, VectorOut input)>;
 
-/// A controller of the user's own. It may run its parts at multiples of its period.
+/// A user-defined controller. It may run its parts at multiples of its period.
 class LoopController {
  public:
   virtual ~LoopController() = default;
@@ -84,8 +84,8 @@ class LoopController {
   virtual double period() const = 0;
   /// The input from `t` on, in one piece or more. It stays valid until the next call.
   virtual const HeldInput& tick(double t, const VectorRef& measured) = 0;
-  /// What the log records of the last tick; empty: nothing, such as between the ticks of a planner
-  /// that runs at a multiple of the period. Called after every tick.
+  /// Record of the last tick for the log. Empty: nothing is recorded, for example between the ticks
+  /// of a planner that runs at a multiple of the period. Called after every tick.
   virtual std::optional<LoopTick> last_tick() { return LoopTick{}; }
   /// Name for messages and results.
   virtual std::string name() const = 0;
@@ -109,7 +109,7 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
 /// LoopPlant::enter_phase(). A plant whose state or input does not fit the new phase ends the run.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
-/// The same for a controller of the user's own. Its problem is not known, so nothing is judged.
+/// The same for a user-defined controller. Its problem is not known, so nothing is judged.
 LoopLog simulate_closed_loop(LoopController& controller, LoopPlant& plant,
                              const LoopOptions& options);
 /// The same for a law u(t, x), evaluated every `period`.

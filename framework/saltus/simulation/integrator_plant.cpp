@@ -89,7 +89,7 @@ bool IntegratorPlant::advance(const VectorRef& input, double length) {
 std::string IntegratorPlant::mode() const {
   if (hybrid_ == nullptr) return {};
   if (mode_ >= 0) return hybrid_->mode_name(mode_);
-  // Before the first step: the mode that an interval of length zero finds.
+  // Before the first step, an interval of length zero determines the mode.
   VectorXd w(w_.size()), end(end_.size());
   w << state_, VectorXd::Zero(inputs()), parameters_, time(), 0.0;
   hybrid_->start_in(-1);

@@ -185,8 +185,8 @@ class PhasedPlant final : public LoopPlant {
   /// Sets the end time in seconds of the active or a later phase. Phases with a guard ignore it.
   /// The default is never.
   void end_phase_at(int phase, double t) { ends_[phase] = t; }
-  /// End time in seconds of the last phase once the plant is in it. Infinite before, with a guard,
-  /// and until set.
+  /// End time in seconds of the last phase once the plant is in it. Infinite until then, until it
+  /// is set, and if a guard ends the phase.
   double end() const;
   /// True if the last phase has ended.
   bool is_over() const { return over_since_.has_value(); }

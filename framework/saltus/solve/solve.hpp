@@ -46,9 +46,10 @@ struct SolveOptions {
 /// A solve that does not converge returns its status and message (Solution) without throwing.
 /// Throws DefinitionError for invalid problems or options.
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options = {});
-/// The same on the grid of a MultipleShooting. Without an integrator that of SolveOptions is taken.
+/// The same on the grid of a MultipleShooting. If `grid` has no integrator, the default of
+/// SolveOptions applies.
 Solution solve_on(const OptimalControlProblem& problem, const ShootingOptions& grid);
-/// The same. A template, so that braces mean SolveOptions.
+/// The same. This function is a template so that braces select SolveOptions.
 template <std::same_as<ShootingOptions> Options>
 Solution solve(const OptimalControlProblem& problem, const Options& grid) {
   return solve_on(problem, grid);

@@ -1,4 +1,4 @@
-// Detects runs that return again and again to points which they have left.
+// Detects runs that keep returning to points they have left.
 #pragma once
 
 #include <algorithm>

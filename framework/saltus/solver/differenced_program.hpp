@@ -11,7 +11,7 @@ namespace saltus {
 
 /// The curvature to solve with: the requested one, or the exact one if the program does not support
 /// it. Empty if the program supports neither; second derivatives are then finite differences.
-/// Gauss-Newton is no substitute for exact curvature: it is zero if no cost is a sum of squares.
+/// Gauss-Newton is not a substitute for exact curvature: it is zero if no cost is a sum of squares.
 std::optional<Curvature> supported_curvature(const NonlinearProgram& program, Curvature asked);
 
 /// All functions except the Hessian are those of `program`, which must outlive this object. The

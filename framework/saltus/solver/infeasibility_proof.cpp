@@ -1,18 +1,19 @@
 // Affine rows g = J w + c between sides l <= g <= u, and bounds lower <= w <= upper. For every
-// lambda and every point that meets them,
+// lambda and every point that satisfies them,
 //
 //     sum_i min(r_i lower_i, r_i upper_i) + lambda'c  <=  lambda'g  <=  sum_k max(lambda_k l_k,
 //     lambda_k u_k),
 //
-// r = J'lambda. If the left side exceeds the right one, there is no such point (Farkas). Candidates
-// for lambda are the multipliers of the least violation,
+// where r = J'lambda. If the left side exceeds the right side, there is no such point (Farkas).
+// Candidates for lambda are the multipliers of the least violation,
 //
 //     min 1/2 |s|^2   subject to   l <= J w + c + s <= u,   lower <= w <= upper.
 //
-// Variables without a bound need r_i = 0. Multipliers of a solver leave rests; they are projected
-// onto J_F'lambda = 0, F the variables away from their bounds. A rest counts as zero only if it is
-// rounding of its own terms, |r_i| <= rounding * sum_k |J_ki lambda_k|: this does not depend on the
-// units of rows and variables, so that small gains prove nothing.
+// Variables without a bound require r_i = 0. The multipliers of a solver leave small residuals r_i.
+// They are projected onto J_F'lambda = 0, where F are the variables away from their bounds. A
+// residual counts as zero only if it is at the rounding level of its own terms, |r_i| <= rounding *
+// sum_k |J_ki lambda_k|. This test does not depend on the units of rows and variables, so small
+// gains prove nothing.
 #include "saltus/solver/infeasibility_proof.hpp"
 
 #include <algorithm>
@@ -27,12 +28,12 @@
 namespace saltus {
 namespace {
 
-constexpr double rounding = 1e-12;  // of a sum, relative to the sum of its terms' sizes
-constexpr double decisive = 1e-9;   // of the contradiction, relative to the sizes of its terms
+constexpr double rounding = 1e-12;  // error of a sum, relative to the sizes of its terms
+constexpr double decisive = 1e-9;   // least contradiction, relative to the magnitudes of its terms
 constexpr int equilibrations = 20, projections = 5;
-constexpr double least_multiplier = 1e-9;  // relative to the largest one: smaller ones are none
+constexpr double least_multiplier = 1e-9;  // relative to the largest: smaller ones are zero
 constexpr double at_bound = 1e-6;          // a variable is at its bound, in equilibrated units
-constexpr double regularisation = 1e-12;   // of rows that depend on one another
+constexpr double regularisation = 1e-12;   // for linearly dependent rows
 
 class Proof {
  public:
@@ -43,7 +44,7 @@ class Proof {
     upper_ = program.upper();
     row_lower_ = program.row_lower();
     row_upper_ = program.row_upper();
-    // Near zero the constants keep their digits, but other rows may have no value there.
+    // Near zero the constants lose no digits, but nonlinear rows may have no value there.
     const VectorXd origin = VectorXd::Zero(n_).cwiseMax(lower_).cwiseMin(upper_);
     is_usable_ = evaluate(program, origin) || (w.size() == n_ && evaluate(program, w));
     if (!is_usable_) return;
@@ -91,7 +92,8 @@ class Proof {
     return true;
   }
 
-  // Units of rows and variables in which the logarithms of the entries of each average to zero.
+  // Finds units of rows and variables in which the logarithms of the entries of each average to
+  // zero.
   void equilibrate() {
     row_unit_ = VectorXd::Ones(m_);
     unit_ = VectorXd::Ones(n_);
@@ -113,7 +115,8 @@ class Proof {
     }
   }
 
-  // Those of the least violation. False if the rows are met, or if the solver fails.
+  // Finds the multipliers of the least violation. Returns false if the rows can be satisfied or the
+  // solver fails.
   bool find_multipliers() {
     std::vector<std::pair<int, int>> rows, hessian;
     pattern_.for_each([&](int k, int i, int) { rows.emplace_back(k, i); });
@@ -146,7 +149,7 @@ class Proof {
     const auto solver =
         make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-10});
     solver->solve(qp, point, false);
-    // Once more with sides of the size of the violation: the tolerance is absolute.
+    // Solve again with sides of the size of the violation, because the tolerance is absolute.
     const double missing = point.lambda.lpNorm<Eigen::Infinity>();
     if (!(missing > 1e-9) || !std::isfinite(missing)) return false;
     divide_sides(missing);
@@ -166,7 +169,7 @@ class Proof {
     return true;
   }
 
-  // The nearest multipliers, relative to their sizes, with J_F'lambda = 0.
+  // Projects to the nearest multipliers, relative to their sizes, with J_F'lambda = 0.
   bool project() {
     if (ldl_ == nullptr) {
       std::vector<std::pair<int, int>> entries;
@@ -191,7 +194,7 @@ class Proof {
     ldl_->solve(rest.data());
     for (int k = 0; k < m_; ++k) {
       const double next = lambda_[k] + std::abs(lambda_[k]) * rest[k];
-      // Inequalities keep the side that they are at.
+      // Multipliers of inequalities keep their signs.
       if (row_lower_[k] == row_upper_[k] || next * lambda_[k] > 0.0) lambda_[k] = next;
     }
     return lambda_.allFinite();

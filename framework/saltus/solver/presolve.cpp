@@ -389,7 +389,7 @@ class Analysis {
     return result;
   }
 
-  // Factor of a relative to b; 0 if they are no multiples.
+  // Factor of a relative to b; 0 if they are not multiples of each other.
   static double multiple(const std::vector<double>& a, const std::vector<double>& b) {
     std::size_t at = 0;
     for (std::size_t i = 0; i < a.size(); ++i)

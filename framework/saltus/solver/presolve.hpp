@@ -12,7 +12,7 @@
 // are compared at points near the start and checked after the solve.
 //
 // A nonlinear row that is constant where an equality with the same variables holds, such as
-// sqrt(x^2 + y^2) = 1 beside x^2 + y^2 = 1, is removed. Both are compared at three points on the
+// sqrt(x^2 + y^2) = 1 next to x^2 + y^2 = 1, is removed. Both are compared at three points on the
 // feasible set of the equality near the start, which Newton's method finds.
 #pragma once
 

@@ -27,8 +27,8 @@ double most_gain(const Solver& solver);
 inline constexpr double most_violation = 1e-6;
 
 /// Solves the program as stated; only cost and rows with derivatives below 1e-2 or above 5e3 at the
-/// start are multiplied by powers of two. If the solver fails, or its result is no optimum of the
-/// program as stated, solves again with everything divided by its size (ProgramSize::to_one).
+/// start are multiplied by powers of two. If the solver fails, or its result is not an optimum of
+/// the program as stated, solves again with everything divided by its size (ProgramSize::to_one).
 /// Returns the first result that is an optimum, otherwise the best one. If its cost can still
 /// decrease, solves up to three more times with the cost magnified. After a breakdown at a point
 /// that satisfies the rows, solves again from there in the scale of that point if it differs. A

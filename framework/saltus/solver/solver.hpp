@@ -69,7 +69,7 @@ enum class SolveStatus {
   /// constraints are violated between the nodes, or the integration error is too large.
   coarse_grid,
   /// An optimum of the program, but not of the problem: at the end of a phase its guard crosses
-  /// zero in the wrong direction, or it crossed zero before.
+  /// zero in the wrong direction, or it has already crossed zero.
   wrong_crossing,
   /// The first-order conditions hold, but the cost decreases along a direction and its negative: a
   /// saddle point or a maximum.

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double first_weight = 1e3;  // times the largest derivative of the cost
 constexpr double growth = 1e3;        // factor for weights that are too small
-// A penalty counts as exact if the bound multiplier of its slack exceeds this part of the weight.
+// A penalty counts as exact if the bound multiplier of its slack exceeds this fraction of the
+// weight.
 constexpr double held = 1e-3;
 
 // Lowers weights and restores them in the destructor.

@@ -207,8 +207,8 @@ void check_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
       describe(solution.status), check.descent, where);
 }
 
-// An unbounded cost appears as whichever limit was reached first, with defects that mean nothing
-// for numbers of that size.
+// Explains failures that are due to an unbounded cost. They appear as whichever limit was reached
+// first, and the defects of such large numbers mean nothing.
 void check_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
   constexpr double endless = 1e6;  // relative to the cost at the start

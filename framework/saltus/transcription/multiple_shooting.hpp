@@ -99,7 +99,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// continue.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
-  /// The trajectory of a point of the program. Throws DefinitionError if w has another size.
+  /// The trajectory of a point of the program. Throws DefinitionError if w has the wrong size.
   Trajectory trajectory(const VectorXd& w) const;
   /// Converts a solver's result for nlp() into a solution. Guards that end phases are sampled at
   /// the nodes and at `inside` points in each interval.

@@ -53,8 +53,8 @@ struct CostInstance {
   int switch_argument = -1;    ///< index of the argument that switches the cost off, or -1
 };
 
-/// Cost of the input change from interval `from` to `to`. `from` is -1 for the input applied
-/// before.
+/// Cost of the input change from interval `from` to `to`. `from` is -1 for the input applied before
+/// the first interval.
 struct ChangeInstance {
   int phase = 0, from = -1, to = 0;  ///< the phase and both intervals
   int block = -1;                    ///< index in the program

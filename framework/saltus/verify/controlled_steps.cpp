@@ -92,7 +92,7 @@ bool ControlledSteps::step() {
   return false;
 }
 
-// Accepts the step or proposes another size.
+// Accepts the step or proposes a different size.
 bool ControlledSteps::accept(double error, int order) {
   const double factor = std::isfinite(error)
                             ? safety * std::pow(std::max(error, 1e-10), -1.0 / order)

@@ -45,7 +45,7 @@ class YamlSection {
   /// Rejects all other keys and suggests the nearest known one.
   void allow_only(const std::vector<std::string>& known) const;
 
-  // Values of a key. They throw InputError if the key is missing or has another type.
+  // Values of a key. They throw InputError if the key is missing or has a different type.
   /// Section of the key.
   YamlSection section(const std::string& key) const;
   /// Text of the key.

@@ -56,7 +56,7 @@ class HybridCurvature {
   HybridCurvature(const IntervalProblem& problem, const HybridModes& modes, OneStepScheme scheme);
 
   /// sum = Hessian of weights' (x | q) at the end, directions x directions. Allocates only if an
-  /// interval has more steps than any before.
+  /// interval has more steps than all previous ones.
   IntegrationStatus hessian(const HybridTape& tape, const VectorXd& weights, Curvature curvature,
                             RowMajorMatrix& sum);
 

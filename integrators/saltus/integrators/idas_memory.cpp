@@ -281,7 +281,7 @@ int IdasMemory::begin(double s, const double* w, bool sensitivities) {
 int IdasMemory::advance(int task, double& reached) {
   const int code = IDASolve(memory_.get(), 1.0, &reached, y_, slope_, task);
   exception_.rethrow();
-  // As in CvodesMemory::advance(): a step of zero is no success.
+  // As in CvodesMemory::advance(): a step of zero is not a success.
   double own_time = 0.0;
   if (code >= 0) IDAGetCurrentTime(memory_.get(), &own_time);
   return code >= 0 && own_time < reached ? IDA_ERR_FAIL : code;

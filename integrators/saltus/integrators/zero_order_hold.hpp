@@ -15,10 +15,10 @@ namespace saltus {
 ///   With Curvature::gauss_newton, rows and columns of the length are zero.
 /// - Does not allocate after construction.
 ///
-/// make() throws DefinitionError with the offending pair of variables if a function has another
+/// make() throws DefinitionError with the offending pair of variables if a function has a different
 /// form. It detects kinks, such as abs() in a formula, by comparing derivatives at random points.
-/// Running costs of another form, such as a time-varying reference, require costs(CostRule::nodes)
-/// or another integrator.
+/// Running costs of a different form, such as a time-varying reference, require
+/// costs(CostRule::nodes) or another integrator.
 IntegratorChoice zero_order_hold();
 
 }  // namespace saltus
