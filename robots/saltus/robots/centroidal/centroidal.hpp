@@ -1,4 +1,4 @@
-// How do contact wrenches move the centre of mass and change the angular momentum about it?
+// Effect of contact wrenches on the centre of mass and on the angular momentum about it.
 //
 // State gamma = (x, v, H): CoM position (m) and velocity (m/s), angular momentum about the CoM
 // (kg m^2/s), all in the world's axes, z up. With contact i at x_i exerting the force f_i and the

@@ -16,7 +16,7 @@ namespace saltus {
 /// `RobotDescription::source` names the origin. Throws InputError like `UrdfModel::read`.
 RobotDescription icub(const std::optional<std::filesystem::path>& urdf = std::nullopt);
 
-/// The URDF of iCubGazeboV2_5 that SALTUS_ICUB_URDF names, else the one downloaded before into the
+/// The URDF of iCubGazeboV2_5 named by SALTUS_ICUB_URDF, else the one downloaded before into the
 /// user's cache folder, else none.
 std::optional<std::filesystem::path> find_icub_urdf();
 

@@ -19,7 +19,7 @@ using Point = Vec<double, 3>;
 using Points = std::vector<Point>;
 
 constexpr int directions = 100;  // number of directions in which extreme points are searched
-// largest volume of two capsules, relative to one, for which a cut is kept
+// a cut is kept if it reduces the volume to this fraction or less
 constexpr double worth_cutting = 0.75;
 constexpr double too_small = 0.025;  // m; clouds with a smaller radius are not cut
 constexpr double overlap = 0.1;      // overlap of the two parts of a cut, relative to the length

@@ -1,4 +1,4 @@
-// Which wrenches can a flat rectangular foot exert on the ground without slipping or tipping?
+// Wrenches that a flat rectangular foot can exert on the ground without slipping or tipping.
 //
 // Wrench w = (fx, fy, fz, tx, ty, tz) in N and Nm, exerted by the ground on the foot, expressed in
 // the sole frame, torque about the sole frame's origin, which lies in the contact plane. The centre
@@ -9,16 +9,16 @@
 //   centre of pressure               x_min fz + ty <= 0,  -x_max fz - ty <= 0,
 //                                    y_min fz - tx <= 0,  -y_max fz + tx <= 0
 //   normal force                     fz_min <= fz <= fz_max
-//   corners, if asked for, torque about the middle of the rectangle, of half sides X and Y:
+//   corners, if requested, torque about the middle of the rectangle, of half sides X and Y:
 //      tz + |Y fx + mu tx| + |X fy + mu ty| <= mu (X + Y) fz
 //     -tz + |Y fx - mu tx| + |X fy - mu ty| <= mu (X + Y) fz
 // for i = 0 .. n-1. An inscribed pyramid lies inside the Coulomb cone |f_xy| <= mu fz (its edges
 // are on the cone), a circumscribed one contains it (its faces touch it): four circumscribed edges
 // are |fx|, |fy| <= mu fz.
 //
-// Torsion that is bounded on its own may be asked of a foot that stands on one corner, which cannot
-// exert any but that of its force: such a foot turns under. The rows `corners` are what four
-// corners with |fx|, |fy| <= mu fz each exert together; S. Caron, Q.-C. Pham, Y. Nakamura,
+// A separate bound on the torsion admits wrenches that a foot on one corner cannot exert, because
+// its only torsion is that of its force. Such a foot turns. The rows `corners` describe the
+// wrenches of four corners with |fx|, |fy| <= mu fz each; S. Caron, Q.-C. Pham, Y. Nakamura,
 // "Stability of surface contacts for humanoid robots: closed-form formulae of the contact wrench
 // cone for rectangular support areas", ICRA 2015.
 #pragma once

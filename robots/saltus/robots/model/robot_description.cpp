@@ -173,7 +173,7 @@ UrdfModel::Foot foot_of(const UrdfModel& model, const RobotDescription& named, S
 }  // namespace
 
 std::string RobotDescription::Mirror::namesake(const std::string& joint) const {
-  // shortest word that is not part of another word by chance, in letters
+  // letters of the shortest word that is unlikely to be part of another word
   constexpr std::size_t telling = 3;
   std::string name = joint;
   if (name.starts_with(left)) return name.replace(0, left.size(), right);

@@ -20,7 +20,7 @@ namespace {
 // Robots have a few hundred links. The functions that read them are recursive.
 constexpr std::size_t most_links = 2000;
 
-// Breaks the reference cycles of links that urdfdom joined to a circle; otherwise they are never
+// Breaks the reference cycles of links that urdfdom joined in a cycle; otherwise they are never
 // freed.
 struct LetGo {
   urdf::ModelInterface& model;

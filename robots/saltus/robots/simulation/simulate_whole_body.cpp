@@ -21,7 +21,8 @@
 namespace saltus::walking {
 namespace {
 
-// The body, with capsules if limbs may not pass through each other or if they cost nothing.
+// The body, with capsules if limbs must not pass through each other or if the description contains
+// capsules.
 FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
                         bool self_collision) {
   FloatingRobot robot = floating_robot(model, description);

@@ -18,7 +18,7 @@ SoleFrame frame_of(const DynamicsModel::SoleMotion& sole) {
   return {sole.pose.translation(), sole.pose.linear()};
 }
 
-// Planners assume level soles, whole-body controllers use the actual ones. Rotation from level axes
+// Planners assume level soles; whole-body controllers use the actual ones. Rotation from level axes
 // to the axes of the sole.
 Mat<double, 3, 3> from_level(const SoleFrame& sole) {
   return sole.rotation.transpose() * levelled(sole).rotation;

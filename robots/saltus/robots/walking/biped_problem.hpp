@@ -147,7 +147,7 @@ class BipedProblem {
   virtual const BipedSettings& settings() const = 0;
   /// Settings of the problem, to be changed before a run.
   virtual BipedSettings& settings() = 0;
-  /// Scales the settings to a robot of another size. A problem with its own weights scales them
+  /// Scales the settings to a robot of a different size. A problem with its own weights scales them
   /// too.
   virtual void scale(const RobotScale& scale) { walking::scale(settings(), scale); }
 

@@ -17,8 +17,8 @@ std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log);
 std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log);
 
 /// Slip of the soles, left and right, one per sample, m: the largest horizontal distance of a
-/// corner from its first contact (swing foot: from its landing; zero before). Corners also detect
-/// rotation about the vertical.
+/// corner from its first contact (swing foot: from its landing; zero until then). Corners also
+/// detect rotation about the vertical.
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
 
 /// Smallest vertical force for which friction is evaluated.

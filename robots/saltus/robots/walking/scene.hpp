@@ -49,8 +49,8 @@ struct Scene {
   Vec<double, 2> target_point() const;
 };
 
-/// Scene of this posture. Its stance foot (of both: the left one) is at the origin of the world,
-/// the other one on the same level ground.
+/// Scene of this posture. Its stance foot (the left one for a posture on both feet) is at the
+/// origin of the world, the other one on the same level ground.
 Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
 /// The first posture on both feet. Throws InputError if there is none.
 const StandingPosture& posture_on_both_feet(const RobotDescription& robot);

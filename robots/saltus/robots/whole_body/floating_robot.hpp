@@ -87,9 +87,9 @@ UrdfModel::Box box_of_inertia(const UrdfModel::Link& link);
 /// model.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
-/// State at rest in the posture, with the contact frame of its stance sole (of both: the left one)
-/// at the origin of the world. Throws InputError, naming the first joint that is outside its
-/// limits.
+/// State at rest in the posture, with the contact frame of its stance sole (the left one for a
+/// posture on both feet) at the origin of the world. Throws InputError, naming the first joint that
+/// is outside its limits.
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture);
 

@@ -7,7 +7,8 @@
 namespace saltus {
 namespace {
 
-constexpr double shortest = 0.01;  // s to go, below which the trajectory is no longer changed
+constexpr double shortest =
+    0.01;  // remaining time below which the trajectory is no longer changed, s
 
 // One step of the quintic from (p, v, a) to rest at `goal` in T.
 void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
