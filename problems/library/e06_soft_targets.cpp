@@ -1,5 +1,5 @@
-// Three carts are pulled towards 1. A soft term penalises the rest of the distance, each with
-// another penalty and another kind of term.
+// Three carts are pulled towards 1. For each cart, a soft term penalises the remaining distance,
+// with a different penalty and a different kind of term.
 //
 //   min int |u|^2 / 2 + P(v)   x' = u, x(0) = 0, one second, v = max(0, 1 - what is reached)
 //

@@ -11,7 +11,7 @@
 namespace saltus::library {
 
 /// Returns the arrays by name, without ".npy"; vectors have one column. Arrays of other types, such
-/// as None for an absent array, are omitted. Throws InputError if the file has another format.
+/// as None for an absent array, are omitted. Throws InputError if the file has a different format.
 std::map<std::string, MatrixXd> read_npz(const std::string& path);
 
 }  // namespace saltus::library

@@ -99,7 +99,8 @@ class OldStepKeys {
       const bool is_told = known.empty() && trigger.empty() ? preset() == "paper"
                                                             : known == "true" || trigger == "push";
       now = is_told ? "push_formula" : "icp_formula";
-      // That nothing is known did not choose a planner where another one is the default.
+      // With preset `robot` or on two feet, step.known=false did not select a planner: the default
+      // applies.
       if (planner.empty() && !is_told && (preset() == "robot" || stance() == "both")) now.clear();
     }
     return replace_by(now);

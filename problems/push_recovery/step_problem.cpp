@@ -1,15 +1,15 @@
-// Where and when to step, as one hybrid optimal control problem: step_planning.md derives it.
+// Places and times of steps as one hybrid optimal control problem; step_planning.md derives it.
 //
 // The pendulum of constant height with a flywheel, per horizontal axis:
 //
 //   c'   = omega (xi + eta - c)        centre of mass
-//   xi'  = omega (xi + eta - p)        capture point once the angular momentum is given back
-//   eta' = nu                          eta = (-H_y, H_x) / (m z omega), what that momentum holds
+//   xi'  = omega (xi + eta - p)        capture point after the angular momentum is back to zero
+//   eta' = nu                          eta = (-H_y, H_x) / (m z omega), effect of that momentum
 //
-// with the centre of pressure p in the soles that stand. Phases take turns: single support on foot
-// k - 1 while foot k swings, double support on feet k - 1 and k. Durations and places are unknown.
-// After the last step the robot is captured: xi lies in the hull of both soles, and an |eta| within
-// its bounds may go back to zero.
+// with the centre of pressure p in the soles on the ground. Phases alternate: single support on
+// foot k - 1 while foot k swings, then double support on feet k - 1 and k. Durations and places are
+// unknown. After the last step the robot is captured: xi lies in the hull of both soles, and eta
+// can return to zero from any value within its bounds.
 #include "problems/push_recovery/step_problem.hpp"
 
 #include <fmt/format.h>
@@ -35,7 +35,8 @@ Vec<typename P::Scalar, 2> foot(int k, const Eigen::MatrixBase<P>& p) {
   return {S(0.0), S(0.0)};
 }
 
-// In the hull of two equal soles: between their centres, and beside by less than half a sole.
+// A point in the hull of two equal soles: on the line between their centres, offset by at most half
+// a sole.
 template <class S>
 Vec<S, 2> in_hull(const Vec<S, 2>& a, const Vec<S, 2>& b, const S& side, const S& forward,
                   const S& sideways, const Vec<double, 2>& sole) {
@@ -178,8 +179,8 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
         return beyond;
       },
       at_most(0.0), soft("reach", w.reach));
-  // Minimum jerk: the peak speed is 15/8 of the mean one. It is linear in where the foot goes: one
-  // that is on its way to `aim` adds a swing by the difference.
+  // Minimum jerk: the peak speed is 15/8 of the mean speed. The motion is linear in its target: if
+  // the target of a foot on its way to `aim` changes, a swing by the difference is added.
   const double mean_speed = model.swing_speed * 8.0 / 15.0;
   phase.reach(
       "swing speed",

@@ -182,7 +182,7 @@ void StepProgram::sample(walking::StepPlan::Motion& motion) const {
   constexpr int pieces = 4;
   constexpr double h = walking::StepPlan::Motion::step / pieces;
   Vec<double, 2> com = state_.head<2>(), capture = state_.segment<2>(2);
-  const Vec<double, 2> lent = state_.segment<2>(4);  // as good as constant meanwhile
+  const Vec<double, 2> lent = state_.segment<2>(4);  // nearly constant meanwhile
   motion.samples = walking::StepPlan::Motion::most_samples;
   for (int i = 0; i < motion.samples; ++i) {
     motion.com[i] = com;

@@ -23,8 +23,7 @@ struct StepSolution {
   int steps = 0;
   std::array<double, most_planned_steps> lift_off{}, landing{};
   std::array<Vec<double, 2>, most_planned_steps> place;  ///< centres of the soles, m
-  /// Of the first interval: centre of the sole that stands, plus what of the centre of pressure
-  /// makes use of it, m; rate of eta, m/s.
+  /// First interval: centre of pressure in the standing sole, m, and rate of eta, m/s.
   Vec<double, 2> pressure = Vec<double, 2>::Zero(), lent_rate = Vec<double, 2>::Zero();
 };
 
@@ -40,13 +39,13 @@ class StepProgram {
   const MultipleShooting& shooting() const { return *shooting_; }
   /// Makes the next solve start from the problem's own guess.
   void restart() { has_plan_ = false; }
-  /// From `state` (StepModel), `elapsed` s after the solve before. `first` bounds what is left of
-  /// the first phase, s. At most so many quadratic programs: it ends when the plan moves no more.
-  /// Does not allocate.
+  /// Solves from `state` (StepModel), `elapsed` s after the previous solve. `first` bounds the
+  /// remaining duration of the first phase, s. Solves at most `most_iterations` quadratic programs
+  /// and stops when the plan no longer changes. Does not allocate.
   const StepSolution& solve(const StepNow<double>& now, const Vec<double, step_states>& state,
                             Bounds first, double elapsed, int most_iterations) noexcept;
-  /// The first seconds of the last solution from the state that it was solved from, its inputs as
-  /// planned, in the frame of StepNow. Does not allocate.
+  /// Samples the first seconds of the last solution, simulated from its start with the planned
+  /// inputs, in the frame of StepNow. Does not allocate.
   void sample(walking::StepPlan::Motion& motion) const;
   /// The plan of the last solution, with its costs by name. Allocates.
   Solution report();

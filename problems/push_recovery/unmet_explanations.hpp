@@ -9,9 +9,9 @@
 
 namespace saltus::push_recovery {
 
-/// The program of wrenches is asked within the verdict's limits on height and angular momentum: by
-/// forces alone nearly every push could be met, on paper. Only times, places and limits may change,
-/// and where a push had left the robot, not what else was measured.
+/// Explanations of the wrench program include the verdict's limits on height and angular momentum,
+/// because forces alone could recover from nearly any push on paper. They propose changes of times,
+/// places, limits and the state after a push, but not of other measured values.
 class PushRecoveryExplanations final : public walking::UnmetExplanations {
  public:
   explicit PushRecoveryExplanations(const LimitsOnTheWay& limits) : limits_(limits) {}

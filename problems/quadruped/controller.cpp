@@ -102,8 +102,8 @@ void Controller::observe(double now, const State<double>& x, const PerLeg<double
   planner_.set_schedule(gait_.contacts());
 }
 
-// Up to the clearance and down to the landing speed, which continues until ground contact;
-// horizontally from the lift-off to the foothold.
+// The foot rises to the clearance and descends to the landing speed, which it keeps until ground
+// contact. Horizontally it moves from the lift-off to the foothold.
 LegCommand Controller::swing(int leg, double now, const Vec<double, 3>& foot) const {
   const double begin = gait_.lifted_at(leg), length = gait_.due_at(leg) - begin;
   const double s = std::max((now - begin) / length, 0.0);

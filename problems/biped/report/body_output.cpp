@@ -96,7 +96,7 @@ Json capsules_json(const std::vector<LinkCapsule>& capsules) {
 constexpr double estimate_settled = 0.25;
 
 // Errors of the estimate after that time: largest error of the CoM relative to the stance sole, and
-// root mean square error of its velocity. Null if the run ends before.
+// root mean square error of its velocity. Null if the run ends earlier.
 Json estimate_figures(const RunLog& log) {
   long count = 0;
   double largest = 0.0, squares = 0.0;

@@ -62,7 +62,7 @@ class MapProgress {
   WallClock::time_point begin_ = WallClock::now(), last_ = begin_;
 };
 
-// Checks what is common to all runs before any file is written.
+// Checks the settings common to all runs before any file is written.
 RobotDescription checked_robot(const BipedSettings& settings) {
   RobotDescription robot = robot_of(settings);
   if (settings.plant.is_whole_body()) {
