@@ -150,7 +150,7 @@ Duel warm_from(const HpipmLibrary& library, const RecordedSequence& sequence, Hp
   return counter.duel();
 }
 
-// HPIPM uses the best of its three starts: one that misses no tick, then the fastest.
+// HPIPM uses the best of its three starts: the fastest of those that miss no tick.
 Duel warm(const HpipmLibrary& library) {
   const RecordedSequence sequence = read_sequence(data_file("step_recovery_sequence.json"));
   std::vector<Hpipm::Start> starts{Hpipm::Start::own, Hpipm::Start::primal};

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 
-OF_COMPUTING = ("_us", "time [us]")  # how long something took
+OF_COMPUTING = ("_us", "time [us]")  # computing times
 COM = ("com_x", "com_y", "com_z")
 ICP = ("icp_x", "icp_y")
 FORCES = ("left_fx", "left_fy", "left_fz", "right_fx", "right_fy", "right_fz")
@@ -30,7 +30,7 @@ def call(command):
 
 
 class Run:
-    """One run of push recovery: what it came to, and its table."""
+    """One run of push recovery: its outcome and its table."""
 
     def __init__(self, folder):
         with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
@@ -44,7 +44,7 @@ class Run:
         return "recovered" if self.summary["recovered"] else f"not recovered: {self.summary['reason']}"
 
     def largest_difference(self, other, names):
-        """Over the columns that both have, until one of them ends."""
+        """The largest difference in the columns and rows that both have."""
         pairs = [pair for name in names if name in self.columns for pair in zip(self.columns[name], other.columns[name])]
         return max((abs(a - b) for a, b in pairs if not math.isnan(a - b)), default=0.0)
 

@@ -2,10 +2,10 @@
 
 Usage: compare_mode_search.py PROGRAM PROBLEM PHASES STARTS [--limit SECONDS] [--from FIRST]
 
-PROGRAM is the built mode_search. PROBLEM is walls, thermostats or tanks. The models are written here once more from the
-equations in problems/library/s0*.cpp, and the same starts are solved by SCIP: gap 0, feasibility 1e-9. Prints a line per
-start; exits with 1 where an optimum differs by more than 1e-6 of its size or ours lies outside SCIP's bounds. Needs the package
-pyscipopt (PyPI) and numpy; without them it says so and exits with 77, which ctest counts as skipped.
+PROGRAM is the built mode_search. PROBLEM is walls, thermostats or tanks. The models are written again from the
+equations in problems/library/s0*.cpp. SCIP solves the same starts with gap 0 and feasibility 1e-9. Prints a line per
+start. Exits with 1 if an optimum differs by more than 1e-6 of its size or ours lies outside SCIP's bounds. Needs the
+packages pyscipopt (PyPI) and numpy. Without them it prints a message and exits with 77, which ctest counts as skipped.
 """
 
 import argparse
@@ -24,7 +24,7 @@ AGREEMENT = 1e-6  # relative
 
 
 def held(A, B, h):
-    """Exact flow of x' = A x + B u with u held for h."""
+    """Exact flow of x' = A x + B u over the time h with constant u."""
     n, m = B.shape
     M = np.zeros((n + m, n + m))
     M[:n, :n], M[:n, n:] = A * h, B * h
@@ -42,7 +42,7 @@ def new_model(limit):
     model.setParam("numerics/feastol", 1e-9)
     model.setParam("numerics/dualfeastol", 1e-9)
     model.setParam("limits/time", limit)
-    model.setParam("timing/clocktype", 1)  # of the processor
+    model.setParam("timing/clocktype", 1)  # processor time
     model.setParam("parallel/maxnthreads", 1)
     return model
 
@@ -52,8 +52,8 @@ def free(model, lower, upper):
 
 
 def minimise(model, squares, rest=0.0):
-    """Least sum of weight * expression^2, plus what is linear. A row for each square: SCIP cuts from one variable's parabola
-    at once, where one row with the whole cost took it minutes in place of seconds."""
+    """Minimises the sum of weight * expression^2 plus the linear cost `rest`. Each square has its own row, because SCIP
+    then takes seconds; with one row for the whole cost it takes minutes."""
     total = rest
     for weight, expression in squares:
         t = model.addVar()
@@ -80,7 +80,7 @@ def walls(model, x0, N):
         Ad, Bd = held(A, B, h)
         low, high = (-d, d) if wall == 0 else ((d, 2.0) if wall == 1 else (-2.0, -d))
         modes.append((Ad, Bd[:, :1], Bd[:, 1], low, high))
-    # The start is a number: which modes it admits is known, and it has no copies.
+    # The start is given, so its possible modes are known and it has no copies.
     x = [[float(v) for v in x0]] + [[free(model, -b, b) for b in top] for _ in range(N)]
     u = [free(model, -1, 1) for _ in range(N)]
     for s in range(N):
@@ -119,7 +119,7 @@ def walls(model, x0, N):
 
 
 def changes(model, switches, N):
-    """Variables that are 1 where a switch differs from the step before."""
+    """Variables that are 1 if a switch differs from the previous step."""
     c = [None] + [model.addVar(vtype="B") for _ in range(N - 1)]
     for k in range(1, N):
         for s in switches:

@@ -11,7 +11,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-// Far below the changes between neighbours of the sweep.
+// The tolerance is far below the changes between neighbouring points of the sweep.
 constexpr double solver_tolerance = 1e-10;
 
 MultipleShooting transcribe_variant(const SweepVariant& variant) {
@@ -56,7 +56,8 @@ SweepPoint ImpactSweep::solve(double impact_time) {
   shooting_.retime("impact", impact_time);
   bool is_warm = last_.ok();
   if (is_warm) {
-    // States and inputs by their times, multipliers unchanged: the rows keep their order.
+    // Shifts states and inputs in time and keeps the multipliers, because the rows keep their
+    // order.
     NlpPoint start = last_.point;
     start.w = shooting_.guess_from(last_.trajectory).w;
     last_ = saltus::solve(shooting_, *solver_, start);

@@ -39,7 +39,7 @@ struct SweepPoint {
 };
 
 /// One transcription for all impact times, retimed between solves; every solve starts from the
-/// solution before.
+/// previous solution.
 class ImpactSweep {
  public:
   explicit ImpactSweep(const SweepVariant& variant);

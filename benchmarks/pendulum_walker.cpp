@@ -14,7 +14,7 @@ using walking::StepSituation;
 using Vector2 = Vec<double, 2>;
 using Vector3 = Vec<double, 3>;
 
-// Follows the polynomial of fifth order to rest at `to` in `left` seconds for the time h.
+// Advances by h along the quintic that reaches rest at `to` in `left` seconds.
 struct SwingFoot {
   Vector3 position, velocity = Vector3::Zero(), acceleration = Vector3::Zero();
 

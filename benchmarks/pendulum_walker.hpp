@@ -1,5 +1,5 @@
-// A pendulum with a flywheel that follows its planner of steps: the plant for the comparison of
-// planners alone.
+// A pendulum with a flywheel that follows a step planner: the plant for comparisons of planners
+// alone.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ struct WalkerOptions {
   SoleCentres centres{{0.0265, 0.005}, {0.0265, -0.005}};
   Vec<double, 2> half_sole{0.08, 0.036};  // m
   double lent = 0.0, lent_rate = 0.0;     // bounds on eta, m, and its rate, m/s
-  double apart = 0.14;                    // of the soles' origins at the start, m
+  double apart = 0.14;                    // initial distance of the soles' origins, m
   bool left_stands = true, right_stands = false;
   double period = 0.01, duration = 4.0;  // s
 };
@@ -35,8 +35,8 @@ struct WalkerRun {
   std::vector<int> iterations;      ///< quadratic programs of each tick
 };
 
-/// The planner's own first input acts on the pendulum, as far as the true soles allow. Recovered:
-/// at the end the capture point is at rest within what stands.
+/// Applies the planner's first input to the pendulum, within the limits of the true soles. A run
+/// counts as recovered if at the end the capture point is at rest within the standing soles.
 WalkerRun walk(StepChoice& planner, const WalkerOptions& options,
                std::span<const PendulumPush> pushes,
                const std::function<void(const StepSituation&, const StepPlan&)>& observe = {});

@@ -1,7 +1,7 @@
-// Largest push of a pendulum per direction, depending on the freedom of its planner of steps.
-// Prints CSV: direction (deg), then the largest impulse (N s) that was recovered with
-// time and place fixed, place free, time free, both free, several steps; and the bound of the
-// pendulum for 0 to 3 steps. `step_map [left|both] [directions]`
+// Largest push of a pendulum per direction, depending on the freedom of its step planner. Prints
+// CSV: direction (deg), then the largest impulse (N s) that was recovered with time and place
+// fixed, place free, time free, both free, several steps; and the bound of the pendulum for 0 to 3
+// steps. `step_map [left|both] [directions]`
 #include <fmt/format.h>
 
 #include <cmath>

@@ -24,8 +24,8 @@ struct StepRecovery {
 };
 
 CentroidalState nominal_start();
-/// Pushed towards -y within 0.4 rad by a speed in m/s (of the recipe unless said), position within
-/// (10, 5, 5) mm of the nominal one, angular momentum within (0.4, 0.4, 0.1) Nms.
+/// Pushed towards -y within 0.4 rad by a speed in m/s, by default that of the recipe. The position
+/// is within (10, 5, 5) mm of the nominal one, the angular momentum within (0.4, 0.4, 0.1) Nms.
 CentroidalState random_start(std::uint64_t seed, const Bounds& push = between(0.2, 0.3));
 /// Pushes for which the capture point reaches the edge of the hull after the landing at stage 7 of
 /// 15. All have a solution, and in 994 of the first 1000 seeds a row is active.

@@ -55,7 +55,7 @@ def short(value, extent=1.0):
 
 
 def svg(rows, modes, channels, inputs):
-    """Small plots of the channels over time, one beside the other; bands mark modes, orange marks inputs."""
+    """Small plots of the channels over time, next to each other; bands mark modes, orange marks inputs."""
     times = [row[0] for row in rows]
     begin, span = times[0], (times[-1] - times[0]) or 1.0
     shown = channels[:MOST_CELLS]
@@ -146,7 +146,7 @@ RELATIONS = {"<=": r"\le ", ">=": r"\ge ", "->": r"\to ", "*": r"\cdot "}
 
 
 def closing(text, begin, pair="()"):
-    """The place of the bracket that closes the one at `begin`."""
+    """Position of the bracket that closes the one at `begin`."""
     depth = 0
     for i in range(begin, len(text)):
         depth += (text[i] == pair[0]) - (text[i] == pair[1])
@@ -265,7 +265,7 @@ def tex_of_line(text):
 
 
 def tex(block):
-    """The equations of a comment as a block of formulas. An indented line continues the line before."""
+    """The equations of a comment as a block of formulas. An indented line continues the previous line."""
     rows = [("& \\qquad " if line.startswith("    ") else "& ") + tex_of_line(line.strip()) for line in block.splitlines()]
     return "```math\n\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}\n```"
 

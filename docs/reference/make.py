@@ -173,7 +173,7 @@ class Page:
         codes = [part for part in parts if part.startswith("`")]
         line = "".join("\0" if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
         line = INLINE_FORMULA.sub(lambda match: self.formulas.mark(self.name, match[1], False), line)
-        if "$" in re.sub(r"\$(\{\w+\}|\(\w+\))", "", line):  # variables of shells and of CMake are no formulas
+        if "$" in re.sub(r"\$(\{\w+\}|\(\w+\))", "", line):  # variables of shells and of CMake are not formulas
             self.lacking.append(f"{self.name}: a formula begins or ends with $, but not both: {line}")
 
         def with_codes(text):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens the pages that make.py made in a headless browser, at the widths of a desk and of a telephone.
+"""Opens the pages that make.py made in a headless browser, at the widths of a desktop and of a telephone.
 
 Usage: open_pages.py FOLDER [--pictures OUT] [PAGE...]
 
@@ -21,7 +21,7 @@ SKIPPED = 77
 WIDTHS = {1280: 900, 400: 800}  # width and height of the window, pixels
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SLACK = 1  # pixels, for rounding
-# What is wider than its place, by the id or class of the widest element, and what of a formula is shown as text.
+# Returns the elements that overflow, by the id or class of the widest one, and formulas that are shown as text.
 EXAMINE = """(() => {
   const wrong = [];
   for (const part of [document.documentElement, document.body, document.querySelector("#doc-content")]) {
@@ -42,7 +42,7 @@ EXAMINE = """(() => {
 
 
 class Browser:
-    """Chromium, spoken to by its DevTools protocol over two pipes."""
+    """Chromium, controlled by its DevTools protocol over two pipes."""
 
     def __init__(self, program, profile):
         theirs_in, self.out = os.pipe()
@@ -72,7 +72,7 @@ class Browser:
         return json.loads(message)
 
     def call(self, method, **parameters):
-        """Sends a command and returns its answer. Events on the way are kept."""
+        """Sends a command and returns its answer. Events received meanwhile are kept."""
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters}
         if self.session:
@@ -99,7 +99,7 @@ class Browser:
         self.call("Page.navigate", url=f"file://{path}")
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self.receive())
-        # Scripts that wait for the document run before this answer.
+        # Scripts that wait for the document run before this call returns.
         self.call("Runtime.evaluate", expression="new Promise(r => setTimeout(r, 20))", awaitPromise=True)
         return [sentence for sentence in map(self.error, self.events) if sentence]
 

@@ -8,7 +8,7 @@ import socket
 
 @contextlib.contextmanager
 def whole_file(path):
-    """Yields the name of an empty file beside `path`, private to this user, whose content replaces `path` in one step.
+    """Yields the name of an empty file next to `path`, private to this user, whose content replaces `path` in one step.
 
     After an error or an interruption `path` is unchanged. OSError names `path`. The file of a killed process is hidden and
     ends with the name of its machine, its number and .part. The next run into the folder on that machine removes it.

@@ -1,10 +1,10 @@
-"""Bad input by kind, each given to the program as a user would: what it says and with which status. Nothing may hang, end by
-a signal, blame itself (status 1) or leave half a file. The table is docs/bad_inputs.md.
+"""Gives each kind of bad input to the program, as a user would, and records its message and exit status. No run may
+hang, end by a signal, report an internal error (status 1) or leave a partial file. The table is docs/bad_inputs.md.
 
-  bad_inputs.py SALTUS PAGE            as tests do: outcomes that differ from the page's, status 1
+  bad_inputs.py SALTUS PAGE            the test: prints outcomes that differ from the page; status 1 if any
   bad_inputs.py SALTUS PAGE --write    writes the page
-  bad_inputs.py SALTUS --only TEXT     those whose kind has the text, on the terminal
-  bad_inputs.py ... --sanitized        of a program that the address sanitizer reserves terabytes of addresses for
+  bad_inputs.py SALTUS --only TEXT     prints the kinds that contain the text
+  bad_inputs.py ... --sanitized        for a program with the address sanitizer, which reserves terabytes of addresses
 """
 
 import argparse

@@ -82,7 +82,7 @@ class Stopped(unittest.TestCase):
             time.sleep(self.random.uniform(0.0, 1.1 * whole))
             process.send_signal(kind)
             status, out, error = self.finish(process)
-            # The program may have ended before.
+            # The program may have ended already.
             self.assertIn(status, (0, -kind, 128 + kind), out + error)
             self.assertEqual(unreadable(self.out), [], f"seed {SEED}")
         status, out, error = self.once(words)

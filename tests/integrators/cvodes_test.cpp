@@ -122,7 +122,7 @@ TEST(Cvodes, ReportsFailuresAsStatus) {
 }
 
 // Reference sizes of the sensitivities: states count by their typical size, parameters and the
-// length by their values. The start time does not enter, since it is no measure of duration.
+// length by their values. The start time does not enter, since it is not a measure of duration.
 TEST(Cvodes, SensitivityScalesExcludeTheStart) {
   IntervalProblem problem;
   problem.arguments = {1, 1, 1};

@@ -158,7 +158,7 @@ TEST_P(HybridEdges, GrazingIsReported) {
 
 TEST_P(HybridEdges, StartOnAGuard) {
   const VectorXd p = vec({9.81, 0.8}), times = vec({0.0, 0.3});
-  // Leaving the guard is no event. Moving into it is an immediate event. Resting on it is
+  // Leaving the guard is not an event. Moving into it is an immediate event. Resting on it is
   // undecided.
   const HybridSimulation leaves = run(bouncing_ball(), vec({0.0, 2.0}), times, p);
   ASSERT_EQ(leaves.status, IntegrationStatus::success) << leaves.message;
@@ -317,7 +317,7 @@ TEST_P(HybridEdges, ReportsAnUndefinedGuard) {
 }
 
 // x = (height, speed, number of bounces). The first seven bounces shrink by decreasing factors,
-// 0.67, 0.45, ... 0.06. That is no geometric series, whose limit could be predicted. The eighth
+// 0.67, 0.45, ... 0.06. That is not a geometric series, whose limit could be predicted. The eighth
 // bounce throws the ball up again.
 TEST_P(HybridEdges, FallingShrinkFactorsAreNotAccumulation) {
   Automaton<3> system;
@@ -687,7 +687,8 @@ TEST_P(HybridSecondOrder, AtLengthZeroAndWhileSliding) {
   EXPECT_FALSE(GetParam().choice->make(moving_surface())->has_hessian());
 }
 
-// Event 'half' at 0.5 on the way up by 1 / s, without a jump. The formula throws on demand.
+// Event 'half': the state crosses 0.5 upwards at a rate of 1 / s, without a jump. The formula
+// throws on demand.
 bool throws = false;
 IntervalProblem ramp_with_an_event() {
   const auto ramp = [](const auto&, const auto& x) {

@@ -5,7 +5,7 @@ Usage: check_language.py ROOT [--list FOLDER] [--write]
 
 Rules, counted per top folder:
   fragment  a doc comment (///) that is only a prepositional or relative phrase, such as "Of the rows."
-  phrase    an expression of PHRASES in a comment or page; the glossary of the field has a plain one
+  phrase    an expression of PHRASES in a comment or page; a term of the field is plainer
   wide      a line of prose in a page with more than 120 characters
   long      a sentence in a page with more than 30 words
   subject   a commit subject after BASE with more than 72 characters

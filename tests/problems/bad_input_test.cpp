@@ -1,5 +1,5 @@
 // Messages of whole-body runs for invalid input: one sentence, exit status 2. A robot that falls is
-// a result, status 0. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// a result, status 0. Needs the URDF file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -38,7 +38,7 @@ Outcome run(const Config& config) {
 void expect_every_solve_optimal(const RunLog& log) {
   for (const LoopTick& tick : log.ticks) {
     ASSERT_EQ(tick.status, SolveStatus::optimal) << tick.time << ": " << tick.message;
-    // Our own residual; the solver's tolerance is 1e-8, scaled its own way.
+    // Our own residual. The solver scales its tolerance of 1e-8 differently.
     ASSERT_LT(tick.kkt, 1e-6) << tick.time;
   }
 }

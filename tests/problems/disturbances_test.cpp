@@ -1,5 +1,5 @@
-// Disturbances of the whole body in DART: the step must still recover from 6 N s. Needs the URDF,
-// whose file SALTUS_ICUB_URDF names.
+// Disturbances of the whole body in DART: the step must still recover from 6 N s. Needs the URDF
+// file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +25,9 @@ class Disturbed : public IcubInDart {
   }
 };
 
-// 1 mm, 0.1 degrees, 2 % of the forces; the velocities as a straight line through 90 ms of such
-// measurements, 2 ms apart, leaves them: sigma sqrt(12 / 45) / 0.09 s.
+// Noise of 1 mm, 0.1 degrees and 2 % of the forces. The noise of the velocities is what remains if
+// a straight line is fitted to 90 ms of such measurements, 2 ms apart: sigma sqrt(12 / 45) / 0.09
+// s.
 TEST_F(Disturbed, RecoversDespiteNoiseAndDelay) {
   config.plant.noise = {.position = 1e-3,
                         .angle = 1.75e-3,

@@ -1,4 +1,4 @@
-// Push recovery on the whole body in DART. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// Push recovery on the whole body in DART. Needs the URDF file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
 #include <algorithm>

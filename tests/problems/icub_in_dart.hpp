@@ -1,4 +1,4 @@
-// A short run of iCub in DART, for tests. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// A short run of iCub in DART, for tests. Needs the URDF file named by SALTUS_ICUB_URDF.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -46,11 +46,12 @@ class Impact : public testing::TestWithParam<SweepVariant> {};
 
 TEST_P(Impact, GridTimesAreNotSpecial) {
   ImpactSweep sweep(GetParam());
-  constexpr double agreement = 1e-4;  // relative; what the problem itself changes in 1 us is 2e-5
+  constexpr double agreement = 1e-4;  // relative; the problem itself changes by 2e-5 in 1 us
   for (const double grid_time : grid_times(GetParam().step)) {
     const SweepPoint at = solved(sweep, grid_time);
     const double size = at.first_input.cwiseAbs().maxCoeff();
-    // At 1 us the impact is the node or a sliver from it, as rounding falls; farther off a sliver.
+    // At 1 us, rounding decides whether the impact is at the node or a sliver away from it. Farther
+    // away there is always a sliver.
     for (const double offset : {-1e-6, 1e-6, -1.1e-6, 1.1e-6}) {
       const SweepPoint near = solved(sweep, grid_time + offset);
       EXPECT_NEAR(near.cost, at.cost, agreement * at.cost) << grid_time << " + " << offset;
@@ -60,8 +61,8 @@ TEST_P(Impact, GridTimesAreNotSpecial) {
   }
 }
 
-// Steps of 0.1 ms around every grid time and where the steps of 1 ms are steepest; throughout if
-// SALTUS_FULL_SWEEP is set (benchmarks/impact_sweep_table.cpp does that too).
+// Steps of 0.1 ms around every grid time and where the steps of 1 ms are steepest. If
+// SALTUS_FULL_SWEEP is set, everywhere, as in benchmarks/impact_sweep_table.cpp.
 TEST_P(Impact, NeighbouringCostsConverge) {
   ImpactSweep sweep(GetParam());
   const std::vector<double> times = sweep_times(1e-3);
@@ -100,7 +101,7 @@ TEST_P(Impact, RoundingToTheGridGivesAStaircase) {
     return largest_change(points);
   };
   const Change coarse = rounded(1e-3), fine = rounded(1e-4);
-  EXPECT_NEAR(fine.cost, coarse.cost, 1e-6 * coarse.cost);  // the optimum is that accurate
+  EXPECT_NEAR(fine.cost, coarse.cost, 1e-6 * coarse.cost);  // accuracy of the optimum
   EXPECT_GT(fine.cost, 0.05);  // 0.07 to 0.62, while the exact cost changes 0.003 in 0.1 ms
   RecordProperty("staircase_cost", std::to_string(coarse.cost));
   RecordProperty("staircase_input", std::to_string(coarse.input));

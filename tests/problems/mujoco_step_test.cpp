@@ -1,5 +1,5 @@
-// The result of a push in two engines: the step must recover in MuJoCo as in DART. Needs the URDF,
-// whose file SALTUS_ICUB_URDF names.
+// The result of a push in two engines: the step must recover in MuJoCo as in DART. Needs the URDF
+// file named by SALTUS_ICUB_URDF.
 #include <algorithm>
 
 #include "saltus/robots/mujoco/mujoco_plant.hpp"

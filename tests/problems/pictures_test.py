@@ -147,7 +147,7 @@ class Pictures(unittest.TestCase):
         self.assertNotIn("Measured vertical force", page)
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
 
-    # A first push of zero is no push. Old results contain only the first push.
+    # A first push of zero does not count as a push. Old results contain only the first push.
     def test_pushes_match_the_given_ones(self):
         pushed = simulate("list", "--push.impulse", "0", "--pushes", "0.5 3 90; 2 4 0 0.2")
         summary = summary_of(pushed)

@@ -1,8 +1,8 @@
 // iCub in DART with simulated sensors, random pushes for a given time, and a restart after each
 // fall. Every tick must give an input, falls are the only failures, and no memory may leak.
 // SALTUS_PUSHED_SECONDS=3600 runs the hour before a release and prints the results.
-// SALTUS_PUSHED_SEED sets the first seed instead of 1. Needs the URDF, whose file SALTUS_ICUB_URDF
-// names.
+// SALTUS_PUSHED_SEED sets the first seed instead of 1. Needs the URDF file named by
+// SALTUS_ICUB_URDF.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <malloc.h>

@@ -19,7 +19,7 @@ PATIENCE = 300  # s for a page; a replay is drawn without a graphics card
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
 URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 BROWSER = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-# A remark of its drivers on screenshots of software rendering.
+# A message of the graphics drivers about screenshots with software rendering.
 OF_THE_DRIVER = "GL Driver Message"
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
@@ -87,7 +87,7 @@ class Browser(unittest.TestCase):
         with open(os.path.join(html, "index.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertIn('class="katex-display"', page, "the first page shows no formula")
-        # Types a word, and leaves what the frame of results shows where it can be read.
+        # Types a word and makes the content of the result frame readable.
         typed = """<script>
           const typed = () => {
             document.getElementById("MSearchField").value = "make_native_solver";

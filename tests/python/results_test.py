@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The Python package: tables as arrays, runs by the program, logs that their readers give back.
+"""The Python package: tables as arrays, runs by the program, and logs that other readers can read.
 
-Usage: results_test.py PROGRAM. What needs h5py or mcap is skipped without them.
+Usage: results_test.py PROGRAM. Tests that need h5py or mcap are skipped without them.
 """
 
 import json

@@ -90,7 +90,7 @@ class Children(unittest.TestCase):
         process.send_signal(signal.SIGKILL)
         process.communicate()
         for _ in range(100):  # 5 s
-            if state_of(number) in ("", "Z"):  # gone, or nobody has asked for its status yet
+            if state_of(number) in ("", "Z"):  # ended, or its status has not been read yet
                 return
             time.sleep(0.05)
         os.kill(number, signal.SIGKILL)

@@ -198,7 +198,7 @@ TEST(AlmostRepeatedStages, AreNotTreatedAsRepeated) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(almost_repeated_stages(seed), seed);
 }
 
-// The same rows in stages of other sizes. Each stage has its own positions for their entries.
+// The same rows in stages of different sizes. Each stage has its own positions for their entries.
 TEST(RepeatedRows, StagesOfOtherSizesHaveSeparateStorage) {
   constexpr int nx = 7;
   for (int seed = 1; seed <= 40; ++seed) {

@@ -412,7 +412,7 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrAreInfeasible) {
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal);
   row.lower[0] = 2.5;
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
-  // The start decides, also where it arrives after the rest of the program.
+  // The value of the start decides, also if it is set after the rest of the program was prepared.
   const auto solver = make_riccati_solver(qp);
   solver->prepare(qp);
   for (const double start : {3.0, 2.0, 2.25, 3.5}) {

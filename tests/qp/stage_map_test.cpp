@@ -279,7 +279,8 @@ TEST(StageMap, SoftRowWithoutABoundKeepsItsColumns) {
   }
 }
 
-// --- the solver behind the seam of sparse programs ----------------------------------------------
+// --- the solver behind the interface of sparse programs
+// ----------------------------------------------
 
 class DenseStages final : public StageQpSolver {
  public:

@@ -127,7 +127,7 @@ TEST_F(SyntheticProblem, SamplesMatchTheWholeBodyController) {
   EXPECT_EQ(log.control_calls, 25);
 }
 
-// A robot that is no SimulatedRobot for its users: it passes everything on to one.
+// Hides a SimulatedRobot from its users and forwards all calls to it.
 class RemoteRobot final : public Robot {
  public:
   explicit RemoteRobot(SimulatedRobot& robot) : robot_(robot) {}
@@ -141,7 +141,7 @@ class RemoteRobot final : public Robot {
   SimulatedRobot& robot_;
 };
 
-// A program of the user's own drives any Robot with the torques of simulate(), to the bit.
+// A user's program drives any Robot with the torques of simulate(), identical to the bit.
 TEST_F(SyntheticProblem, AnyRobotGetsTheTorquesOfTheSimulation) {
   BipedSettings& settings = problem.settings();
   settings.robot.mass_error = 0.1;

@@ -1,4 +1,4 @@
-// Distances of limbs, on iCub. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// Distances of limbs, on iCub. Needs the URDF file named by SALTUS_ICUB_URDF.
 #include "saltus/robots/whole_body/clearance.hpp"
 
 #include <gtest/gtest.h>

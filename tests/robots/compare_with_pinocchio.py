@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Are iCub's CoM, momentum, mass matrix, bias forces and Jacobians those of Pinocchio?
+"""Compares iCub's CoM, momentum, mass matrix, bias forces and Jacobians with those of Pinocchio.
 
 Usage: compare_with_pinocchio.py PRINT_DYNAMICS. In 100 random states of the URDF that
-SALTUS_ICUB_URDF names, to 1e-9 of the largest entry of each quantity. Exits with 77, "skipped", where
-the package pin (PyPI) or the URDF is missing.
+SALTUS_ICUB_URDF names, to 1e-9 of the largest entry of each quantity. Exits with 77, "skipped", if the package pin
+(PyPI) or the URDF is missing.
 """
 
 import json
@@ -25,7 +25,7 @@ except ImportError:
 
 
 def reduced_model(kept):
-    """The free-floating robot with every joint but these frozen at zero."""
+    """The free-floating robot with all joints except these frozen at zero."""
     model = pin.buildModelFromUrdf(URDF, pin.JointModelFreeFlyer())
     locked = [i for i in range(2, model.njoints) if model.names[i] not in kept]
     return pin.buildReducedModel(model, locked, pin.neutral(model))

@@ -236,7 +236,6 @@ TEST(BaseEstimator, PinnedFootDoesNotMove) {
   EXPECT_LT(std::abs(std::atan2(R(1, 0), R(0, 0))), 1e-4);
 }
 
-// q = a t^2 / 2: the velocity is that of the lag before.
 // At rest on one foot, with an unknown gyroscope bias.
 TEST(BaseEstimator, RestingSoleDeterminesGyroscopeBias) {
   const auto error_after_a_second = [](bool rests) {
@@ -262,6 +261,7 @@ TEST(BaseEstimator, RestingSoleDeterminesGyroscopeBias) {
   EXPECT_GT(error_after_a_second(false), 3e-3);
 }
 
+// For q = a t^2 / 2 the filter returns the velocity one lag earlier.
 TEST(JointVelocityFilter, DelaysByTheLag) {
   constexpr double T = 1e-3, a = 30.0;
   for (const double lag : {0.5e-3, 2e-3, 10e-3, 90e-3}) {

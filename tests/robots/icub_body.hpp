@@ -1,4 +1,4 @@
-// iCub as a FloatingRobot, for tests. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// iCub as a FloatingRobot, for tests. Needs the URDF file named by SALTUS_ICUB_URDF.
 #pragma once
 
 #include <gtest/gtest.h>

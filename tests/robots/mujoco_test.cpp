@@ -1,5 +1,5 @@
 // MuJoCo as a second engine: it must have the same robot model as DART, obey the laws of motion,
-// and agree on the result of a push. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+// and agree on the result of a push. Needs the URDF file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -172,8 +172,8 @@ TEST(Icub, HasTheOfficialData) {
   EXPECT_LT(robot.posture("left_stance").com.head<2>().norm(), 0.003);
 }
 
-// The model's right sole lies 0.106 mm behind the left one (posture zero); its masses are as near
-// to mirror images. Seen from the other sole that counts twice.
+// The model's right sole lies 0.106 mm behind the left one (posture zero), and its masses deviate
+// from mirror symmetry by about as much. Seen from the other sole, the error is doubled.
 constexpr double asymmetry = 2.2e-4;  // m
 
 TEST(Icub, ParameterFileAgreesWithTheUrdf) {
@@ -214,7 +214,7 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
   EXPECT_EQ(model.moving_joint_names().size(), 32u);
 }
 
-// A joint at a time, so that a wrong sign cannot hide.
+// One joint at a time, so that a wrong sign cannot hide.
 TEST(Icub, MirroredJointsGiveTheMirroredBody) {
   const char* urdf = std::getenv("SALTUS_ICUB_URDF");
   if (!urdf || !*urdf) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF";

@@ -1,4 +1,4 @@
-// Settings for a robot of another size: by dynamic similarity, lengths by L and forces by M.
+// Settings for a robot of a different size: by dynamic similarity, lengths by L and forces by M.
 #include <gtest/gtest.h>
 
 #include "saltus/robots/icub/icub.hpp"

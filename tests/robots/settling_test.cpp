@@ -38,7 +38,7 @@ Signal sampled(double end, const F& f) {
 
 TEST(Settling, ExponentialDecaySettlesAtTheExpectedTime) {
   const Signal s = sampled(12.0, [](double t) { return 100.0 + 50.0 * std::exp(-t); });
-  // 50 exp(-t) = 5 at t = ln 10; the mean of the last second is 100 but for 6e-4.
+  // 50 exp(-t) = 5 at t = ln 10; the mean of the last second is 100 to within 6e-4.
   EXPECT_NEAR(s.settling(0.0, 5.0), std::log(10.0), period);
   EXPECT_NEAR(s.settling(1.0, 5.0), std::log(10.0) - 1.0, period);
   EXPECT_EQ(s.settling(0.0, 60.0), 0.0);
@@ -131,7 +131,7 @@ TEST(Settling, WholeBodyHasPlannedAndMeasuredForces) {
     log.body.push_back(b);
   }
   const ForceSettling settling = force_settling(log, 2.0);
-  // Two samples are in the filter: with the second of them the mean is in the band.
+  // The filter averages two samples. With the second one the mean is in the band.
   EXPECT_NEAR(settling.planned[0], 0.3, rounding);
   EXPECT_NEAR(settling.planned[1], 0.4, rounding);
   EXPECT_NEAR(settling.measured[0], 0.5 + period, rounding);

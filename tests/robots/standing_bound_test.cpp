@@ -42,7 +42,7 @@ double by_linear_program(double impulse, const StandingPush& push, int intervals
     const int torque = lp.variable(between(-push.torque, push.torque));
     const int next_xi = lp.variable(last ? foot : unbounded());
     const int next_h = lp.variable(last ? exactly(0.0) : unbounded());
-    // The push covers whole intervals (the test chooses dt so).
+    // The push covers whole intervals (the test chooses dt accordingly).
     const double force = (k + 0.5) * dt < push.duration ? impulse / push.duration : 0.0;
     lp.row({{next_xi, 1.0}, {xi, -grow}, {p, grow - 1.0}, {torque, per_newton / push.height}},
            exactly(per_newton * force));
@@ -58,7 +58,7 @@ double by_linear_program(double impulse, const StandingPush& push, int intervals
 }
 
 TEST(StandingBound, ReproducesThePublishedFigures) {
-  // Printed with two or three digits; they come from intervals of 10 ms.
+  // Printed with two or three digits, computed with intervals of 10 ms.
   EXPECT_NEAR(by_linear_program(6.0, icub, 200), 0.27, 0.006);
   EXPECT_NEAR(by_linear_program(7.5, icub, 200), 1.0, 0.06);
   EXPECT_NEAR(by_linear_program(8.0, icub, 200), 1.2, 0.02);

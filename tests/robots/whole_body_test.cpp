@@ -1,5 +1,5 @@
-// The whole body of iCub, reduced to its motors, controlled and simulated by DART. Needs the URDF,
-// whose file SALTUS_ICUB_URDF names.
+// The whole body of iCub, reduced to its motors, controlled and simulated by DART. Needs the URDF
+// file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
 #include "saltus/robots/dart/dart_plant.hpp"

@@ -114,7 +114,7 @@ TEST(ModeGraph, RejectsACycleOfZeroTime) {
   EXPECT_EQ(message_of(limited, false), "");
 }
 
-// A field that changes sign at 10 s passes the guard then, in every phase of a sequence.
+// A field that changes sign at 10 s crosses the guard at that time, in every phase of a sequence.
 TEST(ModeGraph, AcceptsALateGuard) {
   const auto turning = [](const auto& t, const auto& x) {
     return select(t - 10.0, 0.0 * x[0] - 1.0, 0.0 * x[0] + 1.0);

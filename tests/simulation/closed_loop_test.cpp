@@ -485,7 +485,7 @@ TEST(ClosedLoop, DrivesWithACustomController) {
   EXPECT_EQ(again.state(), plant.state());
 }
 
-// Records every other tick only, as a planner does that runs at half the rate.
+// Records every second tick only, like a planner that runs at half the rate.
 class RecordsItsPlans final : public LoopController {
  public:
   double period() const override { return step; }

@@ -32,7 +32,7 @@ TEST(CycleWatch, ReportsReturnsToPointsThatWereLeft) {
 TEST(CycleWatch, ReportsNoProgressAndNoStagnation) {
   CycleWatch watch;
   EXPECT_EQ(iterates_until_cycling(watch, [](int i) { return std::exp(-0.2 * i); }), 0);
-  watch.restart();  // stands still, which is no return
+  watch.restart();  // stands still, which does not count as a return
   EXPECT_EQ(iterates_until_cycling(watch, [](int) { return 8e-3; }), 0);
   watch.restart();  // alternates, but falls
   EXPECT_EQ(

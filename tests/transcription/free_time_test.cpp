@@ -25,7 +25,7 @@ struct Swing {  // depends on time, nonlinear, with an unknown
     return {x[1], u[0] * cos(t) - p[0] * sin(x[0]) + t};
   }
 };
-struct Drive {  // affine: what the exact zero-order hold takes
+struct Drive {  // affine, as the exact zero-order hold requires
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u, const Vec<S, 1>&) const {
     return {x[1], u[0] - 0.3 * x[0] + 0.5};

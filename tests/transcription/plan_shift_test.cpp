@@ -145,8 +145,8 @@ TEST(PlanShift, FreePhasesKeepTheirEndAndTheRestIsNearOptimal) {
           << instance.phase << " " << instance.interval;
 }
 
-// The rest of a free duration has intervals of another length. Multipliers of constraints over an
-// interval scale with its length.
+// The rest of a free duration has intervals of a different length. Multipliers of constraints over
+// an interval scale with its length.
 TEST(PlanShift, InputMultipliersScaleWithIntervals) {
   Phase<2, 1> phase{"drive", Cart{}, between(0.2, 5.0)};
   phase.bound_input(0, between(-1.0, 3.0))

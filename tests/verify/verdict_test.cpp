@@ -70,7 +70,7 @@ TEST(Verdict, LocatesAThinWall) {
       EXPECT_EQ(s.status, SolveStatus::coarse_grid) << shape << " " << s.message;
       ASSERT_TRUE(s.verification.has_value());
       EXPECT_NEAR(s.verification->between_nodes.amount, 0.9, 0.02) << half_width << " " << shape;
-      // The time at 5 m/s, to a fraction of the width.
+      // The speed is 5 m/s. The tolerance is the time over the half width.
       EXPECT_NEAR(s.verification->between_nodes.time, at / 5.0, half_width / 5.0);
     }
   }

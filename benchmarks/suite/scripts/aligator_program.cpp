@@ -39,8 +39,8 @@ Program* aligator_new() { return new Program; }
 
 void aligator_delete(Program* p) { delete p; }
 
-// next = A x + B u + b; 1/2 x'Qx + x'Su + 1/2 u'Ru + q'x + r'u; low <= C x + D u <= high. Columns
-// first.
+// next = A x + B u + b; 1/2 x'Qx + x'Su + 1/2 u'Ru + q'x + r'u; low <= C x + D u <= high. Matrices
+// are column-major.
 void aligator_stage(Program* p, int nx, int nu, int rows, const double* Q, const double* S,
                     const double* R, const double* q, const double* r, const double* A,
                     const double* B, const double* b, const double* C, const double* D,
@@ -55,7 +55,7 @@ void aligator_stage(Program* p, int nx, int nu, int rows, const double* Q, const
   p->stages.emplace_back(std::move(stage));
 }
 
-// The last stage, without inputs, and the solver. 0 if that went well.
+// Adds the last stage, which has no inputs, and creates the solver. Returns 0 on success.
 int aligator_finish(Program* p, int nx, int rows, const double* Q, const double* q, const double* C,
                     const double* low, const double* high, const double* start, double tolerance,
                     double penalty, int iterations) try {
@@ -73,8 +73,9 @@ int aligator_finish(Program* p, int nx, int rows, const double* Q, const double*
   return 1;
 }
 
-// From x_0, u_0, x_1, ..., multipliers of the rows and costates; all are overwritten by
-// what is found. Returns iterations, negative where it did not converge; -100000 where it threw.
+// Starts from x_0, u_0, x_1, ..., multipliers of the rows and costates, and overwrites them with
+// the result. Returns the number of iterations, negative without convergence, -100000 after an
+// exception.
 int aligator_solve(Program* p, double* w, double* rows, double* costates) try {
   const auto& stages = p->problem->stages_;
   std::vector<VectorXd> xs, us, vs, lams;
@@ -88,7 +89,7 @@ int aligator_solve(Program* p, double* w, double* rows, double* costates) try {
     row += stage->nc();
   }
   xs.emplace_back(Vector(at, nx));
-  vs.emplace_back(Vector(row, p->problem->term_cstrs_.totalDim()));  // empty where there are none
+  vs.emplace_back(Vector(row, p->problem->term_cstrs_.totalDim()));  // empty if there are none
   for (std::size_t k = 0; k < xs.size(); ++k, costate += nx) lams.emplace_back(Vector(costate, nx));
   const bool found = p->solver->run(*p->problem, xs, us, vs, lams);
   const auto& results = p->solver->results_;

@@ -37,7 +37,7 @@ class CasadiFatrop:
         # The fixed start as rows of stage 0, after its dynamics.
         start = sparse.identity(qp.n, format="csr")[:self.nx]
         J = qp.jacobian.csc().tocsr()
-        self.place = np.concatenate([np.arange(first), first + self.nx + np.arange(qp.m - first)])  # indices of our rows
+        self.place = np.concatenate([np.arange(first), first + self.nx + np.arange(qp.m - first)])  # our row indices
         A = sparse.vstack([J[:first], start, J[first:]])
         low, high = (np.concatenate([rows[:first], qp.lower[:self.nx], rows[first:]])
                      for rows in (qp.row_lower, qp.row_upper))
@@ -87,7 +87,7 @@ class Stages:
                 if row >= 0 and factor != 0.0:
                     nonlinear[row] |= touched
         linear = {(row, variable): factor for row, variable, factor in file.data["linear"]}
-        # Rows that define the next state: the last of their variables, alone and linear.
+        # Rows that define the next state: their last variable, which is linear and does not occur in nonlinear parts.
         closing = {}
         for row in range(file.m):
             last = max(columns[row], default=-1)

@@ -146,7 +146,8 @@ class _FrontEnd(CasadiIpopt):
         self.build({"print_time": False, "error_on_fail": False, "record_time": True, **self.options(tolerance)})
 
     def multipliers(self, w):
-        """Costates with zero slopes along states; input bounds receive the remaining slope."""
+        """Multipliers of a point. Costates follow from zero slopes along the states; input bounds receive the remaining
+        slope."""
         import casadi as ca
         import scipy.sparse.linalg as linear
         f, it, file = self.file.casadi.functions, self.intervals, self.file
@@ -179,7 +180,7 @@ class DoMpc(_FrontEnd):
         p = model.set_variable("_tvp", "p", (max(1, len(it.varies)), 1))
         model.set_rhs("x", it.step(x, u, p[:len(it.varies)])[0])
         model.setup()
-        x, u, p = model.x["x"], model.u["u"], model.tvp["p"]  # a copy from now on
+        x, u, p = model.x["x"], model.u["u"], model.tvp["p"]  # modified below
         cost = it.step(x, u, p[:len(it.varies)])[1]
         self.mpc = mpc = do_mpc.controller.MPC(model)
         mpc.settings.n_horizon, mpc.settings.t_step, mpc.settings.store_full_solution = it.N, 1.0, False
@@ -232,7 +233,7 @@ class Rockit(_FrontEnd):
             ocp.set_value(p, it.numbers.T)
         ocp.solver("ipopt", {**options, "expand": True})
         ocp.method(rockit.MultipleShooting(N=it.N))
-        ocp.set_initial(self.x, self.guess[0].T)  # the solver keeps state: each time is the first solve
+        ocp.set_initial(self.x, self.guess[0].T)  # the solver keeps state, so each timed solve is the first one
         ocp.set_initial(self.u, self.guess[1].T)
         ocp._transcribe()  # takes seconds, which would count in the first solve
 
@@ -242,5 +243,5 @@ class Rockit(_FrontEnd):
         except RuntimeError:
             solution = self.ocp.non_converged_solution
         states = np.reshape(solution.sample(self.x, grid="control")[1], (-1, self.intervals.nx))
-        inputs = np.reshape(solution.sample(self.u, grid="control")[1], (-1, self.intervals.nu))[:-1]  # the last one twice
+        inputs = np.reshape(solution.sample(self.u, grid="control")[1], (-1, self.intervals.nu))[:-1]  # the last one occurs twice
         return self.answer(states, inputs, solution.stats)

@@ -93,7 +93,8 @@ class CrocoddylBoxFddp(_Crocoddyl):
                       own_us=own_us)
 
     def multipliers(self, w):
-        """Costates backwards from the end, with zero slopes along states; input bounds receive the remaining slope."""
+        """Multipliers of a point. Costates follow backwards from zero slopes along the states; input bounds receive the
+        remaining slope."""
         t, qp = self.trajectory, self.trajectory.qp
         slope = qp.hessian.times(w) + qp.gradient
         rows, bounds = np.zeros(qp.m), np.zeros(qp.n)

@@ -1,4 +1,4 @@
-"""A nonlinear program in elementary steps, and the same as functions of CasADi.
+"""A nonlinear program in elementary steps, and its conversion to functions of CasADi.
 
 The file, format `saltus-nlp 1`, holds
     min f(w)   lower <= w <= upper,   row_lower <= g(w) <= row_upper          (null: no side)
@@ -6,11 +6,11 @@ as small functions of few arguments. functions: {inputs, steps, outputs}, a step
 ["constant", VALUE] or [OPERATION, STEP, ...], an output the number of a step. blocks: a function, its arguments
     z_i = constants[i] + sum FACTOR * w[VARIABLE] over coefficients[i],
 and where its outputs are added, [ROW, FACTOR], ROW -1 being the objective. linear: [ROW, VARIABLE, COEFFICIENT].
-variable_costs: [VARIABLE, a, b] for (a + b/2 w) w. checks: values and derivatives of our own at some points, patterns as
+variable_costs: [VARIABLE, a, b] for (a + b/2 w) w. checks: our values and derivatives at some points, patterns as
 jacobian and hessian (lower triangle; at sigma = 1 and the check's lambda).
 
-CasADi gets what it is best at: one expression graph for each small function, its Jacobian and Hessian by CasADi, mapped over
-all blocks that share it, and sparse matrices of constants that put the entries where they belong.
+CasADi receives the form that suits it best: one expression graph for each small function, with the Jacobian and Hessian
+of CasADi, mapped over all blocks that share the function. Sparse constant matrices place the entries.
 """
 
 import json
@@ -58,8 +58,8 @@ def read_nonlinear(path):
 
 
 def expression(function, z, is_safe=False):
-    """The outputs of a function of steps for arguments z of CasADi's SX. At 0, where sqrt has no derivative, ours is 0
-    (the length of a velocity at rest); CasADi's is NaN unless `is_safe`."""
+    """The outputs of a function of steps for arguments z of CasADi's SX. At 0, where sqrt has no derivative, our value
+    is 0 (the length of a velocity at rest), and that of CasADi is NaN unless `is_safe`."""
     import casadi as ca
     known = {"add": lambda a, b: a + b, "subtract": lambda a, b: a - b,
              "multiply": lambda a, b: a * b, "divide": lambda a, b: a / b, "negate": lambda a: -a,

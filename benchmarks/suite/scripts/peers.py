@@ -1,15 +1,16 @@
-"""The peers: solvers of others, each behind an adapter that calls it in its fairest way.
+"""The peers: solvers of others, each behind an adapter that calls it in the way that is fairest to it.
 
-An adapter is a class with
-    name, package (of PyPI, whose version is told), about (what the table has to say of it),
-    ladder (what it is asked for, as factors of the tolerance that is judged),
-    module (that is imported, where it is not named as the package),
-    has_threads (if it works in threads of its own: the process is timed),
-    missing() (why it cannot be used, where that is not a question of importing its package),
-    __init__(program, tolerance): the set-up, which is shown apart,
-    solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start), which nothing that the
-        solve before has left may help,
-and, where that is known before, NotApplicable raised by __init__. README.md in the folder above says how each is called.
+An adapter is a class with these members:
+    name; package: its name in PyPI, whose version is reported; about: a remark for the table
+    ladder: requested tolerances, as factors of the judged tolerance
+    module: the imported module, if its name differs from that of the package
+    has_threads: True if it uses threads; then the time of the process is measured
+    missing(): why it cannot be used, if this depends on more than the import of its package
+    __init__(program, tolerance): the set-up, whose time is listed separately. Raises NotApplicable if the solver cannot
+        solve the program and this is known in advance.
+    solve(start) -> Answer: one whole solve from `start`, (w, lambda, z) or None for the solver's own start. Nothing that is
+        left from the previous solve may help it.
+README.md in the folder above describes the calls of each solver.
 """
 
 import importlib.metadata

@@ -121,7 +121,7 @@ def without_times(line):
 
 
 def what_differs(head, other, keys):
-    """Differences of two heads in words: `matrix differs (tolerance)`. Empty if they are equal."""
+    """Description of the differences of two heads: `matrix differs (tolerance)`. Empty if they are equal."""
     told = []
     for key in keys:
         a, b = head.get(key) or {}, other.get(key) or {}

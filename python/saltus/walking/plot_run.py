@@ -216,7 +216,7 @@ def step_alternatives(plans):
 
 
 def draw_step_plans(plans, summary, folder, begin, end, what):
-    """Alternatives of the planner of steps: positions, costs, and time to the landing."""
+    """Alternatives of the step planner: positions, costs, and time to the landing."""
     shown = [i for i, t in enumerate(plans["t"]) if begin <= t <= end]
     considered = step_alternatives(plans)
     figure, (above, cost, landing) = plt.subplots(3, 1, figsize=(6.4, 9.0), constrained_layout=True,

@@ -52,7 +52,7 @@ def folders_around(urdf):
 
 
 def folders_of_robot(urdf):
-    """The folder of the URDF and its two parents, because packages have robots/NAME/ beside meshes/."""
+    """The folder of the URDF and its two parents, because packages have robots/NAME/ next to meshes/."""
     return folders_around(urdf)[:3]
 
 

@@ -1,5 +1,5 @@
-// The component legged: where the feet of iCub stand, in a scene of the layer for walking robots,
-// and a landing that is felt early.
+// The component legged: positions of iCub's feet in a scene of the walking layer, and the detection
+// of an early landing.
 #include <cstdio>
 #include <saltus/robots/icub/icub.hpp>
 #include <saltus/robots/walking/contacts.hpp>

@@ -1,4 +1,4 @@
-// The component robots: iCub's figures, from the file that the library carries.
+// The component robots: the data of iCub from the file that the library contains.
 #include <cstdio>
 #include <saltus/robots/icub/icub.hpp>
 

@@ -1,4 +1,4 @@
-// The component sundials: one integrator of CVODES can be made.
+// The component sundials: creates an integrator of CVODES.
 #include <cstdio>
 #include <saltus/integrators/sundials.hpp>
 
