@@ -360,7 +360,7 @@ const Spoilt all_spoilt[] = {
        return check(oscillator(1e4, 5.0), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
      },
      "integration",
-     {"an integrator for such dynamics"}},
+     {"an integrator suited to such dynamics"}},
 };
 
 TEST(Check, AcceptsACorrectJump) {

@@ -94,7 +94,7 @@ TEST(InnerEvents, MinimumTimeIsSolvedWithDifferencedSecondDerivatives) {
         EXPECT_NEAR(s.cost, expected.cost, 1e-7);
         EXPECT_LE(s.iterations, 50);
         EXPECT_NE(s.method.find("differenced Hessian"), std::string::npos) << s.method;
-        EXPECT_NE(s.message.find("the Hessian was differenced, because the integration has no "
+        EXPECT_NE(s.message.find("differenced Hessian, because the integration has no "
                                  "second derivatives in phase 'way'"),
                   std::string::npos)
             << s.message;

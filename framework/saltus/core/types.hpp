@@ -7,8 +7,8 @@
 // earlier. If there is advice on a name x, SALTUS_ADVICE_x is a comma followed by the text.
 /// \cond
 #ifndef EIGEN_STATIC_ASSERT
-#define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                         \
-  "a vector is given another number of entries than it has rows: Vec<S, n>{...} takes n; the " \
+#define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                     \
+  "a vector is given more or fewer entries than it has rows: Vec<S, n>{...} takes n; the " \
   "dynamics of a Phase<nx, nu> must return Vec<S, nx>, one row per state"
 #define SALTUS_DIFFERENT_SIZES                                                                  \
   "vectors or matrices of different sizes are added, assigned or returned as one another; the " \

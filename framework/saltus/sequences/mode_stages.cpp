@@ -121,10 +121,11 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
     };
     if (graph.size() > 64) reason_ = "there are more than 64 modes";
     if (mode.has_free_duration()) unfit("has a free duration");
-    if (mode.sizes.nx != states()) unfit("has another number of states than the first mode");
+    if (mode.sizes.nx != states()) unfit("has a different number of states from the first mode");
     if (mode.sizes.nx == states() && mode.nominal_state != nominal_)
-      unfit("has other nominal states than the first mode");
-    if (mode.duration != graph.mode(0).duration) unfit("has another duration than the first mode");
+      unfit("has different nominal states from the first mode");
+    if (mode.duration != graph.mode(0).duration)
+      unfit("has a different duration from the first mode");
     if (mode.input_change_weight.size() > 0) unfit("penalises changes of its inputs");
     if (!mode.integrals.empty()) unfit("limits an integral");
     if (mode.input_parametrisation == InputParametrisation::piecewise_linear_continuous)

@@ -377,7 +377,7 @@ class Checker {
           complaint = fmt::format(
               "{} has a bound of {:g}: leave out a bound that is never active (unbounded(), "
               "at_least(), "
-              "at_most()), or declare the magnitude of so large a quantity (nominal)",
+              "at_most()), or declare the nominal magnitude of such a large quantity",
               describe(), side);
     };
     for (const PhaseDefinition& phase : problem_.phases()) {
@@ -467,8 +467,8 @@ class Checker {
     std::string coarse;
     if (!(defect.sum <= wanted.integration && defect.largest <= wanted.defect))
       coarse = fmt::format(
-          "{}, largest in phase '{}' at t = {:.4g} s: use more intervals or an integrator for such "
-          "dynamics",
+          "{}, largest in phase '{}' at t = {:.4g} s: use more intervals, or an integrator "
+          "suited to such dynamics",
           off, defect.phase, defect.time);
     say("integration", coarse, is_known ? off : "not verified");
     const bool is_known_failure =

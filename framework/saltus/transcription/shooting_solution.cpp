@@ -184,7 +184,7 @@ std::string describe_hessian(const ShootingProgram& program, const std::string& 
       names += fmt::format("{}phase '{}'", names.empty() ? "" : ", ",
                            program.problem().phases()[j].name);
   if (!names.empty()) names = ", because the integration has no second derivatives in " + names;
-  return fmt::format("; the Hessian was {}{}", hessian, names);
+  return fmt::format("; {} Hessian{}", hessian, names);
 }
 
 const char* describe_costs(const OptimalControlProblem& problem) {

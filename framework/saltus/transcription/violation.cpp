@@ -178,7 +178,7 @@ std::string describe_contradiction(const ShootingProgram& program, const Contrad
                                    const VectorXd& w) {
   if (c.row < 0)
     return fmt::format(
-        "the bounds of {} contradict by {:.3g} those of a variable that must equal it",
+        "the bounds of {} contradict those of a variable that must equal it, by {:.3g}",
         program.describe_variable(c.variable), c.amount);
   std::string text =
       fmt::format("{} violates its bounds by {:.3g}", program.describe_row(c.row, &w), c.amount);
