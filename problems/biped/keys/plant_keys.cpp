@@ -21,10 +21,11 @@ void declare_step(Settings& s, PlantSettings& plant) {
 void declare_settings(Settings& s, PlantSettings& plant) {
   s.number("simulator.friction", plant.engine.friction, "",
            "whole body: friction coefficient of the ground", above(0.0));
-  s.number("simulator.ground_step_m", plant.engine.ground_step, "m",
-           "whole body: height of a step in the ground, from 0.18 m beside the stance sole on; the "
-           "controllers do not know it",
-           between(-0.1, 0.1));
+  s.number(
+      "simulator.ground_step_m", plant.engine.ground_step, "m",
+      "whole body: height of a step in the ground, which begins 0.18 m beside the stance sole; "
+      "the controllers do not know it",
+      between(-0.1, 0.1));
   s.number("simulator.joint_friction_nms_per_rad", plant.engine.joint_friction, "Nm s/rad",
            "whole body: viscous friction of the joints", at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",

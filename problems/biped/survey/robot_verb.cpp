@@ -26,7 +26,7 @@ using walking::ConfigurableBiped;
 constexpr const char* summary = "checks the files of a robot, or writes them from a URDF";
 constexpr const char* usage =
     "saltus robot check FILE.urdf [--config ROBOT.yaml]\n"
-    "    Looks at masses, limits, meshes, feet, postures and reach, a line each; status 2 if\n"
+    "    Checks masses, limits, meshes, feet, postures and reach, one line each; status 2 if\n"
     "    something is wrong. Without --config the robot is read from the URDF alone.\n"
     "saltus robot new FILE.urdf [--out DIR]\n"
     "    Writes DIR/robot.yaml (feet, joints, sides, postures) and DIR/run.yaml (settings fitted\n"

@@ -101,7 +101,7 @@ FIGURES = [
         ("body.control_failures", "of these not solved", "", 1, 0),
         ("body.control_cuts", "of these with torques cut to their limits", "", 1, 0),
         ("body.whole_body_solve_us.median", "Median time of a whole-body solve", "ms", 1e-3, 3),
-        ("body.whole_body_solve_us.p99", "99 % of these within", "ms", 1e-3, 3),
+        ("body.whole_body_solve_us.p99", "99th percentile of the time of a whole-body solve", "ms", 1e-3, 3),
     ]),
     ("Time on one core, per simulated second", [
         ("body.planner_s_per_s", "Planner", "s", 1, 3),
