@@ -165,5 +165,5 @@ if __name__ == "__main__":
     parser.add_argument("--impulses", default="4,7,8", help="towards -y, N s")
     parser.add_argument("--solvers", default="riccati,ipopt")
     parser.add_argument("--only", default="", help="part of a case's name")
-    parser.add_argument("--keep", metavar="FOLDER", help="keep what was run there")
+    parser.add_argument("--keep", metavar="FOLDER", help="keep the runs in this folder")
     main(parser.parse_args())

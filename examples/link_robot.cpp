@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   Command command;
   int lost = 0, late = 0, commands = 0, planned = 0, silent = 0, stops = 0;
   if (!link.receive(command, wall_clock() + 5.0)) {
-    std::fprintf(stderr, "link_robot: no word of the controller for 5 s\n");
+    std::fprintf(stderr, "link_robot: no message from the controller for 5 s\n");
     return 1;
   }
   const int port = link.sender();

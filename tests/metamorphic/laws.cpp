@@ -102,7 +102,7 @@ Result ends_softened(const Stated& stated, const Solution& base, Random& random,
                     }
                   }));
   if (softened == 0 || !base.ok()) {
-    why = "nothing is asked of the ends";
+    why = "no phase has end constraints";
     return {};
   }
   t.what = fmt::format("L1 weight {:.2g}", weight);

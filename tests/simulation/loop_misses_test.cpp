@@ -84,7 +84,7 @@ TEST(LoopMisses, TooShortRunIsNotOk) {
   EXPECT_NE(log.message.find("before the end of the motion"), std::string::npos) << log.message;
   LoopOptions asked{.duration = 2.0};
   asked.until = [](double t, const VectorRef&) { return t > 0.4; };
-  EXPECT_TRUE(run_transfer(1.0, asked).ok()) << "it ended where the run asked for";
+  EXPECT_TRUE(run_transfer(1.0, asked).ok()) << "the run ended at its own condition";
 }
 
 // A receding horizon has no end constraints. The speed of the plant violates its bound and a row

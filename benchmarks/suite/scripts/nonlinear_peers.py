@@ -73,7 +73,7 @@ class CasadiNlp:
                 file.casadi = CasadiProgram(file, is_safe=True)
                 difference, what = file.casadi.disagreement()
             if not difference <= 1e-9:  # rounding, relative to the largest entry
-                raise NotApplicable(f"its {what} differs from ours by {difference:.1e}, so it would be another problem")
+                raise NotApplicable(f"its {what} differs from ours by {difference:.1e}, so it is a different problem")
         functions = file.casadi.functions
         options = {"print_time": False, "error_on_fail": False, "record_time": True, "no_nlp_grad": True,
                    **self.options(tolerance)}
