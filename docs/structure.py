@@ -125,7 +125,10 @@ def draw(graph, file):
         lines += [f'    "{node}" [label="{LABELS.get(node, node.split("/")[-1])}", fillcolor="{COLOURS[top][1]}"];'
                   for node in inside] + ["  }"]
     lines += [f'  "{node}" -> "{target}";' for node, targets in sorted(reduced(shown).items()) for target in targets]
-    subprocess.run(["dot", "-Tsvg", "-o", file], input="\n".join(lines + ["}"]), text=True, check=True)
+    svg = subprocess.run(["dot", "-Tsvg"], input="\n".join(lines + ["}"]), capture_output=True, text=True, check=True).stdout
+    svg = re.sub(r"<!--.*?-->\n?", "", svg, flags=re.DOTALL)
+    svg = re.sub(r'<g id="(node|edge|clust)\d.*?</g>', lambda box: box[0].replace("\n", ""), svg, flags=re.DOTALL)  # one line each
+    pathlib.Path(file).write_text(svg, encoding="utf-8")
 
 
 def main():
