@@ -17,14 +17,21 @@ STEP_PLANNING = "problems/push_recovery/step_experiments.md"
 
 
 @dataclasses.dataclass
-class Suite:
-    """Cases of the library with computed and known values."""
+class OtherTable:
+    """Defaults of all tables of this file."""
     title: str
+    readme = README  # the page with the table
+    quick = False
+    timed = ()  # columns with computing times
+    exact = ()  # columns with counts and names
+
+
+@dataclasses.dataclass
+class Suite(OtherTable):
+    """Cases of the library with computed and known values."""
     cases: Tuple[str, ...]
-    readme: str = "problems/README.md"
-    quick: bool = True
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ()
+    readme = "problems/README.md"
+    quick = True
     titles = ("case", "value", "reference", "digits", "between", "status")
 
     def runs(self):
@@ -47,14 +54,10 @@ class Suite:
         return markdown(list(self.titles), rows)
 
 
-@dataclasses.dataclass
-class Solvers:
+class Solvers(OtherTable):
     """The number of cases of the library that each solver solves."""
-    title: str
-    readme: str = "README.md"
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ("applicable cases", "within tolerance")
+    readme = "README.md"
+    exact = ("applicable cases", "within tolerance")
     names = ("ipopt", "sparse", "riccati")
     titles = ("solver", "applicable cases", "within tolerance")
 
@@ -73,17 +76,13 @@ class Solvers:
         return markdown(list(self.titles), rows)
 
 
-@dataclasses.dataclass
-class Library:
+class Library(OtherTable):
     """Computing times of the optimisation problems of the library: medians of several runs of the suite."""
-    title: str
-    readme: str = "docs/gallery.md"
-    quick: bool = False
-    exact: Tuple[str, ...] = ()
+    readme = "docs/gallery.md"
     repeats = 5
     solvers = ("ipopt", "sparse", "riccati")
     titles = ("problem", "ipopt, ms", "sparse, ms", "riccati, ms")
-    timed: Tuple[str, ...] = ("ipopt, ms", "sparse, ms", "riccati, ms")
+    timed = ("ipopt, ms", "sparse, ms", "riccati, ms")
 
     def runs(self):
         return self.repeats * len(self.solvers)
@@ -118,16 +117,12 @@ def unbroken(rows, controller, step_time, direction):
 
 
 @dataclasses.dataclass
-class Map:
+class Map(OtherTable):
     """Rays of a survival map, and its picture."""
-    title: str
     arguments: Tuple[str, ...]
     step_times: Tuple[float, ...]
     directions: int
     picture: str
-    readme: str = README
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
 
     def runs(self):
         return 1
@@ -167,13 +162,8 @@ class Map:
         return markdown(self.shape()[0], lines)
 
 
-@dataclasses.dataclass
-class Lost:
+class Lost(OtherTable):
     """The largest push up to which all pushes are recovered, of the map in DART and of the table `stepping`."""
-    title: str
-    readme: str = README
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
     sizes = (6, 7, 8)
     sensors = ("ideal", "measured")
 
@@ -207,14 +197,9 @@ class Lost:
 
 
 @dataclasses.dataclass
-class StepMap:
+class StepMap(OtherTable):
     """The gain from each freedom of the step planner on the pendulum, from the program step_map, with its picture."""
-    title: str
     picture: str
-    readme: str = README
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ()
     variants = {"fixed": "time and place fixed", "place": "place free", "time": "time free", "both": "both",
                 "steps": "up to three steps", "bound_0": "bound: no step", "bound_1": "one step",
                 "bound_3": "three steps"}
@@ -238,14 +223,9 @@ class StepMap:
             for variant, word in self.variants.items()])
 
 
-@dataclasses.dataclass
-class Humanoids:
+class Humanoids(OtherTable):
     """Other humanoids, described from their URDF alone."""
-    title: str
-    readme: str = "robots/README.md"
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ()
+    readme = "robots/README.md"
     robots = (("Unitree G1", "example-robot-data", "robots/g1_description/urdf/g1_29dof_rev_1_0.urdf"),
               ("Talos", "example-robot-data", "robots/talos_data/robots/talos_reduced.urdf"),
               ("JVRC1", "jvrc-description", "jvrc_description/urdf/jvrc1.urdf"))
@@ -273,15 +253,11 @@ class Humanoids:
                                           for i, robot in enumerate(self.robots)])
 
 
-@dataclasses.dataclass
-class Freedoms:
+class Freedoms(OtherTable):
     """The gain from each freedom of the step on the whole body, by bisection to 1 N s (assuming that survival is
     monotone)."""
-    title: str
-    readme: str = STEP_PLANNING
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ("forward, N s", "to the right", "back", "to the left")
+    readme = STEP_PLANNING
+    exact = ("forward, N s", "to the right", "back", "to the left")
     directions = 8
     most = {"push_formula": 16, "ocp": 24}  # N s, by planner: not survived by any variant
     told = {"step.planner": "push_formula", "step.duration": 0.6}
@@ -341,14 +317,10 @@ def area(radii):
     return 0.5 * math.sin(2 * math.pi / len(radii)) * sum(a * b for a, b in zip(radii, radii[1:] + radii[:1]))
 
 
-@dataclasses.dataclass
-class Agreement:
+class Agreement(OtherTable):
     """Cells at the limit of recovery with steps by optimal control, in both engines."""
-    title: str
-    readme: str = STEP_PLANNING
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ("N s",)
+    readme = STEP_PLANNING
+    exact = ("N s",)
     border = {0: 17, 45: 8, 90: 6, 135: 8, 180: 13, 225: 14, 270: 16, 315: 20}  # N s, largest push recovered in DART
     engines = {"dart": "DART", "mujoco": "MuJoCo"}
 
@@ -386,14 +358,9 @@ class Agreement:
         return markdown(self.shape()[0], [*rows, ["all", "", "", "", f"{agree} of {len(cells)}"]])
 
 
-@dataclasses.dataclass
-class RandomPushes:
+class RandomPushes(OtherTable):
     """One minute with ten unknown random pushes, by seeds of pushes and sensors."""
-    title: str
-    readme: str = STEP_PLANNING
-    quick: bool = False
-    timed: Tuple[str, ...] = ()
-    exact: Tuple[str, ...] = ()
+    readme = STEP_PLANNING
     seeds = range(1, 21)
     starts = {"left": "the left foot", "both": "two feet"}
     conditions = {"ideal sensors": {"sensors": "ideal"},
