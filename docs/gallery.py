@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """Writes the list of library problems in the gallery, from the first comments of their source files.
 
+The equations of a problem are typeset in the page. It has a checksum of the comment that they state: if the comment
+changes, the equations must be typeset again.
+
 Usage: gallery.py GALLERY.md [--write] [--draw PROGRAM]
 
 The text between `<!-- problems: LETTER -->` and `<!-- end of problems -->` lists the files of problems/library whose
@@ -19,9 +22,11 @@ import re
 import subprocess
 import sys
 import tempfile
+import zlib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SECTION = re.compile(r"(<!-- problems: (\w) -->\n).*?(<!-- end of problems -->)", re.DOTALL)
+EQUATIONS = re.compile(r"\[(\w+)\.cpp\]\([^\n]*<!-- (\w+) -->\n.*?(```math\n.*?\n```)", re.DOTALL)
 TIME = re.compile(r"^\| ([A-Z]\d\d)[a-z]? (\w+) \| [\d.]+ \| ([\d.]+) \|", re.MULTILINE)  # by `sparse`, ms
 
 # ---- pictures ------------------------------------------------------------------------------------
@@ -131,145 +136,6 @@ def draw(program, name, folder):
     return True
 
 
-# ---- equations -----------------------------------------------------------------------------------
-
-GREEK = {"theta", "tau", "mu", "pi", "rho", "omega", "xi", "Xi", "Omega"}
-FUNCTIONS = {"sin", "cos", "tan", "exp", "ln", "min", "max"}
-LETTERS = {"xbar": r"\bar x", "tf": "t_f", "ts": "t_s", "Cd": "C_d", "cL": "c_L", "Re": "R_e", "Px": "P x", "int": r"\int",
-           "sum": r"\sum", "dt": r"\,\mathrm{d}t"}
-WORDS = {"at", "in", "is", "or", "of", "by", "if", "to", "on", "a"}
-UNIT = re.compile(r" (m|s|N|kg|kN/m)(?=,| in |$)")
-TOKEN = re.compile(r"(?P<gap>\s{2,})|(?P<blank>\s)|(?P<fraction>\d+/\d+(?![\w.]))|(?P<power>\d+(?:\.\d+)?e-?\d+)"
-                   r"|(?P<number>\d+(?:\.\d+)?)|(?P<name>[A-Za-z]+\d*)(?P<sub>_\w+)?(?P<primes>'*)"
-                   r"|(?P<relation><=|>=|->|\*)|(?P<other>.)")
-RELATIONS = {"<=": r"\le ", ">=": r"\ge ", "->": r"\to ", "*": r"\cdot "}
-
-
-def closing(text, begin, pair="()"):
-    """Position of the bracket that closes the one at `begin`."""
-    depth = 0
-    for i in range(begin, len(text)):
-        depth += (text[i] == pair[0]) - (text[i] == pair[1])
-        if depth == 0:
-            return i
-    raise ValueError(f"no bracket closes '{text[begin:]}'")
-
-
-def tex_of_name(name, sub, primes, after):
-    """A variable; None if the name is a word."""
-    if name in FUNCTIONS:
-        return f"\\{name}"
-    letters, digits = re.fullmatch(r"([A-Za-z]+)(\d*)", name).groups()
-    if letters in LETTERS:
-        base = LETTERS[letters]
-    elif letters in GREEK:
-        base = f"\\{letters}"
-    elif len(letters) == 2 and letters[1] in "xyz" and letters not in WORDS:
-        base = f"{letters[0]}_{letters[1]}"
-    elif len(letters) == 1:
-        base = letters
-    else:
-        return None
-    index = digits or (sub or "").removeprefix("_")
-    index = index if len(index) <= 1 or index.isdigit() else f"\\text{{{index}}}"
-    if primes and re.match(r"[A-Za-z]| [PQ] ", after):  # a transpose
-        return f"{base}{f'_{{{index}}}' if index else ''}^{{\\top}}"
-    if primes:
-        dot = {1: "dot", 2: "ddot"}[len(primes)]
-        head, _, tail = base.partition("_")
-        base = f"\\{dot}{{{head}}}" + (f"_{tail}" if tail else "")
-    return base + (f"_{{{index}}}" if index else "")
-
-
-def tex_of_line(text):
-    out, place, words, depth = [], 0, [], 0
-
-    def end_words():
-        if words:
-            space = " " if out and not out[-1].endswith(("quad ", "(")) else ""
-            out.append(f"\\text{{{space}{' '.join(words)} }}")
-            words.clear()
-
-    while place < len(text):
-        if text.startswith("sqrt(", place):
-            end_words()
-            end = closing(text, place + 4)
-            out.append(f"\\sqrt{{{tex_of_line(text[place + 5:end])}}}")
-            place = end + 1
-            continue
-        if text[place] == "[":
-            end_words()
-            end = closing(text, place, "[]")
-            rows = [re.split(r"\s{2,}" if re.search(r"\S\s{2,}\S", row) else r"\s+", row.strip())
-                    for row in text[place + 1:end].split(";")]
-            out.append(r"\begin{bmatrix}" + r" \\ ".join(" & ".join(map(tex_of_line, row)) for row in rows)
-                       + r"\end{bmatrix}")
-            place = end + 1
-            continue
-        match = TOKEN.match(text, place)
-        place = match.end()
-        if match["gap"]:
-            end_words()
-            out.append(" " if out and out[-1] == "=" else r"\quad ")
-        elif match["blank"]:
-            if not words:
-                out.append(" ")
-        elif match["name"]:
-            tex = tex_of_name(match["name"], match["sub"], match["primes"], text[place:])
-            if tex is None or match["name"] in WORDS and (words or re.match(r" [a-z]{2}", text[place:])):
-                words.append(match[0])
-            else:
-                end_words()
-                superscript = re.match(r"\^(-?[\w.]+)", text[place:])
-                sign = re.match(r"[+-](?=[\s;,)]|$)", text[place:])
-                if superscript:
-                    tex += f"^{{{superscript[1]}}}"
-                    place += superscript.end()
-                elif sign:  # before and after an event
-                    tex = f"{tex}^{{{sign[0]}}}" if "^" not in tex else tex
-                    place += 1
-                out.append(tex + (" " if tex.startswith("\\") else ""))
-        else:
-            if words and match[0] in ",;.:":
-                words[-1] += match[0]
-                if match[0] != ".":
-                    end_words()
-                continue
-            end_words()
-            if match["fraction"]:
-                out.append(r"\tfrac{{{}}}{{{}}}".format(*match[0].split("/")))
-            elif match["power"]:
-                digits, exponent = match[0].split("e")
-                out.append((f"{digits} \\cdot " if digits != "1" else "") + f"10^{{{int(exponent)}}}")
-            elif match["relation"]:
-                out.append(RELATIONS[match[0]])
-            elif match[0] in "^_" and text[place:place + 1] == "(":
-                end = closing(text, place)
-                out.append(f"{match[0]}{{{tex_of_line(text[place + 1:end])}}}")
-                place = end + 1
-            elif match[0] == "^":
-                power = re.match(r"-?[\w.]+", text[place:])
-                out.append(f"^{{{power[0]}}}")
-                place += power.end()
-            elif match[0] in "{}":
-                out.append("\\" + match[0])
-            else:
-                depth += (match[0] == "(") - (match[0] == ")")
-                out.append(r",\;" if match[0] == "," and depth == 0 else match[0])
-                unit = UNIT.match(text, place) if match["number"] else None
-                if unit:
-                    out.append(f"\\,\\text{{{unit[1]}}}")
-                    place = unit.end()
-    end_words()
-    return "".join(out).strip()
-
-
-def tex(block):
-    """The equations of a comment as a block of formulas. An indented line continues the previous line."""
-    rows = [("& \\qquad " if line.startswith("    ") else "& ") + tex_of_line(line.strip()) for line in block.splitlines()]
-    return "```math\n\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}\n```"
-
-
 # ---- page ----------------------------------------------------------------------------------------
 
 
@@ -289,7 +155,7 @@ def code_lines(text):
     return sum(1 for line in text.splitlines() if line.strip() and not line.strip().startswith("//"))
 
 
-def entry(path, times, pictures):
+def entry(path, times, pictures, typeset):
     with open(path, encoding="utf-8") as file:
         text = file.read()
     head = []
@@ -306,10 +172,13 @@ def entry(path, times, pictures):
     name = os.path.basename(path).removesuffix(".cpp")
     number, _, title = name.partition("_")
     solved = f", {' and '.join(times[number.upper()])} ms" if number.upper() in times else ""
-    shown = [f"**{number.upper()} {title}** ([{name}.cpp](../problems/library/{name}.cpp), {code_lines(text)} lines{solved})",
-             "", wrapped(statement), ""]
+    checksum, formulas = f"{zlib.crc32(equations[0].encode()):08x}" if equations else "", []
     if equations:
-        shown += [tex(equations[0]), ""]
+        if typeset.get(name, ("", ""))[0] != checksum:
+            sys.exit(f"gallery: typeset the equations of {name} again, below its title with <!-- {checksum} -->:\n{equations[0]}")
+        formulas, checksum = [typeset[name][1], ""], f" <!-- {checksum} -->"
+    shown = [f"**{number.upper()} {title}** ([{name}.cpp](../problems/library/{name}.cpp), {code_lines(text)} lines{solved})"
+             f"{checksum}", "", wrapped(statement), "", *formulas]
     if os.path.exists(os.path.join(pictures, name + ".svg")):
         shown += [f"![Trajectory of {name}]({os.path.basename(pictures)}/{name}.svg)", ""]
     return "\n".join(shown)
@@ -332,8 +201,9 @@ def main(page, write, program):
     times = {}
     for number, _, milliseconds in TIME.findall(shown):
         times.setdefault(number, []).append(milliseconds)
-    made = SECTION.sub(lambda match: match[1] + "\n" + "\n".join(entry(path, times, pictures) for path in files(match[2]))
-                       + match[3], shown)
+    typeset = {name: (checksum, formulas) for name, checksum, formulas in EQUATIONS.findall(shown)}
+    made = SECTION.sub(lambda match: match[1] + "\n"
+                       + "\n".join(entry(path, times, pictures, typeset) for path in files(match[2])) + match[3], shown)
     if write:
         with open(page, "w", encoding="utf-8") as file:
             file.write(made)
