@@ -8,7 +8,7 @@ between the marks <!-- table: NAME --> and <!-- end of table -->. Two cells agre
 numbers agree to one unit of the last printed digit (times: within a factor of three; counts, cells of a map and names
 of rows: exactly). `pictures` draws the pictures of the READMEs again and prints the fraction of pixels that differ.
 Status 3 if something differs, 2 for a mistake on the command line. Tables whose packages are missing are skipped with a
-sentence. --write puts the tables into the READMEs, and into docs/results/NAME.md with machine, versions and date.
+sentence. --write puts the tables into the READMEs, and their versions, machine and date into docs/results/made_by.md.
 --keep stores the runs in a folder and reuses them.
 """
 
@@ -107,17 +107,15 @@ def differences(name, table, made):
     return found
 
 
-def stamp(programs):
-    """Versions, machine and date."""
-    return f"{programs.made_by()}; {platform.machine()}, {processor()}; {datetime.date.today().isoformat()}"
-
-
-def result_file(name):
-    return os.path.join(ROOT, "docs/results", name + ".md")
-
-
-def save_result(programs, name, title, made):
-    write_text(result_file(name), f"# {title}\n\n{made}\n{stamp(programs)}\n")
+def note_origin(programs, name):
+    """Writes the line of the table in made_by.md."""
+    path, begin = os.path.join(ROOT, "docs/results/made_by.md"), f"| {name} |"
+    line = f"{begin} {programs.made_by()} | {platform.machine()}, {processor()} | {datetime.date.today().isoformat()} |"
+    with open(path, encoding="utf-8") as file:
+        lines = file.read().splitlines()
+    is_new = not any(there.startswith(begin) for there in lines)
+    lines = [line if there.startswith(begin) else there for there in lines] + ([line] if is_new else [])
+    write_text(path, "\n".join(lines) + "\n")
 
 
 def processor():
@@ -142,7 +140,7 @@ def make_table(name, programs, is_written):
     made = table.make(programs)
     found = differences(name, table, made)
     if is_written:
-        save_result(programs, name, table.title, made)
+        note_origin(programs, name)
         put_into_readme(name, table, made)
     return found
 
