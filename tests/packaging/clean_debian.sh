@@ -125,8 +125,6 @@ if [[ -z $packages && -z $sources ]]; then
   [[ -d $folder/build ]] || fresh_copy build
   enter "$folder/build"
   to_build=$(line_of_page "apt-get install g++ cmake ninja-build")
-  # A separate line of the page has the other packages for a build of all components.
-  [[ $components != "$everything" ]] || needed+=" $(line_of_page "apt-get install libbenchmark-dev" | sed 's/apt-get install //')"
   step "$to_build $needed"
   inside_sh "$to_build $needed $launcher"
   put_sources
