@@ -22,10 +22,10 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/standing_bound.hpp"
 #include "saltus/robots/walking/body_verdict.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_run.hpp"
+#include "tests/support/standing_bound.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/standing_bound.hpp"
 #include "tests/support/linear_program.hpp"
+#include "tests/support/standing_bound.hpp"
 
 namespace saltus {
 namespace {

@@ -1,6 +1,6 @@
 // The closed form of the pendulum with flywheel against a linear program that knows only the
 // discretised dynamics, and against figures computed elsewhere.
-#include "saltus/robots/model/standing_bound.hpp"
+#include "tests/support/standing_bound.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,10 @@
 // (1 - e^(-omega T)) / (omega T) if its force is constant. The union over all places of the new
 // foot within reach is (1 - e) S + e hull(S, foot + reach). It is convex, so the bound is the point
 // at which a ray leaves a polygon. Along an axis of the foot this equals
-// saltus/robots/model/standing_bound.hpp. On two feet S is their hull. If a planner chooses the
-// number and the times of the steps, the set is that of N steps,
-// saltus/robots/model/capturability.hpp. A robot that uses angular momentum or lowers its CoM can
-// survive more; a robot with joint and torque limits can survive less.
+// tests/support/standing_bound.hpp. On two feet S is their hull. If a planner chooses the number
+// and the times of the steps, the set is that of N steps, saltus/robots/model/capturability.hpp. A
+// robot that uses angular momentum or lowers its CoM can survive more; a robot with joint and
+// torque limits can survive less.
 #pragma once
 
 #include <optional>

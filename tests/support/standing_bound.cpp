@@ -1,4 +1,4 @@
-#include "saltus/robots/model/standing_bound.hpp"
+#include "tests/support/standing_bound.hpp"
 
 #include <fmt/format.h>
 
