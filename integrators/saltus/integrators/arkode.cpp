@@ -28,43 +28,11 @@ using sundials::callback_success;
 using sundials::require;
 
 // Since version 7.1, common functions serve all steppers, and the old names are deprecated.
-namespace calls {
 #if SUNDIALS_VERSION_MAJOR > 7 || (SUNDIALS_VERSION_MAJOR == 7 && SUNDIALS_VERSION_MINOR >= 1)
-constexpr auto evolve = ARKodeEvolve;
-constexpr auto free = ARKodeFree;
-constexpr auto set_factorisation_interval = ARKodeSetLSetupFrequency;
-constexpr auto set_fixed_step = ARKodeSetFixedStep;
-constexpr auto set_jacobian = ARKodeSetJacFn;
-constexpr auto set_jacobian_interval = ARKodeSetJacEvalFrequency;
-constexpr auto set_linear_solver = ARKodeSetLinearSolver;
-constexpr auto set_max_newton_failures = ARKodeSetMaxConvFails;
-constexpr auto set_max_rejections = ARKodeSetMaxErrTestFails;
-constexpr auto set_max_steps = ARKodeSetMaxNumSteps;
-constexpr auto set_max_tiny_step_warnings = ARKodeSetMaxHnilWarns;
-constexpr auto set_newton_iterations = ARKodeSetMaxNonlinIters;
-constexpr auto set_newton_safety = ARKodeSetNonlinConvCoef;
-constexpr auto set_stop_time = ARKodeSetStopTime;
-constexpr auto set_tolerances = ARKodeSVtolerances;
-constexpr auto set_user_data = ARKodeSetUserData;
+#define SALTUS_ARKODE(call) ARKode##call
 #else
-constexpr auto evolve = ARKStepEvolve;
-constexpr auto free = ARKStepFree;
-constexpr auto set_factorisation_interval = ARKStepSetLSetupFrequency;
-constexpr auto set_fixed_step = ARKStepSetFixedStep;
-constexpr auto set_jacobian = ARKStepSetJacFn;
-constexpr auto set_jacobian_interval = ARKStepSetJacEvalFrequency;
-constexpr auto set_linear_solver = ARKStepSetLinearSolver;
-constexpr auto set_max_newton_failures = ARKStepSetMaxConvFails;
-constexpr auto set_max_rejections = ARKStepSetMaxErrTestFails;
-constexpr auto set_max_steps = ARKStepSetMaxNumSteps;
-constexpr auto set_max_tiny_step_warnings = ARKStepSetMaxHnilWarns;
-constexpr auto set_newton_iterations = ARKStepSetMaxNonlinIters;
-constexpr auto set_newton_safety = ARKStepSetNonlinConvCoef;
-constexpr auto set_stop_time = ARKStepSetStopTime;
-constexpr auto set_tolerances = ARKStepSVtolerances;
-constexpr auto set_user_data = ARKStepSetUserData;
+#define SALTUS_ARKODE(call) ARKStep##call
 #endif
-}  // namespace calls
 
 // Fraction of the tolerance at which Newton's iteration stops, so that its error is negligible.
 constexpr double newton_fraction = 1e-2;
@@ -132,7 +100,7 @@ IntegrationStatus status_of(int code) {
 }
 
 struct FreeArkode {
-  void operator()(void* memory) const { calls::free(&memory); }
+  void operator()(void* memory) const { SALTUS_ARKODE(Free)(&memory); }
 };
 
 // Solves all columns of the vector with one factorisation of the ny x ny matrix.
@@ -204,30 +172,32 @@ class Stepper {
                 memory_.get(), [](int, const char*, const char*, char*, void*) {}, nullptr),
             "ARKStepSetErrHandlerFn");
 #endif
-    require(calls::set_user_data(memory_.get(), this), "ARKodeSetUserData");
+    require(SALTUS_ARKODE(SetUserData)(memory_.get(), this), "ARKodeSetUserData");
     require(ARKStepSetTableNum(memory_.get(),
                                implicit ? implicit_table(options.order) : ARKODE_DIRK_NONE,
                                implicit ? ARKODE_ERK_NONE : explicit_table(options.order)),
             "ARKStepSetTableNum");
-    require(calls::set_max_rejections(memory_.get(), attempts), "ARKodeSetMaxErrTestFails");
-    require(calls::set_max_steps(memory_.get(), options.max_steps), "ARKodeSetMaxNumSteps");
-    require(calls::set_max_tiny_step_warnings(memory_.get(), -1), "ARKodeSetMaxHnilWarns");
+    require(SALTUS_ARKODE(SetMaxErrTestFails)(memory_.get(), attempts), "ARKodeSetMaxErrTestFails");
+    require(SALTUS_ARKODE(SetMaxNumSteps)(memory_.get(), options.max_steps),
+            "ARKodeSetMaxNumSteps");
+    require(SALTUS_ARKODE(SetMaxHnilWarns)(memory_.get(), -1), "ARKodeSetMaxHnilWarns");
     if (options.fixed_steps > 0)
-      require(calls::set_fixed_step(memory_.get(), 1.0 / options.fixed_steps),
+      require(SALTUS_ARKODE(SetFixedStep)(memory_.get(), 1.0 / options.fixed_steps),
               "ARKodeSetFixedStep");
     if (!implicit) return;
     matrix_.reset(SUNDenseMatrix(ny_, ny_, context));
     require(matrix_.get(), "SUNDenseMatrix");
     linear_ = std::make_unique<SharedFactorSolver>(ny_, columns, context);
-    require(calls::set_linear_solver(memory_.get(), linear_->handle(), matrix_.get()),
+    require(SALTUS_ARKODE(SetLinearSolver)(memory_.get(), linear_->handle(), matrix_.get()),
             "ARKodeSetLinearSolver");
-    require(calls::set_jacobian(memory_.get(), state_jacobian), "ARKodeSetJacFn");
-    require(calls::set_max_newton_failures(memory_.get(), attempts), "ARKodeSetMaxConvFails");
-    require(calls::set_factorisation_interval(memory_.get(), 1), "ARKodeSetLSetupFrequency");
-    require(calls::set_jacobian_interval(memory_.get(), 1), "ARKodeSetJacEvalFrequency");
-    require(calls::set_newton_iterations(memory_.get(), newton_iterations),
+    require(SALTUS_ARKODE(SetJacFn)(memory_.get(), state_jacobian), "ARKodeSetJacFn");
+    require(SALTUS_ARKODE(SetMaxConvFails)(memory_.get(), attempts), "ARKodeSetMaxConvFails");
+    require(SALTUS_ARKODE(SetLSetupFrequency)(memory_.get(), 1), "ARKodeSetLSetupFrequency");
+    require(SALTUS_ARKODE(SetJacEvalFrequency)(memory_.get(), 1), "ARKodeSetJacEvalFrequency");
+    require(SALTUS_ARKODE(SetMaxNonlinIters)(memory_.get(), newton_iterations),
             "ARKodeSetMaxNonlinIters");
-    require(calls::set_newton_safety(memory_.get(), newton_fraction), "ARKodeSetNonlinConvCoef");
+    require(SALTUS_ARKODE(SetNonlinConvCoef)(memory_.get(), newton_fraction),
+            "ARKodeSetNonlinConvCoef");
   }
 
   double* column(int k) { return y_.data() + k * ny_; }
@@ -239,10 +209,11 @@ class Stepper {
     const bool implicit = options_.method == ArkodeMethod::DiagonallyImplicit;
     int code =
         ARKStepReInit(memory_.get(), implicit ? nullptr : rate, implicit ? rate : nullptr, 0.0, y_);
-    if (code >= 0) code = calls::set_tolerances(memory_.get(), options_.tolerance, tolerances_);
-    if (code >= 0) code = calls::set_stop_time(memory_.get(), 1.0);
+    if (code >= 0)
+      code = SALTUS_ARKODE(SVtolerances)(memory_.get(), options_.tolerance, tolerances_);
+    if (code >= 0) code = SALTUS_ARKODE(SetStopTime)(memory_.get(), 1.0);
     double reached = 0.0;
-    if (code >= 0) code = calls::evolve(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
+    if (code >= 0) code = SALTUS_ARKODE(Evolve)(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
     exception_.rethrow();
     return code;
   }
@@ -366,16 +337,10 @@ class ArkodeScheme final : public IntegratorScheme {
                        implicit ? "diagonally implicit methods of order 2, 3, 4 and 5"
                                 : "explicit methods of order 2, 3, 4, 5, 6 and 8",
                        options.order));
-    if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
-      fail(fmt::format("needs a relative tolerance between 0 and 1, but it is {}",
-                       options.tolerance));
-    if (!(options.absolute_tolerance >= 0.0))
-      fail(fmt::format("needs a non-negative absolute tolerance, but it is {}",
-                       options.absolute_tolerance));
+    sundials::check_options("ARKODE", options.tolerance, options.absolute_tolerance,
+                            options.max_steps);
     if (options.fixed_steps < 0)
       fail(fmt::format("cannot take fixed_steps = {}", options.fixed_steps));
-    if (options.max_steps < 1)
-      fail(fmt::format("needs at least one step, but max_steps = {}", options.max_steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     throw_no_event_support(problem, "ARKODE");

@@ -1,11 +1,8 @@
 #include "saltus/integrators/sundials.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdio>
 
-#include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes_memory.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/interval_field.hpp"
@@ -72,17 +69,8 @@ class Cvodes final : public Integrator {
 class CvodesScheme final : public IntegratorScheme {
  public:
   explicit CvodesScheme(const CvodesOptions& options) : options_(options) {
-    if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
-      throw DefinitionError(
-          fmt::format("the relative tolerance of CVODES must lie between 0 and 1, but is {}.",
-                      options.tolerance));
-    if (!(options.absolute_tolerance >= 0.0))
-      throw DefinitionError(
-          fmt::format("the absolute tolerance of CVODES must not be negative, but is {}.",
-                      options.absolute_tolerance));
-    if (options.max_steps < 1)
-      throw DefinitionError(
-          fmt::format("CVODES needs at least one step, but max_steps = {}.", options.max_steps));
+    sundials::check_options("CVODES", options.tolerance, options.absolute_tolerance,
+                            options.max_steps);
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_cvodes(problem, options_);

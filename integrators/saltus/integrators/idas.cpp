@@ -1,15 +1,11 @@
 #include "saltus/integrators/sundials.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "saltus/core/error.hpp"
 #include "saltus/integrators/algebraic_field.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/idas_memory.hpp"
@@ -116,17 +112,8 @@ class Idas final : public Integrator {
 class IdasScheme final : public IntegratorScheme {
  public:
   explicit IdasScheme(const IdasOptions& options) : options_(options) {
-    if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
-      throw DefinitionError(
-          fmt::format("the relative tolerance of IDAS must lie between 0 and 1, but is {}.",
-                      options.tolerance));
-    if (!(options.absolute_tolerance >= 0.0))
-      throw DefinitionError(
-          fmt::format("the absolute tolerance of IDAS must not be negative, but is {}.",
-                      options.absolute_tolerance));
-    if (options.max_steps < 1)
-      throw DefinitionError(
-          fmt::format("IDAS needs at least one step, but max_steps = {}.", options.max_steps));
+    sundials::check_options("IDAS", options.tolerance, options.absolute_tolerance,
+                            options.max_steps);
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_idas(problem, options_);

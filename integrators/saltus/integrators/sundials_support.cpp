@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "saltus/core/error.hpp"
 
@@ -54,6 +53,21 @@ VectorArray::VectorArray(int count, const Vector& like)
 }
 
 VectorArray::~VectorArray() { N_VDestroyVectorArray(vectors_, count_); }
+
+void check_options(const char* integrator, double tolerance, double absolute_tolerance,
+                   long max_steps) {
+  if (!(tolerance > 0.0 && tolerance < 1.0))
+    throw DefinitionError(
+        fmt::format("the relative tolerance of {} must lie between 0 and 1, but is {}.", integrator,
+                    tolerance));
+  if (!(absolute_tolerance >= 0.0))
+    throw DefinitionError(
+        fmt::format("the absolute tolerance of {} must not be negative, but is {}.", integrator,
+                    absolute_tolerance));
+  if (max_steps < 1)
+    throw DefinitionError(
+        fmt::format("{} needs at least one step, but max_steps = {}.", integrator, max_steps));
+}
 
 std::vector<double> absolute_tolerances(const IntervalProblem& problem,
                                         double relative_to_nominal) {

@@ -110,6 +110,10 @@ class StoredException {
   std::exception_ptr kept_;
 };
 
+/// Throws DefinitionError for a tolerance outside (0, 1), a negative absolute one, or no steps.
+void check_options(const char* integrator, double tolerance, double absolute_tolerance,
+                   long max_steps);
+
 /// Absolute tolerances of (x | q): `relative_to_nominal` times nominal_state, with nominal 1 for q.
 /// Throws DefinitionError if a nominal value is not positive or their number is wrong.
 std::vector<double> absolute_tolerances(const IntervalProblem& problem, double relative_to_nominal);
