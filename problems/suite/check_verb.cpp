@@ -187,11 +187,7 @@ Verb check_verb() {
             .flag("--print-schema",
                   "print a JSON Schema of the output of --json, and check nothing",
                   request.print_schema);
-        parser.parse(arguments);
-        if (parser.help_wanted()) {
-          fmt::print("{}", parser.help());
-          return ExitStatus::ok;
-        }
+        if (parser.prints_help(arguments)) return ExitStatus::ok;
         if (request.print_schema) {
           fmt::print("{}", page_schema);
           return ExitStatus::ok;

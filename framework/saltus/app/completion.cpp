@@ -75,11 +75,7 @@ ExitStatus print_completion(std::span<const std::string> arguments) {
   std::string shell;
   OptionParser parser("completion", "Prints the completion script of a shell.");
   parser.word("shell", "bash, zsh or fish", shell);
-  parser.parse(arguments);
-  if (parser.help_wanted()) {
-    fmt::print("{}", parser.help());
-    return ExitStatus::ok;
-  }
+  if (parser.prints_help(arguments)) return ExitStatus::ok;
   if (shell != "bash" && shell != "zsh" && shell != "fish")
     throw InputError(fmt::format("completion needs bash, zsh or fish, not '{}'", shortened(shell)));
   const std::string program = (program_folder() / "saltus").string();

@@ -20,11 +20,7 @@ Verb logs_verb() {
             OptionParser parser("logs", summary);
             parser.word("DIR", "results folder of Saltus or of your own project", folder)
                 .option("--formats", "LIST", "mat, mcap or mat,mcap; default both", formats.names);
-            parser.parse(arguments);
-            if (parser.help_wanted()) {
-              fmt::print("{}", parser.help());
-              return ExitStatus::ok;
-            }
+            if (parser.prints_help(arguments)) return ExitStatus::ok;
             if (const std::string wrong = validate_formats(formats); !wrong.empty())
               throw InputError("logs: --formats: " + wrong);
             if (folder.empty())

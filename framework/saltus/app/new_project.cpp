@@ -151,9 +151,7 @@ Verb new_verb() {
             OptionParser parser("new", summary);
             parser.word("name", "name of the project, or its folder", folder)
                 .option("--kind", "KIND", join_names(names) + "; default trajectory", wanted);
-            parser.parse(arguments);
-            if (parser.help_wanted()) {
-              fmt::print("{}", parser.help());
+            if (parser.prints_help(arguments)) {
               for (const ProjectKind& known : project_kinds())
                 fmt::print("  {:<10}  {}\n", known.name, known.summary);
               return ExitStatus::ok;

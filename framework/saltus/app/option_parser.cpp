@@ -135,6 +135,12 @@ void OptionParser::parse(std::span<const std::string> words) {
   for (const std::string& word : attached) hand_over(word);  // in order
 }
 
+bool OptionParser::prints_help(std::span<const std::string> words) {
+  parse(words);
+  if (help_wanted_) fmt::print("{}", help());
+  return help_wanted_;
+}
+
 void OptionParser::hand_over(const std::string& word) const {
   if (word == "-h") return hand_over("--help");
   // a positional argument, which CLI11 has stored

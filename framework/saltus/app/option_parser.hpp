@@ -51,6 +51,8 @@ class OptionParser {
   /// missing or superfluous values, repeated options and unexpected arguments. In these cases no
   /// option has been stored. A `take` may also throw InputError.
   void parse(std::span<const std::string> words);
+  /// Parses the arguments. Prints the help and returns true if --help or -h was given.
+  bool prints_help(std::span<const std::string> words);
   /// True if --help or -h was given.
   bool help_wanted() const { return help_wanted_; }
   /// Command, summary and one line per option.

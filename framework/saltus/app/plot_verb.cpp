@@ -19,11 +19,7 @@ Verb plot_verb() {
             std::string folder;
             OptionParser parser("plot", summary);
             parser.word("DIR", "the --out folder of a run or a map", folder);
-            parser.parse(arguments);
-            if (parser.help_wanted()) {
-              fmt::print("{}", parser.help());
-              return ExitStatus::ok;
-            }
+            if (parser.prints_help(arguments)) return ExitStatus::ok;
             if (folder.empty())
               throw InputError("plot needs the folder of a run, as in saltus plot results/demo");
             std::error_code absent;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -255,11 +254,7 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
   parser.word("folder", "folder of the run", word)
       .option("--out", "DIR",
               "folder of the new results; by default they are kept only if they differ", out);
-  parser.parse(arguments);
-  if (parser.help_wanted()) {
-    fmt::print("{}", parser.help());
-    return ExitStatus::ok;
-  }
+  if (parser.prints_help(arguments)) return ExitStatus::ok;
   if (word.empty()) throw InputError("rerun needs the folder of a run");
   std::error_code error;
   const fs::path folder = fs::weakly_canonical(fs::absolute(word), error);

@@ -57,11 +57,7 @@ Verb movie_verb() {
             std::string folder;
             OptionParser parser("movie", summary);
             parser.word("DIR", "the --out folder of a run with --plant dart or mujoco", folder);
-            parser.parse(arguments);
-            if (parser.help_wanted()) {
-              fmt::print("{}", parser.help());
-              return ExitStatus::ok;
-            }
+            if (parser.prints_help(arguments)) return ExitStatus::ok;
             if (folder.empty())
               throw InputError("movie needs the folder of a run, as in saltus movie results/demo");
             if (!std::filesystem::exists(std::filesystem::path(folder) / "replay.html"))
