@@ -10,6 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "tests/app/support.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -23,12 +24,7 @@ TEST(Text, EscapesControlCharacters) {
 using Words = std::vector<std::string>;
 
 std::string complaint_about(const Words& words) {
-  try {
-    parse_run_request(words);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
+  return error_of<InputError>([&] { parse_run_request(words); }, "no complaint");
 }
 
 TEST(RunRequest, AcceptsAllFormsOfFlags) {

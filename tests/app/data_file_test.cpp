@@ -7,6 +7,7 @@
 
 #include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -20,14 +21,8 @@ TEST(DataFile, IsTakenFromTheNamedFolder) {
   const std::string name = folder.string();
   const Variable named("SALTUS_DATA_DIR", name.c_str());
   EXPECT_EQ(data_file("some/scripts/draw.py"), folder / "some/scripts/draw.py");
-  try {
-    data_file("some/scripts/absent.py");
-    FAIL() << "no error";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("some/scripts/absent.py is not in " + name),
-              std::string::npos)
-        << error.what();
-  }
+  expect_error<InputError>([] { data_file("some/scripts/absent.py"); },
+                           {"some/scripts/absent.py is not in " + name});
 }
 
 TEST(DataFile, IsFoundNextToABuiltProgram) {

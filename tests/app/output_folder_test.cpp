@@ -16,6 +16,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/temporary_file.hpp"
 #include "tests/app/support.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -23,12 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string complaint_about(const fs::path& path) {
-  try {
-    OutputFolder{path};
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
+  return error_of<InputError>([&] { OutputFolder{path}; }, "no complaint");
 }
 
 TEST(OutputFolder, IsCreatedWithTheFirstFile) {
@@ -120,12 +116,8 @@ TEST(OutputFolder, NamesAndKeepsAFileThatCannotBeReplaced) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "taken/by_a_folder");
   const OutputFolder output(folder.path());
-  try {
-    output.write("taken", std::string_view("text"));
-    FAIL() << "a folder was overwritten";
-  } catch (const InputError& error) {
-    EXPECT_TRUE(contains(error.what(), (folder / "taken").string()));
-  }
+  expect_error<InputError>([&] { output.write("taken", std::string_view("text")); },
+                           {(folder / "taken").string()});
   EXPECT_TRUE(fs::exists(folder / "taken/by_a_folder"));
   const auto files = fs::directory_iterator(folder.path());
   EXPECT_EQ(std::distance(begin(files), end(files)), 1);

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 
@@ -74,12 +75,7 @@ inline testing::AssertionResult contains(const std::string& text, const std::str
 
 /// Message of the InputError that `action` throws.
 inline std::string complaint_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
+  return error_of<InputError>(action, "no complaint");
 }
 
 inline std::string file_content(const std::filesystem::path& file) {

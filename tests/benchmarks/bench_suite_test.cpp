@@ -22,6 +22,7 @@
 #include "benchmarks/suite/shooting_steps.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -198,12 +199,7 @@ TEST(ShootingFile, ReportsProgramsWithoutSteps) {
   for (const auto& [name, why] : {std::pair("library/switch_of_speed", "events"),
                                   std::pair("library/calcium_oscillation", "no fixed explicit")}) {
     NonlinearProblem problem(nonlinear_case(name));
-    try {
-      problem.file();
-      FAIL() << name;
-    } catch (const DefinitionError& e) {
-      EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();
-    }
+    expect_error<DefinitionError>([&] { problem.file(); }, {why});
   }
 }
 

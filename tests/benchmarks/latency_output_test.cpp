@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "saltus/core/error.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -40,11 +41,7 @@ TEST(LatencyCommandLine, RejectsUnknownArguments) {
   EXPECT_THROW(run({"latencies"}), InputError);
   EXPECT_THROW(run({"latency", "--json", "/"}), InputError);
   EXPECT_THROW(run({"latency", "--json", "/proc/no/such.json"}), InputError);
-  try {
-    parse({"--quik"});
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("--quick"), std::string::npos) << error.what();
-  }
+  expect_error<InputError>([] { parse({"--quik"}); }, {"--quick"});
 }
 
 TEST(LatencyCommandLine, WritesJsonWithEveryField) {

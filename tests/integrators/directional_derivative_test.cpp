@@ -10,6 +10,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/sundials.hpp"
 #include "saltus/model/automaton.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -188,12 +189,9 @@ TEST(Hysteresis, RejectsInvalidDefinitions) {
   const auto drift = [](const auto&, const auto& x) { return x; };
   const auto guard = [](const auto&, const auto& x) { return x[0]; };
   const auto message = [](const Automaton<2>& a) -> std::string {
-    try {
+    return error_of<DefinitionError>([&] {
       runge_kutta4()->make(interval(a.system(), {2, 0, 0}));
-    } catch (const DefinitionError& e) {
-      return e.what();
-    }
-    return {};
+    });
   };
   Automaton<2> far, moving, sliding;
   far.mode("a", drift).mode("b", drift).store_mode_in(2);

@@ -5,6 +5,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -176,12 +177,7 @@ std::string refusal(const Function& dynamics, F&& cost) {
   problem.arguments = {2, 1, 0};
   problem.dynamics = dynamics;
   problem.running_cost = cost;
-  try {
-    zero_order_hold()->make(problem);
-  } catch (const DefinitionError& error) {
-    return error.what();
-  }
-  return "accepted";
+  return error_of<DefinitionError>([&] { zero_order_hold()->make(problem); }, "accepted");
 }
 
 TEST(ZeroOrderHold, RejectsProblemsWithoutExactSolution) {

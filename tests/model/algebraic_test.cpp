@@ -11,6 +11,7 @@
 #include "saltus/model/derivative_check.hpp"
 #include "saltus/model/make_function.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -146,12 +147,8 @@ TEST(Algebraic, AllocatesInTheFirstEvaluationOnly) {
 
 template <class G>
 std::string refusal(G formula) {
-  try {
-    AlgebraicEquations(sizes, extended(formula), VectorXd::Zero(nz));
-  } catch (const DefinitionError& e) {
-    return e.what();
-  }
-  return {};
+  return error_of<DefinitionError>(
+      [&] { AlgebraicEquations(sizes, extended(formula), VectorXd::Zero(nz)); });
 }
 
 TEST(Algebraic, IndexAboveOneNamesTheEquation) {

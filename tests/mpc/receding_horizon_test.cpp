@@ -7,7 +7,6 @@
 #include <cmath>
 #include <memory>
 #include <string>
-#include <thread>
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -16,6 +15,7 @@
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/late_solver.hpp"
 
 namespace saltus {
@@ -215,15 +215,13 @@ TEST(RecedingHorizon, RejectsAFreeStartTime) {
   phase.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; });
   OptimalControlProblem ocp("any time");
   ocp.start_at({1.0}).start_time(between(0.0, 1.0), 0.5).then(phase);
-  try {
-    RecedingHorizonController controller(
-        MultipleShooting(ocp, {.intervals_per_phase = 2, .integrator = runge_kutta4()}),
-        {.period = step});
-    FAIL() << "a controller decides when to start";
-  } catch (const DefinitionError& e) {
-    EXPECT_NE(std::string(e.what()).find("give start_time() a number"), std::string::npos)
-        << e.what();
-  }
+  expect_error<DefinitionError>(
+      [&] {
+        RecedingHorizonController controller(
+            MultipleShooting(ocp, {.intervals_per_phase = 2, .integrator = runge_kutta4()}),
+            {.period = step});
+      },
+      {"give start_time() a number"});
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, EveryBackEnd,

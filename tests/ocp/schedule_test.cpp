@@ -10,6 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/term.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -19,13 +20,8 @@ constexpr double never = std::numeric_limits<double>::infinity();
 Schedule walk() { return Schedule({"left", "both", "right"}, {{"land", 0.5}, {"lift", 0.8}}); }
 
 template <class Action>
-std::string message_of(Action&& action) {
-  try {
-    action();
-  } catch (const DefinitionError& e) {
-    return e.what();
-  }
-  return "nothing was thrown";
+std::string message_of(const Action& action) {
+  return error_of<DefinitionError>(action, "nothing was thrown");
 }
 
 void expect_in(const std::string& fragment, const std::string& text) {

@@ -11,6 +11,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -336,12 +337,7 @@ std::string complaint_about(const std::string& text) {
   Config config;
   Settings settings;
   declare_settings(settings, config);
-  try {
-    settings.apply({parse_set_argument(text)});
-    return "no complaint";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return error_of<InputError>([&] { settings.apply({parse_set_argument(text)}); }, "no complaint");
 }
 
 // Earlier, such pushes were ignored and the run "recovered", or the run did not end.
@@ -473,12 +469,7 @@ TEST(Settings, RejectsContradictoryTimesAndVelocities) {
     declare_settings(settings, config);
     std::vector<Assignment> given;
     for (const char* argument : arguments) given.push_back(parse_set_argument(argument));
-    try {
-      settings.apply(given);
-      ADD_FAILURE() << part;
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
+    expect_error<InputError>([&] { settings.apply(given); }, {part});
   }
 }
 
@@ -489,13 +480,12 @@ TEST(Settings, RejectsEmptyFootReach) {
   config.planning.robot_reach = false;  // reach from the settings, with or without a URDF
   const RobotDescription robot = robot_of(config);
   const auto complaint = [&robot](const Config& given) {
-    try {
-      const PushRecovery problem(given);
-      problem.make_step_planner(robot, initial_scene(problem, robot));
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return error_of<InputError>(
+        [&] {
+          const PushRecovery problem(given);
+          problem.make_step_planner(robot, initial_scene(problem, robot));
+        },
+        "");
   };
   EXPECT_EQ(complaint(config), "");
   Config narrow = config;
@@ -510,12 +500,9 @@ TEST(Settings, RejectsAFixedPlaceAcrossTheStanceFoot) {
   Config config;
   Settings settings;
   declare_settings(settings, config);
-  try {
-    settings.apply({parse_set_argument("step.fixed_place=[0, -0.14]")});
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("away from the stance sole"), std::string::npos);
-  }
+  expect_error<InputError>(
+      [&] { settings.apply({parse_set_argument("step.fixed_place=[0, -0.14]")}); },
+      {"away from the stance sole"});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "saltus/core/error.hpp"
 #include "tests/problems/icub_in_dart.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -79,12 +80,7 @@ TEST_F(FullBody, ReportsAFallWithoutAStep) {
 
 TEST_F(FullBody, RejectsAnUnknownPushLink) {
   config.push.link = "chast";
-  try {
-    run();
-    FAIL() << "an unknown link was pushed";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("did you mean \"chest\"?"), std::string::npos);
-  }
+  expect_error<InputError>([&] { run(); }, {"did you mean \"chest\"?"});
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
 #include "tests/robots/synthetic_biped.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -131,13 +132,7 @@ TEST_F(OtherHumanoid, DataComeFromTheFileOrTheUrdf) {
   write(biped.yaml(), biped.urdf());
   Config given;
   given.robot.file = config.string();
-  try {
-    robot_of(given);
-    FAIL() << "figures that nobody gave";
-  } catch (const InputError& error) {
-    EXPECT_TRUE(contains(error.what(), "mass is missing"));
-    EXPECT_TRUE(contains(error.what(), "or name the URDF"));
-  }
+  expect_error<InputError>([&] { robot_of(given); }, {"mass is missing", "or name the URDF"});
   given.robot.urdf = urdf.string();
   EXPECT_NEAR(robot_of(given).mass, 47.1, 1e-9);
 }

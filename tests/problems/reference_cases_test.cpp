@@ -8,6 +8,7 @@
 #include "problems/library/run_case.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/solver/native_solver.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/print_cases.hpp"
 #include "tests/support/program_derivatives.hpp"
 
@@ -89,12 +90,8 @@ TEST(Catalogue, IdsAndNamesAreUnique) {
 }
 
 TEST(Catalogue, UnknownNameSuggestsTheNearest) {
-  try {
-    reference_case("pendulum_on_card");
-    FAIL() << "an unknown case was found";
-  } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("did you mean 'pendulum_on_cart'"), std::string::npos);
-  }
+  expect_error<InputError>([] { reference_case("pendulum_on_card"); },
+                           {"did you mean 'pendulum_on_cart'"});
 }
 
 TEST(BrysonDenham, StaysBelowTheCeilingBetweenNodes) {

@@ -19,6 +19,7 @@
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/robots/synthetic_biped.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::survey {
 namespace {
@@ -89,13 +90,8 @@ bool holds(const std::vector<std::string>& list, const std::string& name) {
 }
 
 template <class Act>
-std::string complaint(Act act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+std::string complaint(const Act& act) {
+  return error_of<InputError>(act, "");
 }
 
 std::vector<std::string> subjects(const std::vector<Finding>& findings, Finding::Level level) {

@@ -18,6 +18,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::sway {
 namespace {
@@ -83,13 +84,8 @@ TEST(Sway, SummaryCountsEveryTickOnce) {
 // `saltus robot` with this problem as the target of the settings.
 TEST(RobotVerb, RejectsInvalidArguments) {
   const Verb robot = survey::robot_verb("sway", *make_sway());
-  const auto refused = [&](const std::vector<std::string>& words) -> std::string {
-    try {
-      robot.run(words);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "taken";
+  const auto refused = [&](const std::vector<std::string>& words) {
+    return error_of<InputError>([&] { robot.run(words); });
   };
   const auto says = [](const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;

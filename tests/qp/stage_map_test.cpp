@@ -13,6 +13,7 @@
 #include "tests/qp/random_staged.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/dense_qp_solver.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/stage_checks.hpp"
 #include "tests/support/stage_conversion.hpp"
 
@@ -151,12 +152,7 @@ struct Small {
 };
 
 std::string refusal(const Small& small) {
-  try {
-    StageMap map(small.qp, small.structure);
-    return "accepted";
-  } catch (const DefinitionError& e) {
-    return e.what();
-  }
+  return error_of<DefinitionError>([&] { StageMap map(small.qp, small.structure); }, "accepted");
 }
 
 TEST(StageMap, NamesMismatches) {

@@ -9,6 +9,7 @@
 
 #include "saltus/autodiff/dual.hpp"
 #include "saltus/autodiff/tracer.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -24,12 +25,7 @@ Vec<double, 6> wrench(double fx, double fy, double fz, double tx = 0, double ty 
 
 // Message of the DefinitionError that the options cause.
 std::string complaint(const ContactCone::Options& options) {
-  try {
-    contact_cone(options);
-  } catch (const DefinitionError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of<DefinitionError>([&] { contact_cone(options); }, "");
 }
 
 TEST(ContactCone, HasTheFourteenRowsOfTheReferenceController) {

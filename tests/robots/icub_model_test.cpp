@@ -10,6 +10,7 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -72,12 +73,9 @@ TEST_F(IcubModel, MissingScriptOrNetworkGivesOneSentence) {
   std::ofstream(script) << "#!/bin/sh\nexit 1\n";
   fs::permissions(script, fs::perms::owner_all);
   setenv("SALTUS_DATA_DIR", cache_.c_str(), 1);
-  std::string said, sentence;
-  try {
-    fetch_icub_urdf([&](const std::string& line) { said += line; });
-  } catch (const InputError& error) {
-    sentence = error.what();
-  }
+  std::string said;
+  const std::string sentence = error_of<InputError>(
+      [&] { fetch_icub_urdf([&](const std::string& line) { said += line; }); });
   unsetenv("SALTUS_DATA_DIR");
   EXPECT_NE(said.find("CC BY-SA 4.0"), std::string::npos) << said;
   EXPECT_NE(sentence.find("--robot.urdf"), std::string::npos) << sentence;

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <numbers>
 
+#include "tests/support/errors.hpp"
+
 namespace saltus {
 namespace {
 
@@ -48,22 +50,12 @@ std::string one_leg(const std::string& inside_foot = foot_box,
 }
 
 std::string complaint(const std::string& text) {
-  try {
-    UrdfModel::parse(text, "robot.urdf");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return error_of<InputError>([&] { UrdfModel::parse(text, "robot.urdf"); }, "");
 }
 
 template <class Act>
-std::string input_error(Act act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+std::string input_error(const Act& act) {
+  return error_of<InputError>(act, "");
 }
 
 void expect_has(const std::string& text, const std::string& part) {

@@ -16,6 +16,7 @@
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/dense_algebra.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -265,12 +266,8 @@ TEST_F(Controllers, RejectsInvalidMomentumOptions) {
   EXPECT_THROW(make_momentum_controller(robot, left, right, options), DefinitionError);
   options = {};
   options.posture = -1.0;
-  try {
-    make_momentum_controller(robot, left, right, options);
-    FAIL() << "a negative stiffness was accepted";
-  } catch (const DefinitionError& error) {
-    EXPECT_NE(std::string(error.what()).find("posture must be"), std::string::npos);
-  }
+  expect_error<DefinitionError>([&] { make_momentum_controller(robot, left, right, options); },
+                                {"posture must be"});
 }
 
 TEST_F(Controllers, MomentumControlBalancesAPush) {

@@ -7,6 +7,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/sequences/search.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -33,12 +34,7 @@ ModeGraph up_and_down(Bounds duration = exactly(1.0)) {
 }
 
 std::string message_of(const ModeGraph& graph, bool limited = true) {
-  try {
-    graph.check(limited);
-  } catch (const DefinitionError& e) {
-    return e.what();
-  }
-  return "";
+  return error_of<DefinitionError>([&] { graph.check(limited); }, "");
 }
 
 void expect_words(const std::string& message, const std::vector<std::string>& words) {

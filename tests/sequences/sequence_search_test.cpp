@@ -14,6 +14,7 @@
 #include "saltus/sequences/search.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -292,15 +293,8 @@ TEST(SequenceSearch, RejectsAnInvalidState) {
   const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0);
   SequenceSearch loop(thermostats(x), {.phases = 3, .confirm = false});
   const auto message = [&](const VectorXd& state) -> std::string {
-    std::string text;
-    for (const bool next : {false, true}) {
-      try {
-        next ? loop.solve_next(state) : loop.solve(state);
-      } catch (const DefinitionError& e) {
-        text += e.what();
-      }
-    }
-    return text;
+    const std::string first = error_of<DefinitionError>([&] { loop.solve(state); }, "");
+    return first + error_of<DefinitionError>([&] { loop.solve_next(state); }, "");
   };
   ASSERT_TRUE(loop.solve(x).found());
   const std::string size = "the state has 2 entries, expected 3", nan = "the state is not finite";
@@ -322,12 +316,7 @@ TEST(SequenceSearch, ReportsWhyAProblemIsNotConvexInSampledTime) {
         "effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
     ModeGraph graph;
     graph.mode(phase).all_transitions().start_at({1.0}).total_time(total);
-    try {
-      SequenceSearch(graph, {.phases = 3});
-    } catch (const DefinitionError& e) {
-      return e.what();
-    }
-    return "";
+    return error_of<DefinitionError>([&] { SequenceSearch(graph, {.phases = 3}); }, "");
   };
   const auto linear = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>(u - x);

@@ -16,6 +16,7 @@
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/solve/solve.hpp"
 #include "saltus/solver/native_solver.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -60,14 +61,7 @@ OptimalControlProblem dash() {
   return problem;
 }
 
-std::string refusal(const auto& act) {
-  try {
-    act();
-  } catch (const DefinitionError& error) {
-    return error.what();
-  }
-  return "nothing was refused";
-}
+std::string refusal(const auto& act) { return error_of<DefinitionError>(act); }
 
 TEST(UserTasks, OneRowInBracesIsAResult) {
   Phase<1, 1> phase{"dash", OneRow{}, exactly(1.0)};

@@ -11,6 +11,7 @@
 
 #include "saltus/saltus.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -245,12 +246,7 @@ const std::vector<Mistake>& mistakes() {
          r.minimise("effort", effort).data("mass", Vec<double, 1>{2.0});
          MultipleShooting shooting{OptimalControlProblem("cart").start_at({0, 0}).then(r),
                                    {.intervals_per_phase = 5, .integrator = runge_kutta4()}};
-         try {
-           shooting.set_data("mas", Vec<double, 1>{1.0});
-         } catch (const DefinitionError& e) {
-           return std::string(e.what());
-         }
-         return std::string();
+         return error_of<DefinitionError>([&] { shooting.set_data("mas", Vec<double, 1>{1.0}); });
        },
        {"'mas'", "'mass'"}},
       // --- problems without an answer

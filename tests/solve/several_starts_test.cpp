@@ -10,6 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/native_solver.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -135,13 +136,8 @@ TEST(SeveralStarts, ReturnsFailedStarts) {
 }
 
 TEST(SeveralStarts, RejectsInvalidStartsBeforeSolving) {
-  const auto message = [](StartingPoint start) -> std::string {
-    try {
-      solve_from(valleys(), {towards(1.0), std::move(start)});
-    } catch (const DefinitionError& e) {
-      return e.what();
-    }
-    return "";
+  const auto message = [](const StartingPoint& start) {
+    return error_of<DefinitionError>([&] { solve_from(valleys(), {towards(1.0), start}); });
   };
   EXPECT_NE(message({.durations = {1.0, 2.0}}).find("start 1: 2 durations"), std::string::npos);
   EXPECT_NE(message({.states = {Guess::constant(VectorXd::Zero(2))}}).find("phase 'roll'"),

@@ -12,6 +12,7 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
@@ -204,13 +205,8 @@ TEST(InnerEvents, SecondDerivativesOfTheProgram) {
 }
 
 template <class F>
-std::string refusal(F&& define) {
-  try {
-    define();
-  } catch (const DefinitionError& e) {
-    return e.what();
-  }
-  return "accepted";
+std::string refusal(const F& define) {
+  return error_of<DefinitionError>(define, "accepted");
 }
 
 TEST(InnerEvents, RejectsInvalidDefinitions) {

@@ -11,6 +11,7 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -167,13 +168,8 @@ TEST(Mesh, EventEndsAHold) {
 }
 
 TEST(Mesh, RejectsInvalidMeshes) {
-  const auto refusal = [](const Mesh& mesh) -> std::string {
-    try {
-      MultipleShooting(cart(exactly(1.0)), on({mesh}));
-    } catch (const DefinitionError& e) {
-      return e.what();
-    }
-    return "accepted";
+  const auto refusal = [](const Mesh& mesh) {
+    return error_of<DefinitionError>([&] { MultipleShooting(cart(exactly(1.0)), on({mesh})); });
   };
   EXPECT_NE(refusal({.intervals = 0}).find("phase 'cart': it has 0 intervals"), std::string::npos);
   EXPECT_NE(refusal({2, {0.0, 1.0}, {}}).find("2 nodes for 2 intervals, expected 3"),

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "saltus/core/error.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus {
 namespace {
@@ -21,12 +22,7 @@ postures:
 )";
 
 std::string complaint(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
+  return error_of<InputError>(action, "no complaint");
 }
 
 std::string complaint_of(const std::string& text) {
