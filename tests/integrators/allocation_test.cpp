@@ -45,8 +45,14 @@ class Caller {
 };
 
 TEST(Allocations, RungeKuttaDoesNotAllocate) {
+  std::vector<IntegratorChoice> schemes{runge_kutta4(), runge_kutta4({.steps = 4}), runge_kutta8(),
+                                        implicit_midpoint({.steps = 2})};
+  for (const int stages : {1, 2, 3, 4}) {
+    schemes.push_back(gauss_legendre({.stages = stages, .steps = 2}));
+    schemes.push_back(radau_iia({.stages = stages, .steps = 2}));
+  }
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
-    for (const auto& scheme : {runge_kutta4(), runge_kutta4({.steps = 4}), runge_kutta8()}) {
+    for (const auto& scheme : schemes) {
       const auto integrator = scheme->make(coupled_problem(shape));
       EXPECT_EQ(Caller(*integrator, coupled_point(shape)).allocations_of_ten_calls(), 0)
           << scheme->name();

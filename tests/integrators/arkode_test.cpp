@@ -135,21 +135,13 @@ TEST(Arkode, ArenstorfOrbitCloses) {  // D06
 }
 
 TEST(Arkode, ReportsFailuresAsStatus) {
+  for (const auto method : {ArkodeMethod::Explicit, ArkodeMethod::DiagonallyImplicit})
+    expect_undefined(*arkode({.method = method, .order = 4}));
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
-  problem.dynamics =
-      make_function<1, 0, 0>([](const auto&, const auto& x) { return 1.0 * log(x[0]); });
-  VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished();
-  VectorXd end(1);
-  MatrixXd derivative(1, 3);
-  for (const auto method : {ArkodeMethod::Explicit, ArkodeMethod::DiagonallyImplicit}) {
-    const auto integrator = arkode({.method = method, .order = 4})->make(problem);
-    EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
-    EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative),
-              IntegrationStatus::not_finite);
-  }
   problem.dynamics = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });
-  w << 1.0, 0.0, 0.5;
+  const VectorXd w = (VectorXd(3) << 1.0, 0.0, 0.5).finished();
+  VectorXd end(1);
   EXPECT_EQ(arkode({.max_steps = 3})->make(problem)->value(w.data(), end.data()),
             IntegrationStatus::too_many_steps);
 }

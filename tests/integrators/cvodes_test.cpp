@@ -95,22 +95,13 @@ TEST(Cvodes, ArenstorfOrbitCloses) {  // D06
 }
 
 TEST(Cvodes, ReportsFailuresAsStatus) {
+  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams})
+    expect_undefined(*cvodes({.method = method}));
+  // x' = x^2 has a finite escape time, t = 1 / x0.
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
-  problem.dynamics =
-      make_function<1, 0, 0>([](const auto&, const auto& x) { return 1.0 * log(x[0]); });
-  VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished();
-  VectorXd end(1);
-  MatrixXd derivative(1, 3);
-  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
-    const auto integrator = cvodes({.method = method})->make(problem);
-    EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
-    EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative),
-              IntegrationStatus::not_finite);
-  }
-  // x' = x^2 has a finite escape time, t = 1 / x0.
   problem.dynamics = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });
-  w << 1.0, 0.0, 2.0;
+  VectorXd w = (VectorXd(3) << 1.0, 0.0, 2.0).finished(), end(1);
   const auto blow_up = cvodes({})->make(problem);
   EXPECT_NE(blow_up->value(w.data(), end.data()), IntegrationStatus::success);
   const auto short_of_steps = cvodes({.max_steps = 3})->make(problem);

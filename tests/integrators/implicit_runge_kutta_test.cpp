@@ -7,7 +7,6 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/sundials.hpp"
 #include "tests/integrators/support.hpp"
-#include "tests/support/count_allocations.hpp"
 
 namespace saltus {
 namespace {
@@ -164,33 +163,10 @@ TEST_P(ImplicitSchemes, AreStableForAnyStep) {
   }
 }
 
-TEST_P(ImplicitSchemes, DoNotAllocate) {
-  const auto integrator = scheme(2)->make(coupled_problem(InputShape::linear));
-  VectorXd w = coupled_point(InputShape::linear), end(5);
-  const VectorXd weights = VectorXd::Ones(5);
-  MatrixXd derivative(5, w.size()), hessian(w.size(), w.size());
-  const saltus::testing::AllocationCount count;
-  for (int i = 0; i < 10; ++i) {
-    w[integrator->arguments().h()] += 0.005;
-    integrator->value(w.data(), end.data());
-    integrator->jacobian(w.data(), end.data(), derivative);
-    integrator->hessian(w.data(), weights.data(), hessian, Curvature::exact);
-    integrator->hessian(w.data(), weights.data(), hessian, Curvature::gauss_newton);
-  }
-  EXPECT_EQ(count.made(), 0);
-}
-
 TEST_P(ImplicitSchemes, ReportFailuresAsStatus) {
-  VectorXd end(1);
-  MatrixXd derivative(1, 3), hessian(3, 3);
-  const double weight = 1.0;
+  expect_undefined(*scheme(1));
   const VectorXd w = from(VectorXd::Constant(1, -1.0), 1.0);
-  const auto logarithm = scheme(1)->make(autonomous(
-      make_function<1, 0, 0>([](const auto&, const auto& x) { return log(x[0]) * 1.0; })));
-  EXPECT_EQ(logarithm->value(w.data(), end.data()), IntegrationStatus::not_finite);
-  EXPECT_EQ(logarithm->jacobian(w.data(), end.data(), derivative), IntegrationStatus::not_finite);
-  EXPECT_EQ(logarithm->hessian(w.data(), &weight, hessian, Curvature::exact),
-            IntegrationStatus::not_finite);
+  VectorXd end(1);
   // x' = x^2 + 25 is infinite after 0.35 s. The stage equations of the second of two steps have no
   // solution.
   const auto parabola = scheme(2)->make(autonomous(
@@ -198,7 +174,6 @@ TEST_P(ImplicitSchemes, ReportFailuresAsStatus) {
   EXPECT_EQ(parabola->value(w.data(), end.data()), IntegrationStatus::step_too_small);
   EXPECT_NE(parabola->failure().find("Newton's method failed in step 1 of 2"), std::string::npos)
       << parabola->failure();
-  EXPECT_EQ(logarithm->failure(), "");
 }
 
 // Van der Pol's oscillator with mu = 1e3 on its slow branch. The steps are 1e5 times its fast time

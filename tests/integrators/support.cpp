@@ -195,6 +195,24 @@ void expect_robertson_sensitivities(Integrator& integrator) {
       EXPECT_LE(relative_error(derivative(i, 3 + k), expected(i, k)), 1e-8) << i << " " << k;
 }
 
+void expect_undefined(const IntegratorScheme& scheme) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 0};
+  problem.dynamics =
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return log(x[0]) * 1.0; });
+  const auto integrator = scheme.make(problem);
+  const VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished(), weight = VectorXd::Ones(1);
+  VectorXd end(1);
+  MatrixXd derivative(1, 3), hessian(3, 3);
+  EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
+  EXPECT_EQ(integrator->failure(), "");  // only failures of Newton's method are explained
+  EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative), IntegrationStatus::not_finite);
+  if (integrator->has_hessian()) {
+    EXPECT_EQ(integrator->hessian(w.data(), weight.data(), hessian, Curvature::exact),
+              IntegrationStatus::not_finite);
+  }
+}
+
 double relative_error(double value, double reference) {
   return std::abs(value - reference) / std::abs(reference);
 }

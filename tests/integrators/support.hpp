@@ -60,6 +60,9 @@ void expect_hessian_matches(Integrator& integrator, const VectorXd& w, const Vec
 /// robertson().
 void expect_robertson_sensitivities(Integrator& integrator);
 
+/// x' = log x from -1: the scheme reports `not_finite` for the value and all derivatives it has.
+void expect_undefined(const IntegratorScheme& scheme);
+
 double relative_error(double value, double reference);
 
 }  // namespace saltus::test
