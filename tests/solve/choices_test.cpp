@@ -9,6 +9,8 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/solver/small_programs.hpp"
+#include "tests/support/errors.hpp"
 
 namespace Ipopt {  // as its headers declare it
 class SmartPtrStandIn {};
@@ -78,52 +80,13 @@ TEST(RealTimeChoice, UsesTheIterationLimitOfTheUser) {
   }
 }
 
-// x0 - 1 = 0: a program without stages.
-class NoStages final : public NonlinearProgram {
- public:
-  int variables() const override { return 1; }
-  int rows() const override { return 0; }
-  const VectorXd& lower() const override { return lower_; }
-  const VectorXd& upper() const override { return upper_; }
-  const VectorXd& row_lower() const override { return none_; }
-  const VectorXd& row_upper() const override { return none_; }
-  const SparsityPattern& jacobian_pattern() const override { return rows_; }
-  const SparsityPattern& hessian_pattern() const override { return hessian_; }
-  bool supports(Curvature) const override { return true; }
-  bool is_linear_quadratic() const override { return true; }
-  bool objective(const double* w, double& f) override {
-    f = 0.5 * (w[0] - 1.0) * (w[0] - 1.0);
-    return true;
-  }
-  bool gradient(const double* w, double* g) override {
-    g[0] = w[0] - 1.0;
-    return true;
-  }
-  bool constraints(const double*, double*) override { return true; }
-  bool jacobian(const double*, double*) override { return true; }
-  bool hessian(const double*, double sigma, const double*, double* h, Curvature) override {
-    h[0] = sigma;
-    return true;
-  }
-  std::string describe_variable(int) const override { return "x"; }
-  std::string describe_row(int) const override { return ""; }
-
- private:
-  VectorXd lower_{{-10.0}}, upper_{{10.0}}, none_;
-  SparsityPattern rows_ = SparsityPattern::from_pairs(0, 1, {});
-  SparsityPattern hessian_ = SparsityPattern::from_pairs(1, 1, {{0, 0}});
-};
-
 TEST(QpMethod, ByStagesNeedsStages) {
-  NoStages program;
+  testing_support::Parabola program(1.0, between(-10.0, 10.0), true);  // without stages
   const NlpPoint start{VectorXd::Zero(1), {}, {}};
   EXPECT_NEAR(make_native_solver()->solve(program, start, false).point.w[0], 1.0, 1e-8);
-  try {
-    make_native_solver({.qp = riccati_qp()})->solve(program, start, false);
-    FAIL() << "accepted";
-  } catch (const DefinitionError& e) {
-    EXPECT_NE(std::string(e.what()).find("sparse_qp()"), std::string::npos) << e.what();
-  }
+  expect_error<DefinitionError>(
+      [&] { make_native_solver({.qp = riccati_qp()})->solve(program, start, false); },
+      {"sparse_qp()"});
   EXPECT_THROW(make_real_time_iteration(program), DefinitionError);
 }
 

@@ -12,52 +12,27 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/random.hpp"
+#include "tests/solver/small_programs.hpp"
 
 namespace saltus {
 namespace {
 
-struct LinearRows final : NonlinearProgram {
+struct LinearRows final : testing_support::RowsOnly {
   LinearRows(int variables, SparsityPattern rows)
-      : lower_(VectorXd::Constant(variables, -infinity)),
-        upper_(VectorXd::Constant(variables, infinity)),
-        row_lower_(VectorXd::Constant(rows.rows(), -infinity)),
-        row_upper_(VectorXd::Constant(rows.rows(), infinity)),
-        pattern_(std::move(rows)),
-        entries_(pattern_.entries()) {}
+      : RowsOnly(std::move(rows), SparsityPattern(variables, variables)),
+        entries_(jacobian_.entries()) {}
 
-  int variables() const override { return static_cast<int>(lower_.size()); }
-  int rows() const override { return static_cast<int>(row_lower_.size()); }
-  const VectorXd& lower() const override { return lower_; }
-  const VectorXd& upper() const override { return upper_; }
-  const VectorXd& row_lower() const override { return row_lower_; }
-  const VectorXd& row_upper() const override { return row_upper_; }
-  const SparsityPattern& jacobian_pattern() const override { return pattern_; }
-  const SparsityPattern& hessian_pattern() const override { return hessian_; }
-  bool supports(Curvature) const override { return true; }
   bool is_linear_quadratic() const override { return true; }
-  bool objective(const double*, double& f) override {
-    f = 0.0;
-    return true;
-  }
-  bool gradient(const double*, double* g) override {
-    std::fill_n(g, variables(), 0.0);
-    return true;
-  }
   bool constraints(const double* w, double* g) override {
     std::fill_n(g, rows(), 0.0);
-    pattern_.for_each([&](int k, int i, int e) { g[k] += entries_[e] * w[i]; });
+    jacobian_.for_each([&](int k, int i, int e) { g[k] += entries_[e] * w[i]; });
     return true;
   }
   bool jacobian(const double*, double* entries) override {
     std::copy(entries_.begin(), entries_.end(), entries);
     return true;
   }
-  bool hessian(const double*, double, const double*, double*, Curvature) override { return true; }
-  std::string describe_variable(int i) const override { return std::to_string(i); }
-  std::string describe_row(int i) const override { return std::to_string(i); }
 
-  VectorXd lower_, upper_, row_lower_, row_upper_;
-  SparsityPattern pattern_, hessian_;
   std::vector<double> entries_;
 };
 
@@ -110,7 +85,7 @@ LinearRows draw(unsigned seed, double decades, double gap) {
     p.lower_[i] *= of_variable[i];
     p.upper_[i] *= of_variable[i];
   }
-  p.pattern_.for_each(
+  p.jacobian_pattern().for_each(
       [&](int k, int i, int e) { p.entries_[e] = of_row[k] * rows(k, i) / of_variable[i]; });
   return p;
 }

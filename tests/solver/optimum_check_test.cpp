@@ -10,6 +10,7 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/solver/small_programs.hpp"
 
 namespace saltus {
 namespace {
@@ -161,42 +162,8 @@ TEST(SecondOrder, DependsOnThePredictedDecrease) {
 }
 
 // Both first-order quantities in closed form: min (w0 - 2)^2 / 2 with w0 <= 1 at w0 = 0.9, z = 0.5.
-class OneBound final : public NonlinearProgram {
- public:
-  int variables() const override { return 1; }
-  int rows() const override { return 0; }
-  const VectorXd& lower() const override { return lower_; }
-  const VectorXd& upper() const override { return upper_; }
-  const VectorXd& row_lower() const override { return none_; }
-  const VectorXd& row_upper() const override { return none_; }
-  const SparsityPattern& jacobian_pattern() const override { return no_rows_; }
-  const SparsityPattern& hessian_pattern() const override { return diagonal_; }
-  bool supports(Curvature) const override { return true; }
-  bool objective(const double* w, double& f) override {
-    f = 0.5 * (w[0] - 2.0) * (w[0] - 2.0);
-    return true;
-  }
-  bool gradient(const double* w, double* g) override {
-    g[0] = w[0] - 2.0;
-    return true;
-  }
-  bool constraints(const double*, double*) override { return true; }
-  bool jacobian(const double*, double*) override { return true; }
-  bool hessian(const double*, double sigma, const double*, double* h, Curvature) override {
-    h[0] = sigma;
-    return true;
-  }
-  std::string describe_variable(int) const override { return "w"; }
-  std::string describe_row(int) const override { return {}; }
-
- private:
-  VectorXd lower_ = VectorXd::Constant(1, -infinity), upper_ = VectorXd::Ones(1), none_;
-  SparsityPattern no_rows_ = SparsityPattern::from_pairs(0, 1, {});
-  SparsityPattern diagonal_ = SparsityPattern::from_pairs(1, 1, {{0, 0}});
-};
-
 TEST(FirstOrder, GapAndGainMatchTheEquations) {
-  OneBound program;
+  testing_support::Parabola program(2.0, at_most(1.0), false);
   const VectorXd w = VectorXd::Constant(1, 0.9), z = VectorXd::Constant(1, 0.5);
   const OptimumCheck check = check_optimum(program, {w, VectorXd(), z});
   EXPECT_NEAR(check.gap, 0.5 * 0.1, 1e-15);

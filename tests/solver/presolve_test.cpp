@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
+#include "tests/solver/small_programs.hpp"
 
 namespace saltus {
 namespace {
@@ -33,68 +34,45 @@ enum Row {
   row_count
 };
 
-class TwoPhases final : public NonlinearProgram {
+class TwoPhases final : public testing_support::RowsOnly {
  public:
   TwoPhases()
-      : l(VectorXd::Constant(variable_count, -infinity)),
-        u(VectorXd::Constant(variable_count, infinity)),
-        rl(VectorXd::Constant(row_count, -infinity)),
-        ru(VectorXd::Constant(row_count, infinity)),
-        jacobian_(SparsityPattern::from_pairs(row_count, variable_count,
-                                              {{start, x0},
-                                               {first_step, x0},
-                                               {first_step, x1},
-                                               {second_step, x1},
-                                               {second_step, x2},
-                                               {jump, y},
-                                               {jump, x2},
-                                               {curved, y},
-                                               {same_curve, x2},
-                                               {straight, x2},
-                                               {reversed, y},
-                                               {of_start, x0},
-                                               {sum, a},
-                                               {sum, b},
-                                               {twice_sum, a},
-                                               {twice_sum, b}})),
-        hessian_(variable_count, variable_count) {
+      : RowsOnly(SparsityPattern::from_pairs(row_count, variable_count,
+                                             {{start, x0},
+                                              {first_step, x0},
+                                              {first_step, x1},
+                                              {second_step, x1},
+                                              {second_step, x2},
+                                              {jump, y},
+                                              {jump, x2},
+                                              {curved, y},
+                                              {same_curve, x2},
+                                              {straight, x2},
+                                              {reversed, y},
+                                              {of_start, x0},
+                                              {sum, a},
+                                              {sum, b},
+                                              {twice_sum, a},
+                                              {twice_sum, b}}),
+                 SparsityPattern(variable_count, variable_count)) {
     for (const auto& [row, value] : {std::pair{start, 1.0},
                                      {first_step, 0.0},
                                      {second_step, 0.0},
                                      {jump, 0.0},
                                      {sum, 1.0},
                                      {twice_sum, 2.0}})
-      rl[row] = ru[row] = value;
+      row_lower_[row] = row_upper_[row] = value;
     for (const auto& [row, upper] : {std::pair{curved, 5.0},
                                      {same_curve, 5.0},
                                      {straight, 3.0},
                                      {constant, 3.0},
                                      {of_start, 2.0}})
-      ru[row] = upper;
-    rl[reversed] = -6.0;
+      row_upper_[row] = upper;
+    row_lower_[reversed] = -6.0;
   }
 
-  VectorXd l, u, rl, ru;  // tests change this
-
-  int variables() const override { return variable_count; }
-  int rows() const override { return row_count; }
-  const VectorXd& lower() const override { return l; }
-  const VectorXd& upper() const override { return u; }
-  const VectorXd& row_lower() const override { return rl; }
-  const VectorXd& row_upper() const override { return ru; }
-  const SparsityPattern& jacobian_pattern() const override { return jacobian_; }
-  const SparsityPattern& hessian_pattern() const override { return hessian_; }
-  bool supports(Curvature) const override { return true; }
   bool is_affine(int row) const override {
     return row != first_step && row != second_step && row != curved && row != same_curve;
-  }
-  bool objective(const double*, double& f) override {
-    f = 0.0;
-    return true;
-  }
-  bool gradient(const double*, double* g) override {
-    std::fill_n(g, variable_count, 0.0);
-    return true;
   }
   bool constraints(const double* w, double* g) override {
     g[start] = w[x0];
@@ -135,12 +113,6 @@ class TwoPhases final : public NonlinearProgram {
     jacobian_.for_each([&](int r, int c, int e) { entries[e] = slope(r, c); });
     return true;
   }
-  bool hessian(const double*, double, const double*, double*, Curvature) override { return true; }
-  std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
-  std::string describe_row(int i) const override { return "row " + std::to_string(i); }
-
- private:
-  SparsityPattern jacobian_, hessian_;
 };
 
 // Presolves at a guess of zeros, where nonlinear rows have zero slope.
@@ -164,9 +136,9 @@ TEST(PresolveRows, DropsConstantRowsAndMultiples) {
 
 TEST(PresolveRows, KeepsTheTightestBounds) {
   TwoPhases program;
-  program.ru[same_curve] = 3.0;  // x2^2 <= 3
-  program.ru[reversed] = 8.0;    // y >= -4, in addition to y <= 3
-  program.u[y] = 2.5;
+  program.row_upper_[same_curve] = 3.0;  // x2^2 <= 3
+  program.row_upper_[reversed] = 8.0;    // y >= -4, in addition to y <= 3
+  program.upper_[y] = 2.5;
   const Presolve sides = look_at(program);
   EXPECT_EQ(sides.row_upper[curved], infinity);
   EXPECT_EQ(sides.row_upper[same_curve], 3.0);
@@ -183,17 +155,21 @@ TEST(PresolveRows, ContradictionsNameBothRowsAndTheAmount) {
     Contradiction expected;
   };
   for (const Case& c : std::vector<Case>{
-           {"constant", [](TwoPhases& p) { p.ru[constant] = 1.0; }, {constant, -1, -1, 1.0}},
-           {"of the start", [](TwoPhases& p) { p.ru[of_start] = 1.5; }, {of_start, start, -1, 0.5}},
+           {"constant",
+            [](TwoPhases& p) { p.row_upper_[constant] = 1.0; },
+            {constant, -1, -1, 1.0}},
+           {"of the start",
+            [](TwoPhases& p) { p.row_upper_[of_start] = 1.5; },
+            {of_start, start, -1, 0.5}},
            {"curved",
             [](TwoPhases& p) {
-              p.ru[curved] = 0.5;
-              p.rl[same_curve] = -3.0;
+              p.row_upper_[curved] = 0.5;
+              p.row_lower_[same_curve] = -3.0;
             },
             {curved, same_curve, -1, 0.5}},
-           {"bounds", [](TwoPhases& p) { p.l[y] = 4.0; }, {straight, -1, y, 1.0}},
+           {"bounds", [](TwoPhases& p) { p.lower_[y] = 4.0; }, {straight, -1, y, 1.0}},
            {"sums",
-            [](TwoPhases& p) { p.rl[twice_sum] = p.ru[twice_sum] = 3.0; },
+            [](TwoPhases& p) { p.row_lower_[twice_sum] = p.row_upper_[twice_sum] = 3.0; },
             {twice_sum, sum, -1, 1.0}}}) {
     SCOPED_TRACE(c.name);
     TwoPhases program;
@@ -209,18 +185,18 @@ TEST(PresolveRows, ContradictionsNameBothRowsAndTheAmount) {
 
 TEST(PresolveRows, ViolationBelowTheToleranceIsNoContradiction) {
   TwoPhases program;
-  program.ru[constant] = 2.0 - 1e-6;  // 1e-6 times 2 is allowed
-  program.rl[twice_sum] = program.ru[twice_sum] = 2.0 + 1e-6;
+  program.row_upper_[constant] = 2.0 - 1e-6;  // 1e-6 times 2 is allowed
+  program.row_lower_[twice_sum] = program.row_upper_[twice_sum] = 2.0 + 1e-6;
   EXPECT_FALSE(look_at(program).contradiction);
-  program.ru[constant] = 2.0 - 3e-6;
+  program.row_upper_[constant] = 2.0 - 3e-6;
   EXPECT_TRUE(look_at(program).contradiction);
 }
 
 TEST(PresolveRows, SentinelsAreNotBounds) {
   TwoPhases program;
-  program.u[a] = 1e19;
-  program.l[a] = -1e30;
-  program.l[b] = -9e18;
+  program.upper_[a] = 1e19;
+  program.lower_[a] = -1e30;
+  program.lower_[b] = -9e18;
   const Presolve sides = look_at(program);
   EXPECT_EQ(sides.upper[a], infinity);
   EXPECT_EQ(sides.lower[a], -infinity);

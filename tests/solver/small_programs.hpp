@@ -1,29 +1,32 @@
 // Small programs for the solvers alone, without phases and integrators.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus::testing_support {
 
-/// Two variables and some rows that depend on both. Members are public; there are no bounds by
-/// default.
-class OfTwoVariables : public NonlinearProgram {
+/// A program with stored bounds, which tests change, and patterns. There are no bounds by default.
+class StoredProgram : public NonlinearProgram {
  public:
-  explicit OfTwoVariables(int rows)
-      : row_lower_(VectorXd::Constant(rows, -infinity)),
-        row_upper_(VectorXd::Constant(rows, infinity)),
-        jacobian_(SparsityPattern::dense(rows, 2)) {}
-  VectorXd lower_ = VectorXd::Constant(2, -infinity), upper_ = VectorXd::Constant(2, infinity);
-  VectorXd row_lower_, row_upper_;
+  StoredProgram(SparsityPattern jacobian, SparsityPattern hessian)
+      : lower_(VectorXd::Constant(jacobian.cols(), -infinity)),
+        upper_(VectorXd::Constant(jacobian.cols(), infinity)),
+        row_lower_(VectorXd::Constant(jacobian.rows(), -infinity)),
+        row_upper_(VectorXd::Constant(jacobian.rows(), infinity)),
+        jacobian_(std::move(jacobian)),
+        hessian_(std::move(hessian)) {}
+  VectorXd lower_, upper_, row_lower_, row_upper_;
 
-  int variables() const override { return 2; }
-  int rows() const override { return static_cast<int>(row_lower_.size()); }
+  int variables() const override { return jacobian_.cols(); }
+  int rows() const override { return jacobian_.rows(); }
   const VectorXd& lower() const override { return lower_; }
   const VectorXd& upper() const override { return upper_; }
   const VectorXd& row_lower() const override { return row_lower_; }
@@ -34,9 +37,65 @@ class OfTwoVariables : public NonlinearProgram {
   std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
   std::string describe_row(int i) const override { return "row " + std::to_string(i); }
 
+ protected:
+  SparsityPattern jacobian_, hessian_;
+};
+
+/// Rows without a cost.
+class RowsOnly : public StoredProgram {
+ public:
+  using StoredProgram::StoredProgram;
+  bool objective(const double*, double& f) override {
+    f = 0.0;
+    return true;
+  }
+  bool gradient(const double*, double* g) override {
+    std::fill_n(g, variables(), 0.0);
+    return true;
+  }
+  bool hessian(const double*, double, const double*, double*, Curvature) override { return true; }
+};
+
+/// Two variables and some rows that depend on both.
+class OfTwoVariables : public StoredProgram {
+ public:
+  explicit OfTwoVariables(int rows)
+      : StoredProgram(SparsityPattern::dense(rows, 2),
+                      SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}})) {}
+};
+
+/// min (w - centre)^2 / 2 within bounds, without rows and stages.
+class Parabola final : public StoredProgram {
+ public:
+  /// `is_quadratic` is the answer of is_linear_quadratic().
+  Parabola(double centre, Bounds bounds, bool is_quadratic)
+      : StoredProgram(SparsityPattern::from_pairs(0, 1, {}),
+                      SparsityPattern::from_pairs(1, 1, {{0, 0}})),
+        centre_(centre),
+        is_quadratic_(is_quadratic) {
+    lower_[0] = bounds.lower;
+    upper_[0] = bounds.upper;
+  }
+
+  bool is_linear_quadratic() const override { return is_quadratic_; }
+  bool objective(const double* w, double& f) override {
+    f = 0.5 * (w[0] - centre_) * (w[0] - centre_);
+    return true;
+  }
+  bool gradient(const double* w, double* g) override {
+    g[0] = w[0] - centre_;
+    return true;
+  }
+  bool constraints(const double*, double*) override { return true; }
+  bool jacobian(const double*, double*) override { return true; }
+  bool hessian(const double*, double sigma, const double*, double* h, Curvature) override {
+    h[0] = sigma;
+    return true;
+  }
+
  private:
-  SparsityPattern jacobian_;
-  SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
+  double centre_;
+  bool is_quadratic_;
 };
 
 /// min (a - 1)^2 + 100 (b - a^2)^2 with one row: row_lower <= a + b <= row_upper. Members that
