@@ -215,24 +215,9 @@ struct Counts {
   double seconds = 0.0;
 };
 
-void count(Counts& counts, Found found) {
-  switch (found) {
-    case Found::same:
-      ++counts.same;
-      break;
-    case Found::other_plan:
-      ++counts.other_plan;
-      break;
-    case Found::changed:
-      ++counts.changed;
-      break;
-    case Found::known:
-      ++counts.known;
-      break;
-    case Found::not_applicable:
-      ++counts.not_applicable;
-      break;
-  }
+void count(Counts& c, Found found) {
+  int* const counts[] = {&c.same, &c.other_plan, &c.changed, &c.known, &c.not_applicable};
+  ++*counts[static_cast<int>(found)];
 }
 
 std::uint64_t mixed(std::uint64_t seed, const std::string& a, const std::string& b) {

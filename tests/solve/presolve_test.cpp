@@ -400,10 +400,11 @@ TEST(Presolve, KeepsOneRowOfEachPair) {
 TEST(Presolve, NamesBothContradictoryRows) {
   struct Case {
     std::string name;
-    std::function<OptimalControlProblem()> make;
+    std::function<void(Phase<2, 1>&, int)> add;  // to one of two phases
     std::vector<std::string> named;
   };
   const auto place = [](auto, auto x) { return x[0]; };
+  const auto curved = [](auto, auto x) { return x[0] + x[1] * x[1]; };
   const auto two_parts = [](const std::function<void(Phase<2, 1>&, int)>& add) {
     return in_phases(2, VectorXd::Zero(2), [&](OptimalControlProblem& problem, int j) {
       Phase<2, 1> p{phase_name(j), Pendulum{}, exactly(1.0)};
@@ -414,55 +415,44 @@ TEST(Presolve, NamesBothContradictoryRows) {
   };
   const std::vector<Case> cases{
       {"equalities at a jump",
-       [&] {
-         return two_parts([&](Phase<2, 1>& p, int j) {
-           if (j == 0) p.reach("gate", place, exactly(0.3));
-           if (j == 1) p.begin_with("gate behind", place, exactly(0.5));
-         });
+       [&](Phase<2, 1>& p, int j) {
+         if (j == 0) p.reach("gate", place, exactly(0.3));
+         if (j == 1) p.begin_with("gate behind", place, exactly(0.5));
        },
        {"term 'gate behind'", "term 'gate'", "by 0.2"}},
       {"inequalities at a jump",
-       [&] {
-         return two_parts([&](Phase<2, 1>& p, int j) {
-           if (j == 0) p.reach("gate", place, at_most(0.3));
-           if (j == 1) p.begin_with("gate behind", place, at_least(0.5));
-         });
+       [&](Phase<2, 1>& p, int j) {
+         if (j == 0) p.reach("gate", place, at_most(0.3));
+         if (j == 1) p.begin_with("gate behind", place, at_least(0.5));
        },
        {"term 'gate behind'", "term 'gate'", "by 0.2"}},
       {"curved rows at a jump",
-       [&] {
-         const auto curved = [](auto, auto x) { return x[0] + x[1] * x[1]; };
-         return two_parts([&](Phase<2, 1>& p, int j) {
-           if (j == 0) p.reach("gate", curved, exactly(0.3));
-           if (j == 1) p.begin_with("gate behind", curved, exactly(0.5));
-         });
+       [&](Phase<2, 1>& p, int j) {
+         if (j == 0) p.reach("gate", curved, exactly(0.3));
+         if (j == 1) p.begin_with("gate behind", curved, exactly(0.5));
        },
        {"term 'gate behind'", "term 'gate'", "by 0.2"}},
       {"a row and bounds",
-       [&] {
-         return two_parts([&](Phase<2, 1>& p, int j) {
-           if (j == 0) p.bound_state(1, at_most(0.4));
-           if (j == 0)
-             p.reach(
-                 "fast", [](auto, auto x) { return x[1]; }, at_least(0.6));
-         });
+       [&](Phase<2, 1>& p, int j) {
+         if (j == 0) p.bound_state(1, at_most(0.4));
+         if (j == 0)
+           p.reach(
+               "fast", [](auto, auto x) { return x[1]; }, at_least(0.6));
        },
        {"term 'fast'", "state 1", "by 0.2"}},
       {"two rows of inputs",
-       [&] {
-         return two_parts([&](Phase<2, 1>& p, int) {
-           p.keep(
-                "pull", [](auto, auto x, auto u) { return u[0] + x[1]; }, exactly(0.3))
-               .keep(
-                   "twice the pull", [](auto, auto x, auto u) { return 2.0 * (u[0] + x[1]); },
-                   exactly(1.0));
-         });
+       [&](Phase<2, 1>& p, int) {
+         p.keep(
+              "pull", [](auto, auto x, auto u) { return u[0] + x[1]; }, exactly(0.3))
+             .keep(
+                 "twice the pull", [](auto, auto x, auto u) { return 2.0 * (u[0] + x[1]); },
+                 exactly(1.0));
        },
        {"term 'twice the pull'", "term 'pull'", "by 0.4"}}};
   for (const Case& c : cases)
     for (const std::string& name : solver_names()) {
       SCOPED_TRACE(c.name + ", " + name);
-      const Solution none = solved(c.make(), name);
+      const Solution none = solved(two_parts(c.add), name);
       EXPECT_EQ(none.status, SolveStatus::infeasible);
       for (const std::string& text : c.named)
         EXPECT_NE(none.message.find(text), std::string::npos) << text << ": " << none.message;
