@@ -1,6 +1,5 @@
 // The hanging chain: time of the linearisation and of the quadratic programs.
 #include <algorithm>
-#include <numeric>
 
 #include "benchmarks/cases.hpp"
 #include "benchmarks/chain_sqp.hpp"

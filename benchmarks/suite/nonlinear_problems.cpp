@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/shooting_steps.hpp"
 #include "problems/library/catalogue.hpp"
 #include "saltus/core/clock.hpp"
@@ -22,15 +23,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double time_limit = 60.0;  // s: a long solve must not block the next ones
-
-Json list(const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
-
-// JSON has no infinity.
-Json sides(const VectorXd& v) {
-  Json all = Json::array();
-  for (const double side : v) all.push_back(std::isfinite(side) ? Json(side) : Json());
-  return all;
-}
 
 // [["input", 0], ["constant", 2.0], ["multiply", 1, 0]]
 Json steps_json(const FormulaSteps& f) {
@@ -54,7 +46,7 @@ Json block_json(const Block& block) {
     coefficients.push_back(std::move(one));
   }
   for (const BlockOutput& o : block.outputs) outputs.push_back({o.row, o.factor});
-  return {{"constants", list(block.constants)},
+  return {{"constants", json_list(block.constants)},
           {"coefficients", std::move(coefficients)},
           {"outputs", std::move(outputs)}};
 }
@@ -81,8 +73,8 @@ Json check_json(ShootingProgram& program, const VectorXd& w, Random& random) {
       program.constraints(w.data(), rows.data()) && program.jacobian(w.data(), jacobian.data()) &&
       (!exact || program.hessian(w.data(), 1.0, lambda.data(), hessian.data(), Curvature::exact));
   if (!there) return Json();
-  Json check{{"w", list(w)},       {"objective", objective}, {"gradient", list(gradient)},
-             {"rows", list(rows)}, {"jacobian", jacobian},   {"lambda", list(lambda)}};
+  Json check{{"w", json_list(w)},       {"objective", objective}, {"gradient", json_list(gradient)},
+             {"rows", json_list(rows)}, {"jacobian", jacobian},   {"lambda", json_list(lambda)}};
   if (exact) check["hessian"] = hessian;
   return check;
 }
@@ -134,11 +126,11 @@ Json NonlinearProblem::file() {
           {"problem", library_prefix + case_.name},
           {"variables", program.variables()},
           {"rows", program.rows()},
-          {"lower", sides(program.lower())},
-          {"upper", sides(program.upper())},
-          {"row_lower", sides(program.row_lower())},
-          {"row_upper", sides(program.row_upper())},
-          {"start", list(start)},
+          {"lower", json_sides(program.lower())},
+          {"upper", json_sides(program.upper())},
+          {"row_lower", json_sides(program.row_lower())},
+          {"row_upper", json_sides(program.row_upper())},
+          {"start", json_list(start)},
           {"functions", std::move(functions)},
           {"blocks", std::move(blocks)},
           {"linear", std::move(linear)},

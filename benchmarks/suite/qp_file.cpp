@@ -16,22 +16,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json list(const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
-
-// JSON has no infinity.
-Json sides(const VectorXd& v) {
-  Json all = Json::array();
-  for (const double side : v) all.push_back(std::isfinite(side) ? Json(side) : Json());
-  return all;
-}
-
 Json matrix(const SparsityPattern& pattern, const VectorXd& values) {
   Json row = Json::array(), col = Json::array();
   pattern.for_each([&](int i, int j, int) {
     row.push_back(i);
     col.push_back(j);
   });
-  return {{"row", row}, {"col", col}, {"value", list(values)}};
+  return {{"row", row}, {"col", col}, {"value", json_list(values)}};
 }
 
 VectorXd sides_of(const nlohmann::json& list, double absent) {
@@ -90,8 +81,17 @@ SparseQp program_of(const nlohmann::json& json) {
 
 }  // namespace
 
+Json json_list(const VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
+
+Json json_sides(const VectorXd& v) {
+  Json all = Json::array();
+  for (const double side : v) all.push_back(std::isfinite(side) ? Json(side) : Json());
+  return all;
+}
+
 Json point_json(const PrimalDualPoint& point) {
-  return {{"w", list(point.w)}, {"lambda", list(point.lambda)}, {"z", list(point.z)}};
+  return {
+      {"w", json_list(point.w)}, {"lambda", json_list(point.lambda)}, {"z", json_list(point.z)}};
 }
 
 Json program_json(const QpProblem& problem, int number, const QpInstance& instance) {
@@ -107,15 +107,15 @@ Json program_json(const QpProblem& problem, int number, const QpInstance& instan
             {"rows", qp.row_pattern.rows()},
             {"hessian", matrix(qp.hessian_pattern, qp.hessian)},
             {"jacobian", matrix(qp.row_pattern, qp.rows)},
-            {"gradient", list(qp.gradient)},
+            {"gradient", json_list(qp.gradient)},
             {"constant", qp.constant},
-            {"lower", sides(qp.lower)},
-            {"upper", sides(qp.upper)},
-            {"row_lower", sides(qp.row_lower)},
-            {"row_upper", sides(qp.row_upper)},
+            {"lower", json_sides(qp.lower)},
+            {"upper", json_sides(qp.upper)},
+            {"row_lower", json_sides(qp.row_lower)},
+            {"row_upper", json_sides(qp.row_upper)},
             {"stages", stages}};
   if (instance.stages) {
-    json["guess"] = list(flatten(*instance.stages, instance.guess).w);
+    json["guess"] = json_list(flatten(*instance.stages, instance.guess).w);
     if (instance.warm) json["warm"] = point_json(flatten(*instance.stages, *instance.warm));
   }
   return json;

@@ -14,6 +14,9 @@
 
 namespace saltus::bench {
 
+/// A list of the entries; json_sides() writes null for infinity, which JSON does not have.
+nlohmann::ordered_json json_list(const VectorXd& v);
+nlohmann::ordered_json json_sides(const VectorXd& v);
 nlohmann::ordered_json program_json(const QpProblem& problem, int number,
                                     const QpInstance& instance);
 nlohmann::ordered_json point_json(const PrimalDualPoint& point);
