@@ -205,6 +205,31 @@ TEST(Convergence, GapIsRelativeToTheCost) {
   EXPECT_FALSE(is_reached(1.0, 2e-10));  // each product alone is too large
 }
 
+// Violation of v <= 1e9 that the residuals show for a slack that is wrong by `error`.
+double violation_of_far_side(double error) {
+  SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
+  qp.upper[0] = 1e9;
+  Loaded at(qp);
+  for (int i = 0; i < at.system.sides(); ++i) {
+    at.point.s[i] = at.system.active()[i] != 0.0 ? 1e9 + error : 1.0;
+    at.point.lambda[i] = at.point.t[i] = at.point.tau[i] = 0.0;
+  }
+  ResidualTracker<SparseSystem> residuals(at.system.variables(), 0, at.system.sides());
+  residuals.reset(at.system);
+  residuals.evaluate(at.system, at.point);
+  return residuals.at_point().feasibility;
+}
+
+// Numbers near 1e9 are 1.2e-7 apart, so that the residual of such a side need not reach 1e-8.
+TEST(Residuals, FarSidesAreMeasuredUpToTheirRounding) {
+  const double next = std::nextafter(1e9, 2e9) - 1e9;
+  EXPECT_GT(next, 1e-7);
+  EXPECT_EQ(violation_of_far_side(0.0), 0.0);
+  EXPECT_EQ(violation_of_far_side(next), 0.0);
+  EXPECT_GT(violation_of_far_side(20.0 * next), 10.0 * next);
+  EXPECT_NEAR(violation_of_far_side(1e-3), 1e-3, 1e-6);
+}
+
 // --- certificates of infeasibility and unboundedness --------------------------------------------
 
 // One variable between two contradictory sides, with any cost.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "saltus/qp/ipm_iterate.hpp"
 #include "saltus/qp/kkt_system.hpp"
@@ -28,10 +29,14 @@ class ResidualTracker {
   void reset(System& system) {
     trusted_steps_ = 0;
     known_ = lost_digits_ = false;
-    Lanes active{};
-    for (int i = 0; i < system.sides(); i += lanes)
-      active += load(system.active() + i) * (i < system.first_soft() ? 1.0 : 2.0);
+    Lanes active{}, furthest{};
+    for (int i = 0; i < system.sides(); i += lanes) {
+      const Lanes is_active = load(system.active() + i);
+      active += is_active * (i < system.first_soft() ? 1.0 : 2.0);
+      furthest = larger(furthest, magnitude(load(system.beta() + i)) * is_active);
+    }
     products_ = sum(active);
+    has_far_sides_ = digits_of_side * largest(furthest) > rounding;
   }
   /// Declares that the next step does not reduce residuals as follow() assumes.
   void distrust() { known_ = false; }
@@ -87,6 +92,8 @@ class ResidualTracker {
  private:
   static constexpr int longest_trust = 6;
   static constexpr double unexpected = 2.0, rounding = 1e-10;
+  // Rounding error of a residual relative to its side: two units in the last place.
+  static constexpr double digits_of_side = 4.0 * std::numeric_limits<double>::epsilon();
 
   void measure_products(System& system, const Iterate& p) {
     Lanes most{}, total{};
@@ -106,7 +113,8 @@ class ResidualTracker {
 
   void measure(System& system) {
     Residuals& r = residuals_;
-    r.feasibility = std::fmax(largest_magnitude(r.side, system.sides()),
+    r.feasibility = std::fmax(has_far_sides_ ? largest_beyond_rounding(system)
+                                             : largest_magnitude(r.side, system.sides()),
                               largest_magnitude(r.equality, system.equalities()));
     Lanes most{}, total{};
     for (int i = system.first_soft(); i < system.sides(); i += lanes)
@@ -119,6 +127,15 @@ class ResidualTracker {
     // A maximum ignores NaN; adding 0 x sum propagates it.
     stationary_ = largest(most) + 0.0 * sum(total);
     find_largest();
+  }
+
+  // Largest residual of the sides, without the rounding error of a side.
+  double largest_beyond_rounding(System& system) const {
+    Lanes most{};
+    for (int i = 0; i < system.sides(); i += lanes)
+      most = larger(most, magnitude(load(&residuals_.side[i])) -
+                              magnitude(load(system.beta() + i)) * digits_of_side);
+    return largest(most);
   }
 
   void find_largest() {
@@ -135,7 +152,7 @@ class ResidualTracker {
   double products_ = 0.0;
   double stationary_ = 0.0;  ///< largest entry of stationarity and soft
   int trusted_steps_ = 0;
-  bool known_ = false, lost_digits_ = false;
+  bool known_ = false, lost_digits_ = false, has_far_sides_ = false;
 };
 
 }  // namespace saltus::qp
