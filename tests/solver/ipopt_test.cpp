@@ -69,6 +69,64 @@ TEST(Ipopt, EqualBoundsRemoveAVariable) {
   EXPECT_LT(result.kkt.scaled(), 1e-7);
 }
 
+// min -b with a^2 = 2, a b = 3 and further rows a + b without sides. Two equations determine the
+// point, so Ipopt stops as soon as they hold.
+class TwoEquations : public testing_support::OfTwoVariables {
+ public:
+  explicit TwoEquations(int free_rows) : OfTwoVariables(2 + free_rows) {
+    row_lower_[0] = row_upper_[0] = 2.0;
+    row_lower_[1] = row_upper_[1] = 3.0;
+    lower_.setZero();
+    upper_.setConstant(1e5);
+  }
+  bool objective(const double* w, double& f) override {
+    f = -w[1];
+    return true;
+  }
+  bool gradient(const double*, double* g) override {
+    g[0] = 0.0;
+    g[1] = -1.0;
+    return true;
+  }
+  bool constraints(const double* w, double* g) override {
+    g[0] = w[0] * w[0];
+    g[1] = w[0] * w[1];
+    for (int r = 2; r < rows(); ++r) g[r] = w[0] + w[1];
+    return true;
+  }
+  bool jacobian(const double* w, double* entries) override {
+    for (int r = 2; r < rows(); ++r) entries[2 * r] = entries[2 * r + 1] = 1.0;
+    entries[0] = 2.0 * w[0];
+    entries[1] = 0.0;
+    entries[2] = w[1];
+    entries[3] = w[0];
+    return true;
+  }
+  bool hessian(const double*, double, const double* lambda, double* entries, Curvature) override {
+    entries[0] = 2.0 * lambda[0];
+    entries[1] = lambda[1];
+    entries[2] = 0.0;
+    return true;
+  }
+};
+
+TEST(Ipopt, RowsWithoutSidesChangeNothing) {
+  const NlpPoint start{Vec<double, 2>{1.0, 1.0}, {}, {}};
+  TwoEquations alone(0), with_free_rows(3);
+  const NlpResult base = make_ipopt()->solve(alone, start, false);
+  ASSERT_EQ(base.status, SolveStatus::optimal);
+  const auto ipopt = make_ipopt();
+  const NlpResult same = ipopt->solve(with_free_rows, start, false);
+  EXPECT_EQ(same.status, SolveStatus::optimal);
+  EXPECT_EQ(same.iterations, base.iterations);
+  EXPECT_EQ(same.point.w, base.point.w);
+  EXPECT_EQ(same.point.lambda.head(2), base.point.lambda);
+  EXPECT_EQ(same.point.lambda.tail(3), VectorXd::Zero(3));
+  // The kept problem of Ipopt takes a row in as soon as it has a side.
+  with_free_rows.row_upper_[3] = 3.0;  // a + b = 3.53 there
+  EXPECT_EQ(ipopt->solve(with_free_rows, start, false).status, SolveStatus::infeasible);
+}
+
 TEST(Ipopt, WithoutSecondDerivativesFallsBackToLimitedMemory) {
   Rosenbrock program;
   program.has_curvature = false;

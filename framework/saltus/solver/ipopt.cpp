@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/solver/blas_memory.hpp"
 #include "saltus/solver/verdict.hpp"
@@ -32,6 +33,8 @@ using coin::Index;
 using coin::Number;
 
 // Adapter of a NonlinearProgram to Ipopt. Ipopt's multipliers z_L, z_U >= 0 become z = z_U - z_L.
+// Rows without sides are left out: Ipopt would add a slack and a multiplier for each of them, so
+// that idle rows would change its iterates.
 class Adapter final : public coin::TNLP {
  public:
   Adapter(NonlinearProgram& program, Curvature curvature, double time_limit)
@@ -49,14 +52,15 @@ class Adapter final : public coin::TNLP {
     result = {};
     timed_out = was_interrupted = false;
     thrown = nullptr;
+    find_rows_with_sides();
     begin_ = WallClock::now();
   }
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian_entries, Index& hessian_entries,
                     IndexStyleEnum& style) override {
     n = program_.variables();
-    m = program_.rows();
-    jacobian_entries = program_.jacobian_pattern().entries();
+    m = static_cast<Index>(row_of_.size());
+    jacobian_entries = static_cast<Index>(entry_of_.size());
     hessian_entries = program_.hessian_pattern().entries();
     style = TNLP::C_STYLE;
     return true;
@@ -66,8 +70,10 @@ class Adapter final : public coin::TNLP {
                        Number* row_upper) override {
     std::copy_n(program_.lower().data(), n, lower);
     std::copy_n(program_.upper().data(), n, upper);
-    std::copy_n(program_.row_lower().data(), m, row_lower);
-    std::copy_n(program_.row_upper().data(), m, row_upper);
+    for (Index i = 0; i < m; ++i) {
+      row_lower[i] = program_.row_lower()[row_of_[i]];
+      row_upper[i] = program_.row_upper()[row_of_[i]];
+    }
     return true;
   }
 
@@ -80,12 +86,9 @@ class Adapter final : public coin::TNLP {
         z_upper[i] = std::max(z, 0.0);
         z_lower[i] = std::max(-z, 0.0);
       }
-    if (init_lambda) {
-      if (start_->lambda.size() == m)
-        std::copy_n(start_->lambda.data(), m, lambda);
-      else
-        std::fill_n(lambda, m, 0.0);
-    }
+    const bool is_known = start_->lambda.size() == program_.rows();
+    for (Index i = 0; init_lambda && i < m; ++i)
+      lambda[i] = is_known ? start_->lambda[row_of_[i]] : 0.0;
     return true;
   }
 
@@ -95,21 +98,41 @@ class Adapter final : public coin::TNLP {
   bool eval_grad_f(Index, const Number* w, bool, Number* gradient) override {
     return keep([&] { return program_.gradient(w, gradient); });
   }
-  bool eval_g(Index, const Number* w, bool, Index, Number* g) override {
-    return keep([&] { return program_.constraints(w, g); });
+  bool eval_g(Index, const Number* w, bool, Index m, Number* g) override {
+    return keep([&] {
+      const bool is_known = program_.constraints(w, rows_.data());
+      for (Index i = 0; i < m; ++i) g[i] = rows_[row_of_[i]];
+      return is_known;
+    });
   }
-  bool eval_jac_g(Index, const Number* w, bool, Index, Index, Index* rows, Index* cols,
+  bool eval_jac_g(Index, const Number* w, bool, Index, Index count, Index* rows, Index* cols,
                   Number* entries) override {
-    if (entries != nullptr) return keep([&] { return program_.jacobian(w, entries); });
-    fill_structure(program_.jacobian_pattern(), rows, cols);
-    return true;
+    if (entries == nullptr) {
+      for (Index k = 0; k < count; ++k) {
+        rows[k] = entry_of_[k].row;
+        cols[k] = entry_of_[k].col;
+      }
+      return true;
+    }
+    return keep([&] {
+      const bool is_known = program_.jacobian(w, jacobian_.data());
+      for (Index k = 0; k < count; ++k) entries[k] = jacobian_[entry_of_[k].at];
+      return is_known;
+    });
   }
   bool eval_h(Index, const Number* w, bool, Number sigma, Index, const Number* lambda, bool, Index,
               Index* rows, Index* cols, Number* entries) override {
-    if (entries != nullptr)
-      return keep([&] { return program_.hessian(w, sigma, lambda, entries, curvature_); });
-    fill_structure(program_.hessian_pattern(), rows, cols);
-    return true;
+    if (entries == nullptr) {
+      program_.hessian_pattern().for_each([&](int r, int c, int e) {
+        rows[e] = r;
+        cols[e] = c;
+      });
+      return true;
+    }
+    return keep([&] {
+      const VectorXd of_rows = on_all_rows(lambda);
+      return program_.hessian(w, sigma, of_rows.data(), entries, curvature_);
+    });
   }
 
   bool intermediate_callback(coin::AlgorithmMode mode, Index iteration, Number cost,
@@ -138,11 +161,11 @@ class Adapter final : public coin::TNLP {
   }
 
   void finalize_solution(coin::SolverReturn, Index n, const Number* w, const Number* z_lower,
-                         const Number* z_upper, Index m, const Number*, const Number* lambda,
+                         const Number* z_upper, Index, const Number*, const Number* lambda,
                          Number f, const coin::IpoptData*,
                          coin::IpoptCalculatedQuantities*) override {
     using ConstMap = Eigen::Map<const VectorXd>;
-    result.point = {ConstMap(w, n), ConstMap(lambda, m),
+    result.point = {ConstMap(w, n), on_all_rows(lambda),
                     ConstMap(z_upper, n) - ConstMap(z_lower, n)};
     result.objective = f;
   }
@@ -160,11 +183,31 @@ class Adapter final : public coin::TNLP {
     }
   }
 
-  static void fill_structure(const SparsityPattern& pattern, Index* rows, Index* cols) {
-    pattern.for_each([&](int r, int c, int e) {
-      rows[e] = r;
-      cols[e] = c;
-    });
+  struct JacobianEntry {
+    Index row, col;  // in Ipopt's problem
+    int at;          // index in the program's array
+  };
+
+  void find_rows_with_sides() {
+    rows_.resize(program_.rows());
+    jacobian_.resize(program_.jacobian_pattern().entries());
+    row_of_.clear();
+    entry_of_.clear();
+    const SparsityPattern& pattern = program_.jacobian_pattern();
+    for (int r = 0; r < program_.rows(); ++r) {
+      if (program_.row_lower()[r] == -infinity && program_.row_upper()[r] == infinity) continue;
+      const Index row = static_cast<Index>(row_of_.size());
+      row_of_.push_back(r);
+      for (int e = pattern.row_begin(r); e < pattern.row_end(r); ++e)
+        entry_of_.push_back({row, pattern.col(e), e});
+    }
+  }
+
+  // The multipliers of all rows, zero where a row has no side.
+  VectorXd on_all_rows(const Number* lambda) const {
+    VectorXd all = VectorXd::Zero(program_.rows());
+    for (std::size_t i = 0; i < row_of_.size(); ++i) all[row_of_[i]] = lambda[i];
+    return all;
   }
 
   NonlinearProgram& program_;
@@ -172,6 +215,9 @@ class Adapter final : public coin::TNLP {
   Curvature curvature_;
   double time_limit_;
   WallClock::time_point begin_ = WallClock::now();
+  std::vector<int> row_of_;  // row of the program for each row of Ipopt's problem
+  std::vector<JacobianEntry> entry_of_;
+  VectorXd rows_, jacobian_;  // of the program
 };
 
 SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
