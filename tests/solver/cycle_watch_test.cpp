@@ -29,6 +29,13 @@ TEST(CycleWatch, ReportsReturnsToPointsThatWereLeft) {
   EXPECT_EQ(iterates_until_cycling(watch, drift), 22);
 }
 
+// Cycles with restorations take up to about 20 steps: far away, slowly back, and once more.
+TEST(CycleWatch, ReportsLongCycles) {
+  CycleWatch watch;
+  const auto round = [](int i) { return 4e-2 * std::exp(-0.2 * (i % 20)); };
+  EXPECT_EQ(iterates_until_cycling(watch, round), 40);
+}
+
 TEST(CycleWatch, ReportsNoProgressAndNoStagnation) {
   CycleWatch watch;
   EXPECT_EQ(iterates_until_cycling(watch, [](int i) { return std::exp(-0.2 * i); }), 0);

@@ -35,7 +35,7 @@ class CycleWatch {
   struct Iterate {
     double cost = 0.0, violation = 0.0;
   };
-  static constexpr int window = 16, most_returns = 20;
+  static constexpr int window = 48, most_returns = 20;
   static constexpr double close = 1e-3, far = 0.1;  // relative differences
 
   static bool are_within(double tolerance, const Iterate& a, const Iterate& b) {
