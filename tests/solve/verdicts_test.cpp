@@ -246,20 +246,21 @@ TEST(Verdicts, StoppedSolveIsNotRestarted) {
 // Forces of up to 2 N per kg are at their bounds for any mass. The guess of zero gives no magnitude
 // of a force, and the native solvers cycle in the units of large masses: they must notice that
 // (500 iterations is the limit).
+OptimalControlProblem push(double mass) {
+  Phase<2, 1> phase{"push",
+                    [=](auto, auto x, auto u) {
+                      return decltype(x){x[1], u[0] / mass - 1e-3 * sin(x[0])};
+                    },
+                    exactly(1.5)};
+  phase.bound_input(0, between(-2.0 * mass, 2.0 * mass))
+      .minimise("effort", [=](auto, auto, auto u) { return u[0] * u[0] / (mass * mass); })
+      .reach("there", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)});
+  OptimalControlProblem problem("push");
+  problem.start_at({0.0, 0.0}).then(phase);
+  return problem;
+}
+
 TEST(Verdicts, SolvesForceBoundsForAnyMass) {
-  const auto push = [](double mass) {
-    Phase<2, 1> phase{"push",
-                      [=](auto, auto x, auto u) {
-                        return decltype(x){x[1], u[0] / mass - 1e-3 * sin(x[0])};
-                      },
-                      exactly(1.5)};
-    phase.bound_input(0, between(-2.0 * mass, 2.0 * mass))
-        .minimise("effort", [=](auto, auto, auto u) { return u[0] * u[0] / (mass * mass); })
-        .reach("there", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)});
-    OptimalControlProblem problem("push");
-    problem.start_at({0.0, 0.0}).then(phase);
-    return problem;
-  };
   const double cost = solved(push(1.0), SolverChoice::ipopt).cost;
   for (const double mass : {1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e4, 1e5, 1e6, 1e7})
     for (const SolverChoice choice : all_solvers) {
@@ -270,6 +271,23 @@ TEST(Verdicts, SolvesForceBoundsForAnyMass) {
       EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << mass << ": " << plan.message;
       EXPECT_NEAR(plan.cost, cost, 1e-6 * cost) << name_of(choice) << " " << mass;
     }
+}
+
+// The step towards the rows must respect the bounds of many inputs at once.
+TEST(Verdicts, SolvesForceBoundsOnFineGrids) {
+  for (const int intervals : {40, 80}) {
+    const auto solved_on_grid = [&](double mass, SolverChoice choice) {
+      return solve(push(mass), {.intervals_per_phase = intervals,
+                                .solver = make_solver(choice, {.tolerance = 1e-8})});
+    };
+    const double cost = solved_on_grid(1.0, SolverChoice::sparse).cost;
+    for (const double mass : {1e5, 1e7})
+      for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
+        const Solution plan = solved_on_grid(mass, choice);
+        EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << mass << ": " << plan.message;
+        EXPECT_NEAR(plan.cost, cost, 1e-6 * cost) << name_of(choice) << " " << mass;
+      }
+  }
 }
 
 // Rest to rest over 1 m in minimum time, 2 s with |u| <= 1, with a unit of time of 1 / unit s.

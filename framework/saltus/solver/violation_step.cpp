@@ -12,7 +12,8 @@ namespace saltus {
 namespace {
 
 constexpr int most_steps = 10;
-constexpr double enough = 0.5;  // required fraction of the violation
+constexpr int most_rounds = 20;  // of one step, to find the variables that it holds
+constexpr double enough = 0.5;   // required fraction of the violation
 // Keeps the factor finite if rows are dependent. The smaller value is tried first: it hardly
 // changes steps along small derivatives.
 constexpr double dependent[] = {1e-13, 1e-9};
@@ -62,34 +63,31 @@ class Steps {
 
   /// The point after a step from w, within the bounds. Empty if the factorisation fails.
   std::optional<VectorXd> next(const VectorXd& w, const Rows& at, double shift) {
-    const int n = p_.variables(), m = p_.rows();
+    const int n = p_.variables();
     const VectorXd row = weights_of_rows(at);
-    VectorXd step = VectorXd::Zero(n + m);
-    const auto is_aimed_at = [&](int r) {
-      return p_.row_lower()[r] == p_.row_upper()[r] ||
-             std::abs(at.gap[r]) > violated * (1.0 + std::abs(at.values[r]));
-    };
-    for (int i = 0; i < n; ++i) ldl_->set(pattern_.find(i, i), 1.0);
-    for (int r = 0; r < m; ++r) {
-      ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -shift : -1.0);
-      if (is_aimed_at(r)) step[n + r] = at.gap[r] * row[r];
+    // A variable that would leave its bounds is held at the bound, and the step of the others is
+    // computed again. Otherwise clipping would break the rows that the step meets.
+    VectorXd held = VectorXd::Zero(n), step;
+    for (int round = 0; round < most_rounds; ++round) {
+      if (!solve(at, row, held, shift, step)) return std::nullopt;
+      bool is_inside = true;
+      for (int i = 0; i < n; ++i) {
+        const double inside = std::clamp(w[i] + step[i], p_.lower()[i], p_.upper()[i]);
+        if (size_[i] == 0.0 || inside == w[i] + step[i]) continue;
+        held[i] = inside - w[i];
+        size_[i] = derivative_[i] = 0.0;
+        is_inside = false;
+      }
+      if (is_inside) break;
     }
-    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
-      const double scaled = at.entries[e] * size_[c] * row[r];
-      ldl_->set(pattern_.find(n + r, c), is_aimed_at(r) ? scaled : 0.0);
-    });
-    if (!ldl_->factor()) return std::nullopt;
-    ldl_->solve(step.data());
-    VectorXd result = w + step.head(n).cwiseProduct(size_);
+    VectorXd result = w + held + step;
     if (!result.allFinite()) return std::nullopt;
     // The next step is the shortest one in units of the movement so far. Variables that have
     // reached a bound keep their values.
-    way_ += step.head(n).cwiseProduct(size_);
+    way_ += step;
     const VectorXd units = way_.cwiseAbs().cwiseProduct(derivative_);
     for (int i = 0; i < n; ++i) {
-      const double inside = std::clamp(result[i], p_.lower()[i], p_.upper()[i]);
-      if (inside != result[i]) derivative_[i] = 0.0;
-      result[i] = inside;
+      result[i] = std::clamp(result[i], p_.lower()[i], p_.upper()[i]);
       size_[i] = derivative_[i] == 0.0
                      ? 0.0
                      : std::max(units[i], least_size * units.maxCoeff()) / derivative_[i];
@@ -98,6 +96,32 @@ class Steps {
   }
 
  private:
+  // The shortest step, in units of size_, that meets the linearised rows if the variables without a
+  // size move by `held`.
+  bool solve(const Rows& at, const VectorXd& row, const VectorXd& held, double shift,
+             VectorXd& step) {
+    const int n = p_.variables(), m = p_.rows();
+    const auto is_aimed_at = [&](int r) {
+      return p_.row_lower()[r] == p_.row_upper()[r] ||
+             std::abs(at.gap[r]) > violated * (1.0 + std::abs(at.values[r]));
+    };
+    VectorXd unknowns = VectorXd::Zero(n + m), gap = at.gap;
+    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
+      gap[r] -= at.entries[e] * held[c];
+      const double scaled = at.entries[e] * size_[c] * row[r];
+      ldl_->set(pattern_.find(n + r, c), is_aimed_at(r) ? scaled : 0.0);
+    });
+    for (int i = 0; i < n; ++i) ldl_->set(pattern_.find(i, i), 1.0);
+    for (int r = 0; r < m; ++r) {
+      ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -shift : -1.0);
+      if (is_aimed_at(r)) unknowns[n + r] = gap[r] * row[r];
+    }
+    if (!ldl_->factor()) return false;
+    ldl_->solve(unknowns.data());
+    step = unknowns.head(n).cwiseProduct(size_);
+    return true;
+  }
+
   VectorXd weights_of_rows(const Rows& at) const {
     VectorXd weights = VectorXd::Zero(p_.rows());
     p_.jacobian_pattern().for_each([&](int r, int c, int e) {
