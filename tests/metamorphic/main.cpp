@@ -177,7 +177,6 @@ constexpr KnownChange known_changes[] = {
     {"f8_aircraft", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"calcium_oscillation", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"hanging_chain", "other_units", "ipopt", "Ipopt converges from one scale only"},
-    {"tank_sequence", "constant_rows", "ipopt", "Ipopt converges without idle rows only"},
     {"", "other_units", "controller", "one step of an iteration in another scale is another"},
     {"turbo_car", "constant_rows", "controller", "idle rows of free times: another step"},
 };
