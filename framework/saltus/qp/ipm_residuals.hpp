@@ -31,9 +31,8 @@ class ResidualTracker {
     known_ = lost_digits_ = false;
     Lanes active{}, furthest{};
     for (int i = 0; i < system.sides(); i += lanes) {
-      const Lanes is_active = load(system.active() + i);
-      active += is_active * (i < system.first_soft() ? 1.0 : 2.0);
-      furthest = larger(furthest, magnitude(load(system.beta() + i)) * is_active);
+      active += load(system.active() + i) * (i < system.first_soft() ? 1.0 : 2.0);
+      furthest = larger(furthest, magnitude(load(system.beta() + i)));
     }
     products_ = sum(active);
     has_far_sides_ = digits_of_side * largest(furthest) > rounding;
