@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that the drawings of docs/concepts.md have the texts of their script. Skipped (77) without matplotlib."""
+"""Checks that the drawings have the texts of their script and that their pages show them. Skipped (77) without matplotlib."""
 
 import os
 import sys
@@ -19,14 +19,13 @@ def words(path):
     return [text.text for text in ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}text")]
 
 
-with open(os.path.join(HERE, "..", "concepts.md"), encoding="utf-8") as file:
-    page = file.read()
 wrong = []
 with tempfile.TemporaryDirectory() as folder:
     draw.main(folder)
-    for name in draw.DRAWINGS:
-        if f"(concepts/{name}.svg)" not in page:
-            wrong.append(f"concepts.md does not show {name}.svg")
+    for name, (_, page) in draw.DRAWINGS.items():
+        with open(os.path.join(HERE, "..", "..", page), encoding="utf-8") as file:
+            if f"concepts/{name}.svg)" not in file.read():
+                wrong.append(f"{page} does not show {name}.svg")
         if words(os.path.join(folder, f"{name}.svg")) != words(os.path.join(HERE, f"{name}.svg")):
             wrong.append(f"{name}.svg is not what draw.py draws; draw.py {HERE} makes it again")
 if wrong:
