@@ -3,8 +3,9 @@
 //   mode_search PROBLEM PHASES STARTS [cold] > results.csv      one line per start
 //   mode_search PROBLEM PHASES STARTS speed                     200 nodes against warm solves
 //   mode_search PROBLEM PHASES TICKS loop                       receding horizon, one line per tick
-//   mode_search fishing PHASES                                  the nonlinear problem, at most
-//   PHASES
+//   mode_search PROBLEM PHASES STARTS plan                      one trajectory that switches modes
+//   mode_search fishing PHASES [plan]                           the nonlinear problem, at most
+//                                                               PHASES
 //
 // PROBLEM is walls, thermostats or tanks. compare_mode_search.py solves the same starts with SCIP.
 #include <fmt/format.h>
@@ -13,6 +14,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
+#include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -130,10 +133,21 @@ void loop(const Family& family, int phases, int ticks) {
              warm_nodes, warm_time, cold_nodes, cold_time);
 }
 
-void fishing(int phases) {
+void plan(const Family& family, int phases, int starts) {
+  Random random(seed);
+  SequenceSearch search(family.graph(family.low), {.phases = phases});
+  for (int i = 0; i < starts; ++i) {
+    const SequenceResult r = search.solve(draw(family, random));
+    if (std::adjacent_find(r.modes.begin(), r.modes.end(), std::not_equal_to{}) != r.modes.end())
+      return r.solution.trajectory.write_csv(std::cout);
+  }
+}
+
+void fishing(int phases, bool as_table) {
   const SequenceResult found =
       search(library::fishing_modes(),
              {.at_most = phases, .intervals_per_phase = 6, .integrator = runge_kutta8()});
+  if (as_table) return found.solution.trajectory.write_csv(std::cout, 4);
   fmt::print(
       "{:.10g} after {} programs and {:.1f} s; 1.344081198 is the optimum with continuous "
       "effort\n{}\n",
@@ -151,8 +165,10 @@ int main(int argc, char** argv) {
   const std::string how = words.size() > 3 ? words[3] : "warm";
   const int phases = words.size() > 2 ? std::atoi(words[1].c_str()) : 0;
   const int count = words.size() > 2 ? std::atoi(words[2].c_str()) : 0;
-  if (words.size() == 2 && words[0] == "fishing" && std::atoi(words[1].c_str()) > 0) {
-    fishing(std::atoi(words[1].c_str()));
+  const bool fishing_plan = words.size() == 3 && words[2] == "plan";
+  if ((words.size() == 2 || fishing_plan) && words[0] == "fishing" &&
+      std::atoi(words[1].c_str()) > 0) {
+    fishing(std::atoi(words[1].c_str()), fishing_plan);
     return 0;
   }
   for (const Family& family : families()) {
@@ -161,6 +177,8 @@ int main(int argc, char** argv) {
       loop(family, phases, count);
     else if (how == "speed")
       speed(family, phases, count);
+    else if (how == "plan")
+      plan(family, phases, count);
     else if (how == "warm" || how == "cold")
       each_start(family, phases, count, how == "warm");
     else
@@ -168,7 +186,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   fmt::print(stderr,
-             "usage: mode_search walls|thermostats|tanks PHASES COUNT [warm|cold|speed|loop]\n     "
-             "  mode_search fishing PHASES\n");
+             "usage: mode_search walls|thermostats|tanks PHASES COUNT [warm|cold|speed|loop|plan]\n"
+             "       mode_search fishing PHASES [plan]\n");
   return 2;
 }

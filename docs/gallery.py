@@ -9,7 +9,8 @@ Usage: gallery.py GALLERY.md [--write] [--draw PROGRAM]
 The text between `<!-- problems: LETTER -->` and `<!-- end of problems -->` lists the files of problems/library whose
 names begin with LETTER: statement, equations, lines of code without comments, picture, and the time to solve from the
 table of the page. Without --write the exit status is 1 if the page differs from the sources. --draw runs each problem
-with PROGRAM, the program saltus, and draws its trajectory to GALLERY/NAME.svg.
+with PROGRAM, the program saltus, and draws its trajectory to GALLERY/NAME.svg. The program mode_search next to it
+solves the problems whose sequence of modes is searched.
 """
 
 import argparse
@@ -33,6 +34,14 @@ TIME = re.compile(r"^\| ([A-Z]\d\d)[a-z]? (\w+) \| [\d.]+ \| ([\d.]+) \|", re.MU
 
 CELL, GAP, PLOT, TITLE = 164, 10, 64, 18  # pixels: width of a cell, space between cells, height of a plot and its title
 COLUMNS, MOST_CELLS = 4, 8
+# Arguments of mode_search for the problems that it solves, and the names of states and inputs in its table.
+SEARCHED = {
+    "s01_cart_between_walls": ("walls 20 20 plan", ["cart p [m]", "angle theta", "p' [m/s]", "theta' [rad/s]"], ["force u [N]"]),
+    "s02_thermostats": ("thermostats 24 5 plan", ["T1 [deg C]", "T2 [deg C]", "T3 [deg C]"], []),
+    "s03_two_tanks": ("tanks 20 5 plan", ["level h1 [m]", "level h2 [m]"], ["outflow v"]),
+    "s04_fishing_modes": ("fishing 9 plan", ["prey x1", "predators x2"], []),
+}
+NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program of a file has no trajectory."}
 STATE, INPUT, BAND = "#1f6fb4", "#d9661f", "#eef1f5"
 
 
@@ -112,23 +121,56 @@ def case_name(program, name):
     return found[1] if found else None
 
 
-def draw(program, name, folder):
-    """True if the program runs the problem and a picture was drawn."""
+def searched(program, name):
+    """The table of the best sequence of modes and the names of its inputs. A mode has no number of its phase here."""
+    words, states, inputs = SEARCHED[name]
+    search = os.path.join(os.path.dirname(os.path.abspath(program)), "mode_search")
+    done = subprocess.run([search, *words.split()], capture_output=True, text=True, check=True)
+    _, *rows = csv.reader(done.stdout.splitlines())
+    return [["t", "mode", *states, *inputs], *([row[0], row[1].rpartition(" ")[0], *row[2:]] for row in rows)], inputs
+
+
+def joined(tables):
+    """One table of several motions of a scalar state, with a column for each."""
+    columns = [re.search(r"trajectory_(\w+)\.csv", path)[1] for path in tables]
+    rows = []
+    for number, path in enumerate(tables):
+        with open(path, encoding="utf-8", newline="") as file:
+            rows += [[row[0], *("" if i != number else row[2] for i in range(len(tables)))]
+                     for row in list(csv.reader(file))[1:]]
+    return [["t", *columns], *sorted(rows, key=lambda row: float(row[0]))]
+
+
+def run(program, name):
+    """The table of a problem and the names of its inputs; None if the program does not run it."""
+    if name in SEARCHED:
+        return searched(program, name)
     case = case_name(program, name)
     if not case:
-        return False
-    with tempfile.TemporaryDirectory() as out:
-        done = subprocess.run([program, "run", case, "--out", out, "--pictures", "false"], capture_output=True, check=False)
-        table = os.path.join(out, "trajectory.csv")
-        if done.returncode != 0 or not os.path.exists(table):
-            return False
-        with open(table, encoding="utf-8", newline="") as file:
-            titles, *rows = list(csv.reader(file))
-    has_modes = titles[1] == "mode"
-    first = 2 if has_modes else 1
+        return None
     with open(os.path.join(ROOT, "problems", "library", name + ".cpp"), encoding="utf-8") as file:
         listed = re.search(r"\.inputs = \{(.*?)\}", file.read(), re.DOTALL)
     inputs = re.findall(r'"(.*?)"', listed[1]) if listed else []
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([program, "run", case, "--out", out, "--pictures", "false"], capture_output=True, check=False)
+        motions = sorted(glob.glob(os.path.join(out, "trajectory_*.csv")))
+        if motions:
+            return joined(motions), inputs
+        table = os.path.join(out, "trajectory.csv")
+        if not os.path.exists(table):
+            return None
+        with open(table, encoding="utf-8", newline="") as file:
+            return list(csv.reader(file)), inputs
+
+
+def draw(program, name, folder):
+    """True if the program runs the problem and a picture was drawn."""
+    table = run(program, name)
+    if not table:
+        return False
+    (titles, *rows), inputs = table
+    has_modes = titles[1] == "mode"
+    first = 2 if has_modes else 1
     values = [[float(cell) if cell else math.nan for cell in [row[0], *row[first:]]] for row in rows]
     text = svg(values, [row[1] if has_modes else "" for row in rows], titles[first:], inputs)
     with open(os.path.join(folder, name + ".svg"), "w", encoding="utf-8") as file:
@@ -181,6 +223,8 @@ def entry(path, times, pictures, typeset):
              f"{checksum}", "", wrapped(statement), "", *formulas]
     if os.path.exists(os.path.join(pictures, name + ".svg")):
         shown += [f"![Trajectory of {name}]({os.path.basename(pictures)}/{name}.svg)", ""]
+    elif name in NO_PICTURE:
+        shown += [NO_PICTURE[name], ""]
     return "\n".join(shown)
 
 
@@ -194,7 +238,7 @@ def main(page, write, program):
         os.makedirs(pictures, exist_ok=True)
         for path in files():
             name = os.path.basename(path).removesuffix(".cpp")
-            if not draw(program, name, pictures):
+            if name not in NO_PICTURE and not draw(program, name, pictures):
                 print(f"gallery: {name} was not drawn, because the program does not run it", file=sys.stderr)
     with open(page, encoding="utf-8") as file:
         shown = file.read()
