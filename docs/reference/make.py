@@ -215,8 +215,9 @@ class Page:
             if not heading:
                 out.append(self.words(line))
                 continue
+            shown = heading[2].replace("`", "")  # Doxygen shows code in a heading as text with tags
             if heading[1] == "#":
-                title = "Saltus" if self.name == "README.md" else heading[2]
+                title = "Saltus" if self.name == "README.md" else shown
                 out.append(f"# {title} {{#{'mainpage' if self.name == 'README.md' else label(self.name)}}}")
                 if self.name != "README.md":
                     out += ["", "[TOC]", ""]
@@ -225,7 +226,7 @@ class Page:
                 seen[name] = seen.get(name, -1) + 1
                 if seen[name]:
                     name += f"-{seen[name]}"
-                out.append(f"{heading[1]} {heading[2]} {{#{anchor(self.name, name)}}}")
+                out.append(f"{heading[1]} {shown} {{#{anchor(self.name, name)}}}")
         return "\n".join(out) + "\n"
 
 
