@@ -114,7 +114,7 @@ def legend_of(figure, spans, names, events):
 
 
 def title_of(folder, summary, motion):
-    title = summary.get("name") or os.path.basename(os.path.abspath(folder))
+    title = summary.get("name") or os.path.basename(os.path.abspath(folder)).replace("_", " ")
     if motion:
         title += f", {motion}"
     if "cost" in summary and summary["cost"] is not None:

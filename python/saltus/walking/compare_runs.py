@@ -16,7 +16,7 @@ from ..drawing import plt, save_picture
 from ..tables import read_by_names
 from . import events, ground
 
-NAMES = {"mpc": "MPC", "capture_point": "capture point"}
+NAMES = {"mpc": "MPC", "capture_point": "baseline"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
 STYLES = (("tab:purple", "-"), ("tab:olive", "--"))  # of the runs in the common panels
 WITHIN = 0.05  # fraction of the weight; settling.hpp
@@ -39,7 +39,7 @@ class Run:
             self.times = self.trajectory["t"]
             self.planned = {foot: self.trajectory[f"{foot}_fz"] for foot in COLORS}
         self.touchdown = self.summary["touchdown_s"]
-        self.settled_from = self.summary.get("icp_settling_from_s", self.touchdown)  # older runs: touch-down
+        self.settled_from = self.summary.get("icp_settling_from_s", self.touchdown)  # older runs: landing
         self.name = NAMES[self.summary["controller"]]
         engine = self.summary["plant"].split(",")[0]
         self.title = f"{self.name}, {events.impulse_in_words(self.summary)}, {engine}"
@@ -133,7 +133,7 @@ def main(folders, picture):
                 axes.axvline(run.touchdown, color="black", linestyle="--", linewidth=0.8)
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small", ncols=2)
-    panels[-1].set_xlabel("t [s] (dotted: push, dashed: touch-down)")
+    panels[-1].set_xlabel("t [s] (dotted: push, dashed: landing)")
     panels[-1].set_xlim(begin, end)
     save_picture(figure, picture, dpi=100)
     plt.close(figure)

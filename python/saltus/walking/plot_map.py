@@ -18,7 +18,7 @@ from ..on_folder import on_folder
 
 STYLES = {
     "mpc": {"color": "tab:blue", "label": "MPC"},
-    "capture_point": {"color": "tab:orange", "label": "capture point"},
+    "capture_point": {"color": "tab:orange", "label": "baseline"},
     "none": {"color": "tab:green", "label": "no step"},
 }
 # Offset of the dots of different controllers, in fractions of a cell's width.

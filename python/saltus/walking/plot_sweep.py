@@ -35,7 +35,7 @@ def main(source, target):
                                 constrained_layout=True)
     for column, grid in enumerate(GRIDS):
         axes[0, column].set_title(f"dt = {grid[0]} ms, N = {grid[1]}")
-        axes[-1, column].set_xlabel("time of the impact [ms]")
+        axes[-1, column].set_xlabel("landing time [ms]")
         for row, (quantity, label) in enumerate(QUANTITIES):
             panel = axes[row, column]
             for impact, style in STYLES.items():
