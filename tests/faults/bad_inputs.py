@@ -80,7 +80,7 @@ def cases():
         "unknown verb": ["frobnicate"], "misspelt verb": ["rnu", "push_recovery"], "empty verb": [""], "blank verb": [" "],
         "verb in capitals": ["RUN", "push_recovery"], "verb of 100,000 letters": ["x" * 100000],
         "verb with a terminal's colours": ["\x1b[31mred"], "verb that is not UTF-8": [b"\xff\xfe"],
-        "verb that is an option": ["--run"], "short option nobody knows": ["-q"],
+        "verb that is an option": ["--run"], "unknown short option": ["-q"],
         "run without a problem": ["run"], "unknown problem": ["run", "nothing_of_the_kind"],
         "misspelt problem": ["run", "push_recvery"],
         "problem that is a path": ["run", "../push_recovery"], "empty problem": ["run", ""],
@@ -89,7 +89,7 @@ def cases():
         "unknown shell to complete for": ["completion", "powershell"], "completion without a shell": ["completion"],
         "rerun without a folder": ["rerun"], "plot without a folder": ["plot"], "logs without a folder": ["logs"], "movie without a folder": ["movie"],
         "robot without a word": ["robot"], "robot with an unknown word": ["robot", "mend"], "new without a name": ["new"],
-        "check of an unknown problem": ["check", "NO_SUCH"], "suite of nothing": ["suite", "--only", "no_such_case"],
+        "check of an unknown problem": ["check", "NO_SUCH"], "suite without a matching case": ["suite", "--only", "no_such_case"],
         "suite by an unknown solver": ["suite", "--set", "solver=gurobi"],
         "check with no intervals": ["check", "--intervals", "0"], "check with half an interval": ["check", "--intervals", "2.5"],
         "unknown benchmark": ["bench", "speed"], "bench without a word": ["bench"],
@@ -99,8 +99,8 @@ def cases():
         "unknown option": ["--frobnicate"], "unknown option with a value": ["--push.impluse", "3"],
         "option without its value": ["--config"], "folder without a name": ["--out"], "setting without a value": ["--push.impulse"],
         "set without an assignment": ["--set"], "set without =": ["--set", "push.impulse"], "set without a key": ["--set", "=1"],
-        "set without a value": ["--set", "push.impulse="], "set of nothing": ["--set", "="], "option of dashes": ["--=1"],
-        "three dashes": ["---push.impulse=1"], "a word left over": ["seven"], "a number left over": ["7"],
+        "set without a value": ["--set", "push.impulse="], "set without key and value": ["--set", "="], "option of dashes": ["--=1"],
+        "three dashes": ["---push.impulse=1"], "an extra word": ["seven"], "an extra number": ["7"],
         "key that is a section": ["--push", "7"], "key with a dot at its end": ["--push.", "7"],
         "key with two dots": ["--push..impulse", "7"], "key with spaces": ["--set", "push impulse=7"],
         "key in capitals": ["--PUSH.IMPULSE", "7"], "key in another alphabet": ["--set", "имп=7"],
@@ -114,7 +114,7 @@ def cases():
 
     add = group("Values of settings")
     for kind, key, value in [
-        ("text for a number", "push.impulse", "seven"), ("nothing for a number", "push.impulse", ""), ("blank for a number", "push.impulse", " "),
+        ("text for a number", "push.impulse", "seven"), ("empty number", "push.impulse", ""), ("blank number", "push.impulse", " "),
         ("half an exponent", "push.impulse", "1e"), ("decimal comma", "push.impulse", "7,5"), ("number beyond doubles", "push.impulse", "1e400"),
         ("minus nothing", "push.impulse", "-"), ("two points", "push.impulse", "1.2.3"), ("two signs", "push.impulse", "--7"),
         ("NaN", "push.impulse", "nan"), ("YAML's NaN", "push.impulse", ".nan"), ("infinity", "push.impulse", "inf"), ("YAML's infinity", "push.impulse", ".inf"),
@@ -122,34 +122,34 @@ def cases():
         ("number with a unit", "push.impulse", "7 N s"), ("percentage", "push.impulse", "7%"), ("fraction", "push.impulse", "7/2"),
         ("formula", "push.impulse", "2*3"), ("negative size", "push.impulse", "-7"), ("beyond the range", "push.impulse", "1e5"),
         ("list for a number", "push.impulse", "[7]"), ("map for a number", "push.impulse", "{{a: 7}}"), ("no duration", "push.duration", "0"),
-        ("none where something must be", "push.impulse", "none"),
+        ("'none' for a required number", "push.impulse", "none"),
         ("two numbers on two lines", "push.impulse", "7\n8"), ("a terminal's colours", "push.impulse", "\x1b[31m7"), ("not UTF-8", "push.impulse", b"\xff7"),
         ("fraction for a whole number", "mpc.intervals", "1.5"), ("exponent for a whole number", "mpc.intervals", "1e1"),
         ("whole number beyond integers", "mpc.intervals", "99999999999999999999"), ("2^31", "mpc.intervals", "2147483648"),
         ("no intervals", "mpc.intervals", "0"), ("negative intervals", "mpc.intervals", "-15"), ("text for a whole number", "mpc.intervals", "many"),
-        ("perhaps for yes or no", "stepping", "perhaps"), ("number for yes or no", "stepping", "2"), ("nothing for yes or no", "stepping", ""),
-        ("list for yes or no", "stepping", "[true]"),
+        ("'perhaps' for a Boolean", "stepping", "perhaps"), ("number for a Boolean", "stepping", "2"), ("empty Boolean", "stepping", ""),
+        ("list for a Boolean", "stepping", "[true]"),
         ("unknown choice", "plant", "gazebo"), ("misspelt choice", "plant", "centroidl"), ("choice in capitals", "plant", "DART"),
         ("empty choice", "plant", ""), ("list for a choice", "solver", "[ipopt]"), ("number for a choice", "solver", "1"), ("unknown preset", "preset", "moon"),
         ("too few numbers", "push.direction", "[0, -1]"), ("too many numbers", "push.direction", "[0, -1, 0, 0]"), ("one number for a list", "push.direction", "1"),
         ("empty list", "push.direction", "[]"), ("list within a list", "push.direction", "[[0, -1, 0]]"), ("list without its end", "push.direction", "[0, -1, 0"),
         ("text within a list", "push.direction", "[0, left, 0]"), ("NaN within a list", "push.direction", "[0, nan, 0]"),
-        ("gap within a list", "push.direction", "[0, , 0]"), ("no direction", "push.direction", "[0, 0, 0]"), ("a list of 50,000", "push.direction", "[" + "0," * 50000 + "0]"),
+        ("gap within a list", "push.direction", "[0, , 0]"), ("no direction", "push.direction", "[0, 0, 0]"), ("a list of 50,000 numbers", "push.direction", "[" + "0," * 50000 + "0]"),
         ("lists 10,000 deep", "push.direction", "[" * 10000),
         ("pushes that cannot be read", "pushes", "soon 6 90"), ("push with two numbers", "pushes", "3 6"), ("push with five numbers", "pushes", "3 6 90 0.1 7"),
         ("push at NaN", "pushes", "nan 6 90"), ("pushes that overlap", "pushes", "2.45 6 90"), ("push of 100,000 letters", "pushes", "a" * 100000),
         ("push before the beginning", "pushes", "-1 6 90"),
-        ("pushes too many for their time", "push.random.rate_hz", "50"), ("largest below smallest", "push.random.impulse", "[8, 3]"),
-        ("lateral reach turned about", "step.lateral_min", "0.4"), ("shortest above longest step", "step.shortest_s", "2"),
-        ("largest force below least", "contact.fz_max", "5"), ("edges of a pyramid that nobody has", "contact.edges", "5"), ("unknown log format", "log.formats", "csv,hdf5"),
+        ("too many pushes for their time", "push.random.rate_hz", "50"), ("upper limit below the lower limit", "push.random.impulse", "[8, 3]"),
+        ("lateral limits in the wrong order", "step.lateral_min", "0.4"), ("shortest step above the longest", "step.shortest_s", "2"),
+        ("largest force below the smallest", "contact.fz_max", "5"), ("unsupported number of edges of a pyramid", "contact.edges", "5"), ("unknown log format", "log.formats", "csv,hdf5"),
         ("a robot's file that is a folder", "robot.config", "{d}"), ("a robot's file that is not there", "robot.config", "{d}/none.yaml"),
         ("a URDF that is not there", "robot.urdf", "{d}/none.urdf"), ("turning while walking", "walk.velocity", "[0.1, 0, 0.5]"),
         ("mass error of -100 %", "model.mass_error", "-1"), ("tolerance of 0", "solver_tolerance", "0"), ("tolerance of 2", "solver_tolerance", "2"),
         ("a period of 0", "mpc.step_s", "0"), ("weights that are negative", "weights.gamma", "[-1, 0, 0, 0, 0, 0, 0, 0, 0]"),
     ]:
-        add(kind + f" ({key})", push + [f"--{key}", value])
-    add("no direction to put a foot down, in DART (control.period)", ["run", "push_recovery", "--plant", "dart", "--control.period", "0.0015", "--pictures", "false", "--out", "{d}/out"])
-    add("wait that has no end (sway)", ["run", "sway", "--out", "{d}/out", "--set", "mpc.step_s=nan"])
+        add(kind + f" ({key})", [word for word in push if key != "plant" or word not in ("--plant", "centroidal")] + [f"--{key}", value])
+    add("control period that is no multiple of the simulator's step (control.period)", ["run", "push_recovery", "--plant", "dart", "--control.period", "0.0015", "--pictures", "false", "--out", "{d}/out"])
+    add("NaN for the control period (sway)", ["run", "sway", "--out", "{d}/out", "--set", "mpc.step_s=nan"])
 
     add = group("Files of settings")
     config = push + ["--config", "{d}/c.yaml"]
@@ -160,29 +160,29 @@ def cases():
         "section given twice": b"push:\n  impulse: 7\npush:\n  start: 1\n", "key flat and in its section": b"push.impulse: 7\npush:\n  impulse: 8\n",
         "value for a section": b"push: 7\n", "section for a value": b"push:\n  impulse:\n    size: 7\n", "list for a value": b"push:\n  impulse: [7]\n",
         "list of sections": b"push:\n  - impulse: 7\n", "value missing": b"push:\n  impulse:\n", "null": b"push:\n  impulse: ~\n",
-        "an alias": b"a: &a 7\npush:\n  impulse: *a\n", "an alias of itself": b"a: &a [*a]\n", "aliases that multiply": b"a: &a [x,x]\nb: &b [*a,*a]\nc: [*b,*b]\n",
+        "an alias": b"a: &a 7\npush:\n  impulse: *a\n", "an alias of itself": b"a: &a [*a]\n", "aliases that expand exponentially": b"a: &a [x,x]\nb: &b [*a,*a]\nc: [*b,*b]\n",
         "merged keys": b"a: &a {impulse: 7}\npush:\n  <<: *a\n", "two documents": b"push:\n  impulse: 7\n---\npush:\n  impulse: 8\n",
         "a tag of Python": b"push: !!python/object/apply:os.system ['true']\n", "a binary tag": b"push:\n  impulse: !!binary aGk=\n",
-        "a directive of the future": b"%YAML 9.9\n---\npush: {impulse: x}\n", "a list as the whole": b"- push\n- 7\n", "a word as the whole": b"push\n",
+        "an unsupported YAML version": b"%YAML 9.9\n---\npush: {impulse: x}\n", "a list as the whole file": b"- push\n- 7\n", "a word as the whole file": b"push\n",
         "JSON that is cut off": b'{"push": {"impulse": 7', "a quote without its end": b'push:\n  impulse: "7\n', "indents that do not fit": b"push:\n    impulse: 7\n  start: 1\n",
         "a colon too many": b"push: impulse: 7\n", "a key that is a list": b"[a, b]: 7\n", "an empty key": b'"": 7\n', "brackets 100,000 deep": b"[" * 100000,
         "sections 100,000 deep": b"{a: " * 100000, "indents 2000 deep": "".join(" " * i + "a:\n" for i in range(2000)).encode(),
         "a key of a million letters": b"k" * 1000000 + b": 7\n", "a hundred thousand keys": "".join(f"k{i}: 7\n" for i in range(100000)).encode(),
         "a value of a million digits": b"push:\n  impulse: " + b"7" * 1000000 + b"\n", "begins with a comma": b", 2]", "one quote": b"'", "one bracket": b"}",
-        "an anchor of nothing": b"push: &\n", "the text of an XML file": b"<push><impulse>7</impulse></push>\n", "TOML": b"[push]\nimpulse = 7\n", "INI": b"[push]\nimpulse=7\n",
-        "a shell's word": b"push:\n  impulse: $(reboot)\n", "an environment variable": b"push:\n  impulse: ${HOME}\n", "a comment that swallows the value": b"push:\n  impulse: # 7\n",
+        "an anchor without a value": b"push: &\n", "the text of an XML file": b"<push><impulse>7</impulse></push>\n", "TOML": b"[push]\nimpulse = 7\n", "INI": b"[push]\nimpulse=7\n",
+        "a shell command": b"push:\n  impulse: $(reboot)\n", "an environment variable": b"push:\n  impulse: ${HOME}\n", "a comment that swallows the value": b"push:\n  impulse: # 7\n",
         "Windows' ends of lines in a name": b"pl\rant: dart\r\n", "no space behind the colon": b"push:\n  impulse:7\n",
     }.items():
         add(kind, config, {"c.yaml": content})
     add("a byte order mark and a mistake", config, {"c.yaml": b"\xef\xbb\xbfplant: moon\n"})
     add("not there", config)
     add("a folder", config, {"c.yaml": lambda path: path.mkdir()})
-    add("a link to nowhere", config, {"c.yaml": lambda path: path.symlink_to("nowhere")})
+    add("a dangling link", config, {"c.yaml": lambda path: path.symlink_to("nowhere")})
     add("a link to itself", config, {"c.yaml": lambda path: path.symlink_to("c.yaml")})
     add("a socket", config, {"c.yaml": lambda path: os.mknod(path, stat.S_IFSOCK | 0o600)})
     add("/dev/null", push + ["--config", "/dev/null"])
-    add("/dev/zero, which has no end", push + ["--config", "/dev/zero"])
-    add("/dev/urandom, which has none either", push + ["--config", "/dev/urandom"])
+    add("/dev/zero, which is endless", push + ["--config", "/dev/zero"])
+    add("/dev/urandom, which is endless", push + ["--config", "/dev/urandom"])
     add("a file of 3 GB", config, {"c.yaml": lambda path: os.truncate(path, 3 << 30) if path.touch() is None else None})
     add("a name of 5000 letters", push + ["--config", "n" * 5000])
     add("an empty name", push + ["--config", ""])
@@ -195,19 +195,19 @@ def cases():
     deep = "<a>" * 200000 + "</a>" * 200000
     chain = "".join(f'<joint name="j{i}" type="fixed"><parent link="{f"c{i - 1}" if i else "base"}"/><child link="c{i}"/></joint><link name="c{i}"/>' for i in range(3000))
     for kind, text in {
-        "empty URDF": "", "blank URDF": " \n", "text that is no XML": "hello", "HTML": "<html><body>404</body></html>", "cut off in the middle": biped()[:400],
-        "another root": "<model name='r'/>", "root without anything": "<robot/>", "no links": '<robot name="r"></robot>', "no name": biped().replace(' name="r"', "", 1),
+        "empty URDF": "", "blank URDF": " \n", "text that is not XML": "hello", "HTML": "<html><body>404</body></html>", "cut off in the middle": biped()[:400],
+        "another root element": "<model name='r'/>", "an empty root element": "<robot/>", "no links": '<robot name="r"></robot>', "no name": biped().replace(' name="r"', "", 1),
         "two roots of XML": biped() + biped(), "a link twice": biped().replace('"r_foot"', '"l_foot"'), "a joint twice": biped().replace('"r_hip"', '"l_hip"'),
         "a parent that is not there": biped().replace('parent link="base"', 'parent link="bsae"', 1), "a child that is not there": biped().replace('child link="l_foot"', 'child link="none"'),
         "a circle of joints": biped().replace('parent link="base"', 'parent link="r_foot"', 1).replace('child link="r_foot"', 'child link="l_foot"'),
-        "a link on its own": biped().replace("</robot>", '<link name="loose"/></robot>'), "a joint from a link to itself": biped().replace('parent link="base"', 'parent link="l_foot"', 1),
+        "a link without a joint": biped().replace("</robot>", '<link name="loose"/></robot>'), "a joint from a link to itself": biped().replace('parent link="base"', 'parent link="l_foot"', 1),
         "a joint without a parent": biped().replace('<parent link="base"/>', "", 1), "a joint without a child": biped().replace('<child link="l_foot"/>', ""),
         "an unknown type of joint": biped().replace('type="revolute"', 'type="rubber"', 1), "a joint that floats": biped().replace('type="revolute"', 'type="floating"', 1),
         "a negative mass": biped().replace('mass value="1"', 'mass value="-1"', 1), "no mass at all": re.sub(r'mass value="\d+"', 'mass value="0"', biped()),
         "a mass that is NaN": biped().replace('mass value="1"', 'mass value="nan"', 1), "a mass beyond doubles": biped().replace('mass value="1"', 'mass value="1e999"', 1),
         "a mass in words": biped().replace('mass value="1"', 'mass value="heavy"', 1), "a mass with a decimal comma": biped().replace('mass value="10"', 'mass value="10,5"'),
-        "an inertia that is none": biped().replace('ixx="1"', 'ixx="-1"', 1), "an inertia that no body has": biped().replace('ixx="1"', 'ixx="9"', 1),
-        "an inertia without an entry": biped().replace(' izz="1"', "", 1), "limits turned about": biped().replace('lower="-1" upper="1"', 'lower="1" upper="-1"', 1),
+        "an inertia that is not positive": biped().replace('ixx="1"', 'ixx="-1"', 1), "a physically impossible inertia": biped().replace('ixx="1"', 'ixx="9"', 1),
+        "an inertia without an entry": biped().replace(' izz="1"', "", 1), "limits in the wrong order": biped().replace('lower="-1" upper="1"', 'lower="1" upper="-1"', 1),
         "limits that are NaN": biped().replace('lower="-1"', 'lower="nan"', 1), "no limits": re.sub(r"<limit[^>]*/>", "", biped(), count=1),
         "no effort": biped().replace('effort="10"', 'effort="0"'), "an axis of length 0": biped().replace('axis xyz="1 0 0"', 'axis xyz="0 0 0"', 1),
         "an axis of two numbers": biped().replace('axis xyz="1 0 0"', 'axis xyz="1 0"', 1), "an origin of NaN": biped().replace('origin xyz="0 0.1 0"', 'origin xyz="0 nan 0"'),
@@ -216,15 +216,15 @@ def cases():
         "geometry without a shape": biped(""), "an unknown shape": biped('<torus radius="1"/>'), "a mesh that is not there": biped('<mesh filename="none.stl"/>'),
         "a mesh without a name": biped("<mesh/>"), "a mesh above the robot's folders": biped('<mesh filename="../../../../../../etc/passwd"/>'),
         "a mesh by its full path": biped('<mesh filename="/etc/passwd"/>'), "a mesh of a package that is not there": biped('<mesh filename="package://nobody/m.stl"/>'),
-        "a mesh from a package's outside": biped('<mesh filename="package://../m.stl"/>'), "a mesh from the net": biped('<mesh filename="http://example.org/m.stl"/>'),
+        "a mesh outside its package": biped('<mesh filename="package://../m.stl"/>'), "a mesh from a network": biped('<mesh filename="http://example.org/m.stl"/>'),
         "a mesh of a package at the top of the file system": biped('<mesh filename="package://etc/hostname"/>'), "a mesh of a model at the top": biped('<mesh filename="model://etc/passwd"/>'),
         "a mesh that is a device": biped('<mesh filename="/dev/zero"/>'), "a mesh whose name has 100,000 letters": biped(f'<mesh filename="{"m" * 100000}.stl"/>'),
-        "entities that multiply": '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>' + biped().replace('"r"', '"&b;"', 1),
+        "entities that expand exponentially": '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>' + biped().replace('"r"', '"&b;"', 1),
         "an entity from a file": '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + biped().replace('"r"', '"&a;"', 1), "a million letters in a name": biped().replace('"base"', '"' + "b" * 1000000 + '"'),
         "tags 200,000 deep": f'<robot name="r">{deep}</robot>', "a chain of 3000 links": SMALL_URDF.format(chain), "tags 60,000 deep that a text seems to close": f'<robot name="r"><![CDATA[{"</" * 60000}]]>{"<a>" * 60000}{"</a>" * 60000}</robot>',
         "tags 60,000 deep that seem to end at once": '<robot name="r">' + '<a b="/>">' * 60000, "a declaration inside an element": biped().replace("<link", "<?a?><link", 1),
         "a comment without its end": biped().replace("<link", "<!-- <link", 1),
-        "bytes that are no text": biped().replace("base", "b\udcffse"), "an attribute twice": biped().replace('name="base"', 'name="base" name="other"', 1), "xacro that was not expanded": biped().replace('"10"', '"${mass}"', 1),
+        "bytes that are not text": biped().replace("base", "b\udcffse"), "an attribute twice": biped().replace('name="base"', 'name="base" name="other"', 1), "xacro that was not expanded": biped().replace('"10"', '"${mass}"', 1),
         "SDF": '<sdf version="1.7"><model name="r"><link name="a"/></model></sdf>', "MJCF": '<mujoco model="r"><worldbody/></mujoco>',
     }.items():
         add(kind, check, {"r.urdf": text})
@@ -235,8 +235,8 @@ def cases():
     }.items():
         add(kind, check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": content})
     deep = b"<COLLADA>" + b"<node>" * 100000 + b"</node>" * 100000 + b"</COLLADA>"
-    for kind, name, content in (("Collada 100,000 deep", "m.dae", deep), ("Collada that is none", "m.dae", b"<a/>"), ("Collada in an archive", "m.zae", b"PK\3\4"),
-                                ("an OBJ without faces", "m.obj", b"mtllib ../../x.mtl\nv 0 0 0\n"), ("a mesh in a format of others", "m.blend", b"BLENDER"), ("a mesh without a format", "m", b"")):
+    for kind, name, content in (("Collada 100,000 deep", "m.dae", deep), ("XML that is not Collada", "m.dae", b"<a/>"), ("Collada in an archive", "m.zae", b"PK\3\4"),
+                                ("an OBJ without faces", "m.obj", b"mtllib ../../x.mtl\nv 0 0 0\n"), ("a mesh in an unsupported format", "m.blend", b"BLENDER"), ("a mesh without a format", "m", b"")):
         add(kind, check, {"r.urdf": biped(f'<mesh filename="{name}"/>'), name: content})
     add("a mesh that is a folder", check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": lambda path: path.mkdir()})
     add("a mesh of 3 GB", check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": lambda path: os.truncate(path, 3 << 30) if path.touch() is None else None})
@@ -268,7 +268,7 @@ def cases():
     add("a path of 5000 letters", into("{d}/" + "o/" * 2500))
     add("an empty name", into(""))
     add("a link to itself", into("{d}/loop"), {"loop": lambda path: path.symlink_to("loop")})
-    add("someone else's files", into("{d}/theirs"), {"theirs": lambda path: (path.mkdir(), (path / "thesis.tex").write_text("years of work"))[0]}, status=(0, 2))
+    add("a folder with other files", into("{d}/theirs"), {"theirs": lambda path: (path.mkdir(), (path / "thesis.tex").write_text("years of work"))[0]}, status=(0, 2))
     for verb in ("plot", "movie", "rerun"):
         add(f"{verb}: not there", [verb, "{d}/none"])
         add(f"{verb}: empty", [verb, "{d}/e"], {"e": lambda path: path.mkdir()}, status=(2, 4))
@@ -308,12 +308,12 @@ def cases():
     survey = ["map", "--plant", "centroidal", "--set", "pictures=false", "--jobs", "1", "--out", "{d}/out"]
     for kind, words in {
         "no directions": ["--directions", "0"], "negative directions": ["--directions", "-4"], "a billion directions": ["--directions", "1000000000"], "directions in words": ["--directions", "all"],
-        "impulses in words": ["--impulses", "a,b"], "no impulses": ["--impulses", ""], "a range that never gets there": ["--impulses", "1:0:5"], "a range that goes the other way": ["--impulses", "1:-1:5"],
-        "a range from above": ["--impulses", "5:1:1"], "a range of a billion": ["--impulses", "1:1e-9:2"], "half a range": ["--impulses", "1:2"], "four numbers in a range": ["--impulses", "1:1:5:9"],
+        "impulses in words": ["--impulses", "a,b"], "no impulses": ["--impulses", ""], "a range with the step zero": ["--impulses", "1:0:5"], "a range with a step in the wrong direction": ["--impulses", "1:-1:5"],
+        "a range with its ends in the wrong order": ["--impulses", "5:1:1"], "a range of a billion numbers": ["--impulses", "1:1e-9:2"], "half a range": ["--impulses", "1:2"], "four numbers in a range": ["--impulses", "1:1:5:9"],
         "a negative impulse": ["--impulses", "-3"], "a NaN impulse": ["--impulses", "nan"], "an infinite range": ["--impulses", "1:1:inf"], "a comma at the end": ["--impulses", "1,"],
         "an impulse twice": ["--impulses", "3,3,3"], "negative times": ["--step-times", "-0.6"], "an unknown controller": ["--controllers", "pid"], "a controller twice": ["--controllers", "mpc,mpc,x"],
         "no jobs": ["--jobs", "0"], "negative jobs": ["--jobs", "-2"], "a million jobs": ["--jobs", "1000000"], "jobs in words": ["--jobs", "many"], "an unknown plant": ["--plant", "gazebo"],
-        "a setting that is set by the map": ["--set", "push.impulse=7"], "an unknown setting": ["--set", "push.impluse=7"], "a word left over": ["north"], "all of something": ["--all=3"],
+        "a setting that is set by the map": ["--set", "push.impulse=7"], "an unknown setting": ["--set", "push.impluse=7"], "an extra word": ["north"], "all of something": ["--all=3"],
     }.items():
         few = [] if words[0] in ("--directions",) else ["--directions", "1"]
         few += [] if words[0] == "--impulses" else ["--impulses", "3"]
@@ -338,10 +338,10 @@ def cases():
     add = group("New projects")
     for kind, name in {
         "empty name": "", "a blank": " ", "two points": "..", "a point": ".", "a path upwards to a file": "../file", "begins with a dash": "-x", "begins with a digit": "7up", 
-        "spaces": "my project", "quotes": 'a"b', "a semicolon": "a;b", "another alphabet": "имя", "a terminal's colours": "\x1b[31mx", "a name of 300 letters": "x" * 300, "not UTF-8": b"\xffx", "a name of CMake's": "test",
-        "a variable of CMake's": "${HOME}",
+        "spaces": "my project", "quotes": 'a"b', "a semicolon": "a;b", "another alphabet": "имя", "a terminal's colours": "\x1b[31mx", "a name of 300 letters": "x" * 300, "not UTF-8": b"\xffx", "a name reserved by CMake": "test",
+        "a CMake variable": "${HOME}",
     }.items():
-        add(kind, ["new", name], {"file": b""}, status=(0, 2) if kind in ("a name of CMake's",) else (2,))
+        add(kind, ["new", name], {"file": b""}, status=(0, 2) if kind in ("a name reserved by CMake",) else (2,))
     add("a folder that has something in it", ["new", "{d}/full"], {"full": lambda path: (path.mkdir(), (path / "a").touch())[0]})
     add("a file", ["new", "{d}/full"], {"full": b"x"})
     add("an unknown kind", ["new", "{d}/x", "--kind", "game"])
@@ -349,12 +349,12 @@ def cases():
 
     add = group("Benchmarks")
     for kind, words in {
-        "latency of nothing": ["latency", "--only", "no_such"], "latency against an unknown solver": ["latency", "--against", "cplex"], "latency against a library that is not there": ["latency", "--against", "hpipm", "--library", "{d}/none.so"],
-        "figures into a folder that is not there": ["latency", "--only", "no_such", "--json", "{d}/no/f.json"], "run of an unknown problem": ["run", "--problems", "no_such"], "run by an unknown solver": ["run", "--solvers", "no_such"],
+        "latency without a matching case": ["latency", "--only", "no_such"], "latency against an unknown solver": ["latency", "--against", "cplex"], "latency against a library that is not there": ["latency", "--against", "hpipm", "--library", "{d}/none.so"],
+        "figures into a missing folder": ["latency", "--only", "no_such", "--json", "{d}/no/f.json"], "run of an unknown problem": ["run", "--problems", "no_such"], "run by an unknown solver": ["run", "--solvers", "no_such"],
         "run at an unknown start": ["run", "--start", "tepid"], "a tolerance in words": ["run", "--tolerance", "tight"], "a negative tolerance": ["run", "--tolerance", "-1", "--quick"], "no instances": ["run", "--instances", "0"], "no repetitions": ["run", "--repetitions", "0"],
-        "a shard beyond the last": ["run", "--shard", "5/4"], "a shard in words": ["run", "--shard", "first"], "shards of none": ["run", "--shard", "0/0"], "a result into a folder that is not there": ["run", "--quick", "--out", "{d}/no/r.json"],
-        "a scheduler that nobody runs": ["run", "--quick", "--scheduler", "nonsense", "--out", "{d}/r.json"], "a report of nothing": ["report"], "a report of a file that is not there": ["report", "{d}/none.json"], "a comparison with one file": ["compare", "{d}/a.json"],
-        "a merge without a name": ["merge", "{d}/a.json"], "pushes of none": ["pushes", "--runs", "0"], "pushes from above": ["pushes", "--runs", "1", "--impulse", "9:3"], "pushes in words": ["pushes", "--runs", "few"],
+        "a shard beyond the last": ["run", "--shard", "5/4"], "a shard in words": ["run", "--shard", "first"], "zero shards": ["run", "--shard", "0/0"], "a result into a folder that is not there": ["run", "--quick", "--out", "{d}/no/r.json"],
+        "an unknown scheduler": ["run", "--quick", "--scheduler", "nonsense", "--out", "{d}/r.json"], "a report without a file": ["report"], "a report of a file that is not there": ["report", "{d}/none.json"], "a comparison of only one file": ["compare", "{d}/a.json"],
+        "a merge without a name": ["merge", "{d}/a.json"], "zero runs of pushes": ["pushes", "--runs", "0"], "pushes with limits in the wrong order": ["pushes", "--runs", "1", "--impulse", "9:3"], "pushes in words": ["pushes", "--runs", "few"],
         "reproduce a table that is not there": ["reproduce", "no_such"], "an unknown option": ["run", "--fast"],
     }.items():
         add(kind, ["bench"] + words)
@@ -363,12 +363,12 @@ def cases():
     add("a report of a device", ["bench", "report", "/dev/zero"])
     add("a merge of two of different kinds", ["bench", "merge", "--out", "{d}/m.json", "{d}/a.json", "{d}/b.json"], {"a.json": b"{}", "b.json": b"[]"})
 
-    add = group("Quadratic programs of others")
+    add = group("Quadratic programs from files")
     line = b"a.npz,2,1,0,0,1,0,1,1\n"
     good = {"P": (2, 2), "q": (2, 1), "G": (1, 2), "h": (1, 1)}
     for kind, listed, arrays in (
             ("no list", None, good), ("a list of words", b"a.npz,2,1,0,0,few,0,1,1\n", good), ("a line cut off", b"a.npz,2,1\n", good), ("more values than variables", line.replace(b"1,1\n", b"1,1,1\n"), good),
-            ("a program elsewhere", b"../" + line, good), ("a program that is not there", b"b" + line, good), ("P that is not square", line, {**good, "P": (5, 1)}), ("G too wide", line, {**good, "G": (2, 5)}),
+            ("a program in another folder", b"../" + line, good), ("a program that is not there", b"b" + line, good), ("P that is not square", line, {**good, "P": (5, 1)}), ("G too wide", line, {**good, "G": (2, 5)}),
             ("h too long", line, {**good, "h": (9, 1)}), ("bounds too long", line, {**good, "lb": (9, 1)}), ("no P", line, {"q": (2, 1)}), ("nothing in it", line, {})):
         def make(path, listed=listed, arrays=arrays):
             path.mkdir()
@@ -377,7 +377,7 @@ def cases():
             write_npz(path / "a.npz", arrays)
         add(kind, ["suite", "--only", "C01", "--set", "solver=sparse"], {"mpc_qp": make}, env={"SALTUS_REFERENCE_DATA": "{d}"}, status=(3,), line="FAILED:|MISSED")
 
-    add = group("Surroundings")
+    add = group("Environment")
     bad = push + ["--push.impulse", "x"]
     add("HOME is not set", bad, env={"HOME": None})
     add("HOME is empty", bad, env={"HOME": ""})
@@ -393,9 +393,9 @@ def cases():
     add("standard output is closed", bad, closed=(1,))
     add("the error stream is closed", bad, closed=(2,))
     add("all three are closed", bad, closed=(0, 1, 2))
-    add("standard output goes nowhere", ["list"], stdout="/dev/full", status=(1, 2))
-    add("the folder that it is started in is gone", ["run", "push_recovery", "--push.impulse", "x"], gone=True)
-    add("the folder that it is started in is gone, and results go there", ["run", "push_recovery", "--plant", "centroidal", "--pictures", "false"], gone=True)
+    add("standard output is full", ["list"], stdout="/dev/full", status=(1, 2))
+    add("the current folder was deleted", ["run", "push_recovery", "--push.impulse", "x"], gone=True)
+    add("the current folder was deleted, and results are written to it", ["run", "push_recovery", "--plant", "centroidal", "--pictures", "false"], gone=True)
     add("files may have 4 kB", push, limits={resource.RLIMIT_FSIZE: 4096})
     add("eight files may be open", push, limits={resource.RLIMIT_NOFILE: 8}, status=(0, 2))
     add("no process may be started", push, limits={resource.RLIMIT_NPROC: 0}, status=(0, 2))
