@@ -100,7 +100,9 @@ class Formulas:
 
         def html_of(match):
             seen.add(int(match[1]))
-            return answers[int(match[1])][0] or ""
+            shown = answers[int(match[1])][0] or ""
+            end = "</span></span></span>"  # of the last part, in which no line is broken
+            return shown.removesuffix(end) + match[2] + end if match[2] and shown.endswith(end) else shown + match[2]
 
         for name in os.listdir(folder):
             if name.endswith((".html", ".js")):
@@ -112,7 +114,7 @@ class Formulas:
                         wrong.append(f"{name}: a formula is in a heading, where it is not typeset")
                         continue
                     with open(path, "w", encoding="utf-8") as file:
-                        file.write(re.sub(r"FORMULA(\d+)END", html_of, text))
+                        file.write(re.sub(r"FORMULA(\d+)END([,.;:)]?)", html_of, text))
         wrong += [f"{page}: this formula is not on its page: {formula}"
                   for number, (page, formula, _) in enumerate(self.formulas) if number not in seen]
         return wrong
@@ -136,6 +138,7 @@ class Page:
         self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
         self.formulas, self.lacking = formulas, lacking
         self.folder = os.path.dirname(name)
+        self.is_bold = False
 
     def path_of(self, link):
         return os.path.normpath(os.path.join(self.folder, link))
@@ -168,10 +171,23 @@ class Page:
         said = match[1].replace('"', "&quot;")
         return f'<img src="{flat}" alt="{said}" class="picture"/>'
 
+    @staticmethod
+    def plain(text):
+        """Text without the marks that Doxygen replaces: commands, names without links, and dashes."""
+        text = re.sub(r"@|%(?! )", r"\\\g<0>", text)
+        return re.sub(r"(?<![\w-])---?(?=[\w'])", r"\\\g<0>", text)
+
+    def bold(self, _):
+        """Doxygen shows the asterisks of bold text that begins or ends with code."""
+        self.is_bold = not self.is_bold
+        return "<b>" if self.is_bold else "</b>"
+
     def words(self, line):
-        parts = re.split(r"(`[^`]*`)", line)  # code is not changed
-        codes = [part for part in parts if part.startswith("`")]
-        line = "".join("\0" if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
+        self.is_bold = self.is_bold and bool(line.strip())
+        parts = re.split(r"(`[^`]*`)", line)
+        # Doxygen ends a code at an apostrophe, unless it begins with two backticks. Otherwise code is not changed.
+        codes = [f"`{part}`" if "'" in part else part for part in parts if part.startswith("`")]
+        line = "".join("\0" if part.startswith("`") else self.plain(part) for part in parts)
         line = INLINE_FORMULA.sub(lambda match: self.formulas.mark(self.name, match[1], False), line)
         if "$" in re.sub(r"\$(\{\w+\}|\(\w+\))", "", line):  # variables of shells and of CMake are not formulas
             self.lacking.append(f"{self.name}: a formula begins or ends with $, but not both: {line}")
@@ -179,6 +195,7 @@ class Page:
         def with_codes(text):
             return re.sub("\0", lambda _: codes.pop(0), text)
 
+        line = re.sub(r"\*\*", self.bold, line)
         line = re.sub(r"!\[([^\]]*)\]\(([^)\s]+)\)", self.picture, line)
         done, end = "", 0
         for match in re.finditer(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", line):
