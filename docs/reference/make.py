@@ -184,6 +184,8 @@ class Page:
 
     def words(self, line):
         self.is_bold = self.is_bold and bool(line.strip())
+        if line.count("`") % 2:
+            self.lacking.append(f"{self.name}: a code does not end on its line: {line}")
         parts = re.split(r"(`[^`]*`)", line)
         # Doxygen ends a code at an apostrophe, unless it begins with two backticks. Otherwise code is not changed.
         codes = [f"`{part}`" if "'" in part else part for part in parts if part.startswith("`")]
@@ -332,6 +334,18 @@ def run_doxygen(out, files, pictures):
     return [line.replace(headers + "/", "") for line in warnings], done.returncode
 
 
+def break_long_words(folder):
+    """Lets a browser break the long names in tables at their marks, which makes columns narrower."""
+    for name in os.listdir(folder):
+        if name.startswith(("page_", "index")) and name.endswith(".html"):
+            with open(os.path.join(folder, name), encoding="utf-8") as file:
+                text = file.read()
+            text = re.sub(r'(?<=<td class="markdownTableBody)\w+">(?:(?!katex).)*?</td>', lambda cell: re.sub(
+                r"[\w/:.,(){}]{19,}(?![^<]*>)", lambda word: re.sub(r"([_/:.,({]+)(?=\w)", r"\1<wbr/>", word[0]), cell[0]), text)
+            with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                file.write(text)
+
+
 def drop_dead_summaries(folder):
     """Removes links from the head of a page to lists that Doxygen omits because all entries are private."""
     for name in os.listdir(folder):
@@ -420,6 +434,7 @@ def main(out):
     warnings, status = run_doxygen(out, files, pictures)
     formulas.copy_style(os.path.join(out, "html"))
     lacking += formulas.typeset(os.path.join(out, "html"))
+    break_long_words(os.path.join(out, "html"))
     drop_dead_summaries(os.path.join(out, "html"))
     wrong, pages, links = check_links(os.path.join(out, "html"))
     wrong = [*lacking, *wrong]
