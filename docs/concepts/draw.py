@@ -90,7 +90,7 @@ def windows():
     label(axes, 3.5, "nodes")
     event(axes, 3.6, -0.05, 4.05, "event: a node and a control break are exactly here")
     rows = [(2.6, "inputs and\nrunning costs", BLUE, 0.0, 3.6, "o--", "[from, to): the interval before the event is the last"),
-            (1.55, "constraints on\nstates alone", GREEN, 0.0, 3.6, "oo", "also at the left limit of `to`: what was promised holds\nwhen the event is reached"),
+            (1.55, "constraints on\nstates alone", GREEN, 0.0, 3.6, "oo", "also at the left limit of `to`: they hold\nwhen the event is reached"),
             (0.5, "the next window", ORANGE, 3.6, 9.8, "oo", "without `to`: the end of the horizon is part of it")]
     for y, name, color, begin, end, ends, text in rows:
         label(axes, y, name)
@@ -117,8 +117,8 @@ def events():
     axes.plot(t, 2.6, "o", color=RED, markersize=6)
     axes.text(t + 0.2, 2.7, "g(t, x) = 0, falling: its time has a derivative", va="bottom")
     axes.text(0.1, 3.4, "g > 0", color=GREY)
-    label(axes, 0.85, "as it happens")
-    for y, name, at in ((1.15, "planned", 5.0), (0.45, "happened", 4.1)):
+    label(axes, 0.85, "as detected")
+    for y, name, at in ((1.15, "planned", 5.0), (0.45, "detected", 4.1)):
         bar(axes, 0.0, at, y, "left", 0.4, name)
         bar(axes, at, at + 2.0, y, "both", 0.4, "both")
         bar(axes, at + 2.0, 10.0, y, "right", 0.4, "right")
@@ -152,7 +152,7 @@ def conventions():
     axes.text(4.05, 3.6, "v", color=BLUE, va="center")
     arrow(axes, (5.4, 0.9), (5.1, 3.0), ORANGE)
     axes.text(5.2, 3.1, "wrench (f N | tau Nm), tau about the frame's origin,\nin the axes of the sole", color=ORANGE, va="bottom", ha="left")
-    axes.text(6.6, 1.9, "rotation: axes of the frame -> world\nquaternion (w, x, y, z), unit, w first", va="center")
+    axes.text(6.6, 1.9, "rotation: from the frame to the world\nquaternion (w, x, y, z), unit, w first", va="center")
     return figure
 
 
@@ -274,7 +274,7 @@ def event_derivatives():
         return 2.1 + 0.2 * shift + 0.62 * s - 0.02 * s * s
 
     arrow(axes, (late, after(0.0)), (late, after(0.55)), RED)
-    axes.text(late + 0.08, 0.5 * (after(0.0) + after(0.55)), "flow of $A^+$", ha="left", va="center", color=RED)
+    axes.text(late + 0.08, after(0.55) - 0.1, "flow of $A^+$", ha="left", va="top", color=RED)
     axes.text(second + 0.1, 1.75, "reset R", va="center", color=GREY)
     time_axis(axes, 10.3, 0.3)
     return figure
