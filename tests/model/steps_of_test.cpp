@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "saltus/autodiff/math.hpp"
 #include "saltus/core/error.hpp"
@@ -61,6 +64,39 @@ TEST(StepsOf, FormulasOfFormulas) {
   outer.outputs = {outer.add(Operation::multiply, quotient, two)};
   const double z = 8.0;
   EXPECT_EQ(outer.evaluate({&z, 1}).front(), 0.5);
+}
+
+// A formula of the time in other units. It passes degree() on, as wrappers do.
+class InOtherUnits final : public FunctionBody {
+ public:
+  explicit InOtherUnits(Function f) : FunctionBody(f.inputs(), f.outputs()), f_(std::move(f)) {
+    jacobian_pattern_ = f_.jacobian_pattern();
+    hessian_pattern_ = f_.hessian_pattern();
+  }
+  int degree(int output, const std::vector<char>& variable) const override {
+    return f_.degree(output, variable);
+  }
+  void value(const double* z, double* y) const override {
+    const double inner[] = {0.1 * z[0], z[1]};
+    f_.value(inner, y);
+  }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    const double inner[] = {0.1 * z[0], z[1]};
+    f_.jacobian(inner, y, entries);
+    entries[0] *= 0.1;
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  Function f_;
+};
+
+TEST(StepsOf, WrapperIsNotTakenForTheFormulaItWraps) {
+  // The two differ only near t = 15 and t = 150, where values are not compared.
+  const Function peak = make_function<1, 0, 0>(
+      [](const auto& t, const auto& x) { return x[0] - exp(-4.0 * (t - 15.0) * (t - 15.0)); });
+  EXPECT_NO_THROW(steps_of(peak));
+  EXPECT_THROW(steps_of(Function(std::make_shared<const InOtherUnits>(peak))), DefinitionError);
 }
 
 TEST(StepsOf, RejectsNonFormulas) {

@@ -78,11 +78,12 @@ class StepRecorder {
 
   /// The recorder of this thread, or null.
   static StepRecorder* active();
-  /// Ends the recording of a formula with inputs z and results y.
-  void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y);
+  /// Ends the recording of a formula with inputs z and results y, and notes the body it belongs to.
+  void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y, const void* body);
 
-  FormulaSteps steps;  ///< the recorded steps
-  int formulas = 0;    ///< number of formulas traced to their end
+  FormulaSteps steps;          ///< the recorded steps
+  int formulas = 0;            ///< number of formulas traced to their end
+  const void* body = nullptr;  ///< function body of the last formula
 };
 
 }  // namespace saltus

@@ -31,8 +31,10 @@ thread_local Operation applied = Operation::constant;
 
 }  // namespace
 
-void StepRecorder::end(const std::vector<Tracer>& z, const std::vector<Tracer>& y) {
+void StepRecorder::end(const std::vector<Tracer>& z, const std::vector<Tracer>& y,
+                       const void* body_of_formula) {
   ++formulas;
+  body = body_of_formula;
   steps.inputs = static_cast<int>(z.size());
   steps.outputs.clear();
   for (const Tracer& output : y) steps.outputs.push_back(step_of(output));

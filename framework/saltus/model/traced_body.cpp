@@ -26,7 +26,9 @@ std::vector<Tracer> TracedBody::traced(const std::vector<char>& variable) const 
   std::vector<Tracer> z, y(outputs());
   for (int i = 0; i < inputs(); ++i) z.push_back(Tracer::input(i, variable[i] ? 1 : 0));
   trace(z.data(), y.data());
-  if (StepRecorder* recorder = StepRecorder::active()) recorder->end(z, y);
+  if (StepRecorder* recorder = StepRecorder::active()) {
+    recorder->end(z, y, static_cast<const FunctionBody*>(this));
+  }
   return y;
 }
 
