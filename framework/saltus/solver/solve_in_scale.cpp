@@ -94,6 +94,43 @@ bool is_convincing(const ScaledResult& result) {
   return is_success(result.nlp.status) && !result.is_doubtful;
 }
 
+// True if the user set a limit that ended the solve early.
+bool is_deliberate_stop(const NlpResult& nlp) {
+  return nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience;
+}
+
+// True if a factor of one scale is more than twice that of the other.
+bool differ(const ProgramScale& a, const ProgramScale& b) {
+  const auto is_other = [](double x, double y) { return x > 2.0 * y || y > 2.0 * x; };
+  if (is_other(a.cost, b.cost)) return true;
+  for (int r = 0; r < a.rows.size(); ++r)
+    if (is_other(a.rows[r], b.rows[r])) return true;
+  const auto unit = [](const ProgramScale& s, int v) {
+    return s.variables.size() > 0 ? s.variables[v] : 1.0;
+  };
+  for (int v = 0; v < std::max(a.variables.size(), b.variables.size()); ++v)
+    if (is_other(unit(a, v), unit(b, v))) return true;
+  return false;
+}
+
+// True if a solver stopped without a limit set by the user and without a verdict on the program.
+bool has_given_up(const NlpResult& nlp) {
+  return nlp.status == SolveStatus::numerical_failure ||
+         (nlp.status == SolveStatus::iteration_limit && !is_deliberate_stop(nlp));
+}
+
+// True if a is an optimum and better than b. Of two optima, the cheaper one is better if their
+// costs differ by more than their accuracy, as those of two local minima do; otherwise, the more
+// accurate one is better.
+bool is_better_optimum(const Solver& solver, const ScaledResult& a, const ScaledResult& b) {
+  if (!is_convincing(a) || !is_convincing(b)) return is_convincing(a);
+  const double difference = a.nlp.objective - b.nlp.objective;
+  const double accuracy = a.check.gap + a.check.gain + b.check.gap + b.check.gain;
+  if (std::abs(difference) > accuracy)
+    return difference < 0.0 && a.violation <= std::max(b.violation, solver.tolerance());
+  return a.check.relative_gain() <= b.check.relative_gain();
+}
+
 // Moves `next` to `best` if it is better. The one that is kept includes the effort of the other.
 // Returns is_better.
 bool keep_better(bool is_better, ScaledResult& next, ScaledResult& best) {
@@ -128,11 +165,6 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
                            next.violation <= std::max(best.violation, most_violation);
     if (!keep_better(is_convincing(next) || is_closer, next, best)) return;
   }
-}
-
-// True if the user set a limit that ended the solve early.
-bool is_deliberate_stop(const NlpResult& nlp) {
-  return nlp.status == SolveStatus::iteration_limit && nlp.iterations < patience;
 }
 
 // True if the solver failed without a limit set by the user, at a point that violates the rows.
@@ -223,6 +255,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
   ProgramSize size(program, quantities);
   if (!size.look_at(start.w)) return solve_as_stated(solver, program, start, warm, quantities);
   ProgramScale scale = size.usual();
+  const ProgramScale of_start = size.to_one();  // gives the same program in any units
   ScaledResult best = solve_once(solver, program, scale, start, warm);
   judge(solver, program, quantities, best);
   ProgramScale of_best = scale;
@@ -232,24 +265,28 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     if (is_solved && !size.look_at(best.nlp.point.w)) break;
     const bool is_usual = size.is_well_scaled_where_known(scale);
     if (was_convincing && is_usual) break;
-    if (!is_solved && (!may_be_mended(best.nlp.status) ||
-                       (is_usual && !size.is_badly_scaled(scale) &&
-                        ScaledProgram(program, size.to_one()).leave_out_idle_sides() == 0)))
+    const ProgramScale next_scale = size.to_one();
+    const bool is_bad = !is_usual || size.is_badly_scaled(scale) ||
+                        ScaledProgram(program, next_scale).leave_out_idle_sides() > 0;
+    if (!is_solved && !(is_bad ? may_be_mended(best.nlp.status)
+                               : has_given_up(best.nlp) && differ(scale, next_scale)))
       break;
-    scale = size.to_one();
+    scale = next_scale;
     // Continues from a successful result, otherwise restarts.
     ScaledResult next = solve_once(solver, program, scale, is_solved ? best.nlp.point : start,
                                    is_solved || warm, Sides::without_idle);
     judge(solver, program, quantities, next);
-    if (is_solved && !was_convincing && !is_convincing(next)) {
-      ScaledResult anew = solve_once(solver, program, scale, start, warm, Sides::without_idle);
+    const auto begin_anew = [&](const ProgramScale& in) {
+      ScaledResult anew = solve_once(solver, program, in, start, warm, Sides::without_idle);
       judge(solver, program, quantities, anew);
-      add_effort(next, anew);
-      next = std::move(anew);
+      keep_better(is_better_optimum(solver, anew, next), anew, next);
+    };
+    if (is_solved && !was_convincing && !is_convincing(next)) begin_anew(scale);
+    if (is_solved && attempt == 0 && size.is_well_scaled_where_known(of_start)) {
+      begin_anew(of_start);
     }
     const bool is_better =
-        is_solved ? is_convincing(next) && next.check.relative_gain() <= best.check.relative_gain()
-                  : true;
+        is_solved ? is_better_optimum(solver, next, best) : is_bad || is_success(next.nlp.status);
     if (!keep_better(is_better, next, best)) break;
     of_best = scale;
   }

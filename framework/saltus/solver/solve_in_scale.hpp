@@ -27,9 +27,11 @@ double most_gain(const Solver& solver);
 inline constexpr double most_violation = 1e-6;
 
 /// Solves the program as stated; only cost and rows with derivatives below 1e-2 or above 5e3 at the
-/// start are multiplied by powers of two. If the solver fails, or its result is not an optimum of
-/// the program as stated, solves again with everything divided by its size (ProgramSize::to_one).
-/// Returns the first result that is an optimum, otherwise the best one. If its cost can still
+/// start are multiplied by powers of two. If the solver gives up, solves again with everything
+/// divided by its size (ProgramSize::to_one). If the result is no optimum of the program as stated,
+/// or its values show that the program was badly scaled, continues from it in scale, and solves
+/// again from the start in the scale of the start, which does not depend on units. Of several
+/// optima, returns the cheapest one; if none was found, the best result. If its cost can still
 /// decrease, solves up to three more times with the cost magnified. After a breakdown at a point
 /// that satisfies the rows, solves again from there in the scale of that point if it differs. A
 /// failure at a point that violates the rows is `infeasible` if is_proved_infeasible(). Otherwise,
