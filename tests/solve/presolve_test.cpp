@@ -84,13 +84,12 @@ enum class Row {
 };
 struct Constant {
   Row row;
-  bool is_equality;
+  double lower;  // of the row, whose upper bound is zero; a huge one must not hide its violation
 };
 std::string name_of(const Constant& c) {
   static constexpr std::array names{"data kept",   "data reached", "data begun", "time kept",
                                     "fixed input", "start only",   "zero slope"};
-  return fmt::format("{}{}", names[static_cast<std::size_t>(c.row)],
-                     c.is_equality ? ", equality" : "");
+  return fmt::format("{}, lower bound {}", names[static_cast<std::size_t>(c.row)], c.lower);
 }
 // The row is q - 1, so its violation is 1 for q = 2.
 OptimalControlProblem with_constant_row(const Constant& c, double q) {
@@ -100,7 +99,7 @@ OptimalControlProblem with_constant_row(const Constant& c, double q) {
           "effort", [](auto, auto, auto u) { return u; }, VectorXd::Ones(1))
       .reach(
           "place", [](auto, auto x) { return x[0]; }, exactly(1.0));
-  const Bounds b = c.is_equality ? exactly(0.0) : at_most(0.0);
+  const Bounds b = between(c.lower, 0.0);
   const auto datum = [](auto, auto, auto, auto p) { return p[0] - 1.0; };
   switch (c.row) {
     case Row::data_kept:
@@ -118,8 +117,8 @@ OptimalControlProblem with_constant_row(const Constant& c, double q) {
       break;
     case Row::fixed_input:
       phase.bound_input(0, exactly(0.5), {.from = 0.5})
-          .keep("limit", [](auto, auto, auto u, auto p) { return u[0] - 1.5 + p[0]; },
-                c.is_equality ? exactly(0.0) : at_most(0.0), {.from = 0.5});
+          .keep("limit", [](auto, auto, auto u, auto p) { return u[0] - 1.5 + p[0]; }, b,
+                {.from = 0.5});
       // u is 0.5 there, so the row equals q - 1.
       break;
     case Row::start_only:
@@ -139,7 +138,7 @@ std::vector<Constant> constants() {
   std::vector<Constant> all;
   for (const Row row : {Row::data_kept, Row::data_reached, Row::data_begun, Row::time_kept,
                         Row::fixed_input, Row::start_only, Row::zero_slope})
-    for (const bool is_equality : {false, true}) all.push_back({row, is_equality});
+    for (const double lower : {-infinity, -1e10, 0.0}) all.push_back({row, lower});
   return all;
 }
 void expect_named(const std::string& message, const std::string& amount) {

@@ -1,7 +1,8 @@
 // Lower and upper bounds of a quantity, and functions that construct them.
 #pragma once
 
-#include <initializer_list>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace saltus {
@@ -43,15 +44,23 @@ inline Bounds without_sentinels(const Bounds& b) {
   return {b.lower <= -no_bound && b.upper > -no_bound ? -infinity : b.lower,
           b.upper >= no_bound && b.lower < no_bound ? infinity : b.upper};
 }
-/// Default tolerance for a violation of the bounds: 1e-6 times the largest of 1 and the magnitudes
-/// of the finite sides.
-inline double bound_tolerance(const Bounds& b) {
-  double size = 1.0;
-  for (const double side : {b.lower, b.upper}) {
-    const double magnitude = side < 0.0 ? -side : side;
-    if (magnitude < infinity && magnitude > size) size = magnitude;
-  }
-  return 1e-6 * size;
+/// Default tolerance for a violation of one bound: 1e-6 times the larger of 1 and its magnitude.
+inline double bound_tolerance(double bound) {
+  const double magnitude = std::abs(bound);
+  return 1e-6 * (magnitude > 1.0 && magnitude < infinity ? magnitude : 1.0);
+}
+/// Deprecated: the larger tolerance of the two bounds.
+[[deprecated("use violation_in_tolerances; removed in 0.4")]] inline double bound_tolerance(
+    const Bounds& b) {
+  return std::max(bound_tolerance(b.lower), bound_tolerance(b.upper));
+}
+/// Violation of the bounds by a value, relative to the tolerance of the violated bound; more than
+/// 1: not tolerated. A huge bound on one side does not hide a violation of the other one.
+inline double violation_in_tolerances(const Bounds& b, double value) {
+  double worst = -infinity;  // the order of the arguments of max() keeps NaN
+  if (b.lower > -infinity) worst = std::max((b.lower - value) / bound_tolerance(b.lower), worst);
+  if (b.upper < infinity) worst = std::max((value - b.upper) / bound_tolerance(b.upper), worst);
+  return worst;
 }
 
 }  // namespace saltus

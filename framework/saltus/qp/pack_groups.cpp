@@ -53,7 +53,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
   if (own_columns == 0) {
     for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i) {
       const Bounds b{group.lower[source[i]], group.upper[source[i]]};
-      if (std::max(b.lower, -b.upper) > bound_tolerance(b)) to.contradiction = true;
+      if (violation_in_tolerances(b, 0.0) > 1.0) to.contradiction = true;
     }
     return others;
   }
@@ -221,8 +221,7 @@ bool Packing::depends_on_start_only(int k, int g, int row) {
   // Rounding error of the arithmetic that produced the rows.
   constexpr double rounding = 1e-13;
   if (free > (l == u ? rounding * size : 0.0)) return false;
-  const double missing = std::max(l - value, value - u);
-  if (missing > bound_tolerance({l, u})) to.contradiction = true;
+  if (violation_in_tolerances({l, u}, value) > 1.0) to.contradiction = true;
   return true;
 }
 

@@ -115,7 +115,9 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
         const double miss = std::max({lower, -upper, 0.0});
         if (group.soft)
           stage.constant += miss * (part.l1 + 0.5 * part.l2 * miss);
-        else if (!(miss <= bound_tolerance({qp.row_lower[part.row], qp.row_upper[part.row]})))
+        else if (!(violation_in_tolerances({part.side > 0 ? -infinity : qp.row_lower[part.row],
+                                            part.side < 0 ? infinity : qp.row_upper[part.row]},
+                                           shift) <= 1.0))
           result = StageFill::infeasible;
         continue;
       }
@@ -163,8 +165,7 @@ StageFill StageMap::Lists::write_start(const SparseQp& qp) {
       first.x_upper[i] = upper;
     } else {
       const double miss = std::max(first.x_lower[i] - lower, lower - first.x_upper[i]);
-      if (stages.fixed_start && miss > bound_tolerance(exactly(lower)))
-        result = StageFill::infeasible;
+      if (stages.fixed_start && miss > bound_tolerance(lower)) result = StageFill::infeasible;
       first.x_lower[i] = std::max(first.x_lower[i], lower);
       first.x_upper[i] = std::min(first.x_upper[i], upper);
     }

@@ -41,8 +41,8 @@ struct Term {
 struct Member {
   int row = no_index, variable = no_index;
   double scale = 1.0, shift = 0.0;
-  double lower = -infinity, upper = infinity;  // bounds of the quantity
-  double tolerance = 0.0;                      // of the quantity
+  double lower = -infinity, upper = infinity;           // bounds of the quantity
+  double lower_tolerance = 0.0, upper_tolerance = 0.0;  // of these bounds
   bool can_go = true;
 };
 
@@ -204,8 +204,9 @@ class Analysis {
       const Alias a = resolved(v);
       const Bounds b{result_.lower[v], result_.upper[v]};
       const double miss = std::max(b.lower - a.offset, a.offset - b.upper);
-      if (a.factor == 0.0 && miss > bound_tolerance(b))
-        note({.row = known_by_[a.root], .variable = v, .amount = miss}, miss / bound_tolerance(b));
+      const double relative = violation_in_tolerances(b, a.offset);
+      if (a.factor == 0.0 && relative > 1.0)
+        note({.row = known_by_[a.root], .variable = v, .amount = miss}, relative);
     }
   }
 
@@ -245,8 +246,9 @@ class Analysis {
       }
       const Bounds b = sides(r);
       const double miss = std::max(b.lower - value, value - b.upper);
-      if (miss > bound_tolerance(b))
-        note({.row = r, .other_row = cause(r), .amount = miss}, miss / bound_tolerance(b));
+      const double relative = violation_in_tolerances(b, value);
+      if (relative > 1.0)
+        note({.row = r, .other_row = cause(r), .amount = miss}, relative);
       else if (!is_kept_[r])
         leave_out(r);
     }
@@ -331,8 +333,12 @@ class Analysis {
   static void set_sides(Member& m, const Bounds& b) {
     m.lower = (b.lower - m.shift) / m.scale;
     m.upper = (b.upper - m.shift) / m.scale;
-    if (m.scale < 0.0) std::swap(m.lower, m.upper);
-    m.tolerance = bound_tolerance(b) / std::abs(m.scale);
+    m.lower_tolerance = bound_tolerance(b.lower) / std::abs(m.scale);
+    m.upper_tolerance = bound_tolerance(b.upper) / std::abs(m.scale);
+    if (m.scale < 0.0) {
+      std::swap(m.lower, m.upper);
+      std::swap(m.lower_tolerance, m.upper_tolerance);
+    }
   }
 
   void compare_affine(const std::vector<int>& roots, const std::vector<int>& rows,
@@ -589,7 +595,7 @@ class Analysis {
       return best;
     };
     const Member *low = holds(true), *high = holds(false);
-    if (lower - upper > low->tolerance + high->tolerance) {
+    if (lower - upper > low->lower_tolerance + high->upper_tolerance) {
       contradict(*low, *high, lower - upper);
       return;
     }
@@ -618,11 +624,12 @@ class Analysis {
     const Member& row = high.row >= 0 ? high : low;
     const Member& other = high.row >= 0 ? low : high;
     const double amount = gap * std::abs(row.scale);
+    const double relative = gap / (&row == &high ? high.upper_tolerance : low.lower_tolerance);
     if (row.row >= 0)
       note({.row = row.row, .other_row = other.row, .variable = other.variable, .amount = amount},
-           gap / row.tolerance);
+           relative);
     else  // bounds of two merged variables
-      note({.row = no_index, .variable = row.variable, .amount = amount}, gap / row.tolerance);
+      note({.row = no_index, .variable = row.variable, .amount = amount}, relative);
   }
 
   NonlinearProgram& program_;
@@ -678,7 +685,7 @@ bool holds(NonlinearProgram& program, const std::vector<int>& rows, const Vector
   if (rows.empty() || !program.constraints(w.data(), values.data())) return true;
   return std::ranges::all_of(rows, [&](int r) {
     const Bounds b{program.row_lower()[r], program.row_upper()[r]};
-    return std::max(b.lower - values[r], values[r] - b.upper) <= bound_tolerance(b);
+    return violation_in_tolerances(b, values[r]) <= 1.0;
   });
 }
 
