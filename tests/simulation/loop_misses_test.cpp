@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/simulation/closed_loop.hpp"
@@ -136,6 +137,36 @@ TEST(LoopMisses, FeedbackLawIsJudgedByThePlantProblem) {
   ASSERT_EQ(log.misses.size(), 2u) << log.message;
   for (const LoopMiss& miss : log.misses)
     EXPECT_NEAR(miss.amount, miss.term == "input 0" ? 1.0 : 9.0, 1e-9) << miss.term;
+}
+
+TEST(LoopMisses, AHugeBoundHidesNoViolationOfTheOther) {
+  const auto speed_of = [](double lower) {
+    Phase<1, 1> phase{"go", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
+    phase.bound_input(0, between(lower, 1.0));
+    OptimalControlProblem problem("one-sided");
+    problem.start_at({0.0}).then(phase);
+    return problem;
+  };
+  for (const double lower : {-1.0, -1e10, -1e15}) {
+    PhasedPlant plant(speed_of(lower), runge_kutta4());
+    plant.end_phase_at(0, 1.0);
+    const LoopLog log =
+        simulate_closed_loop([](double, const VectorRef&, VectorOut u) { u[0] = 1.5; }, plant,
+                             {.duration = 1.0, .period = 0.1});
+    ASSERT_EQ(log.misses.size(), 1u) << log.message;
+    EXPECT_EQ(log.misses.front().amount, 0.5);
+    EXPECT_EQ(log.misses.front().tolerance, 1e-6);
+  }
+}
+
+TEST(LoopMisses, TolerancesAreChecked) {
+  const auto run_with = [](const MissTolerance& tolerance) {
+    run_transfer(1.0, {.duration = 2.0, .tolerance = tolerance});
+  };
+  EXPECT_THROW(run_with({.relative = std::nan("")}), DefinitionError);
+  EXPECT_THROW(run_with({.relative = -1.0}), DefinitionError);
+  EXPECT_THROW(run_with({.of_term = {{"there", std::nan("")}}}), DefinitionError);
+  EXPECT_THROW(run_with({.of_term = {{"here", 1.0}}}), DefinitionError);
 }
 
 TEST(LoopMisses, TolerancesFollowBoundsAndNominalValues) {

@@ -30,8 +30,9 @@ struct LoopMiss {
   bool at_end = false;     ///< constraint at the start or end of a phase, not along it
 };
 
-/// Tolerances per row: `relative` times the largest of 1, the finite bounds of the row and its
-/// nominal value. `of_term` overrides the tolerance of named terms.
+/// Tolerances per row: `relative` times the largest of 1, the violated bound of the row and its
+/// nominal value. `of_term` overrides the tolerance of named terms; a loop throws DefinitionError
+/// for a name that no phase has and for tolerances that are negative or NaN.
 struct MissTolerance {
   double relative = 1e-6;                      ///< relative tolerance
   std::map<std::string, double> of_term = {};  ///< tolerances of named terms, in their units

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
+#include "saltus/core/error.hpp"
 #include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
@@ -46,7 +48,27 @@ MissRecord::MissRecord(const OptimalControlProblem& problem, MissTolerance toler
     : problem_(problem),
       tolerance_(std::move(tolerance)),
       parameters_(std::move(parameters)),
-      recedes_(recedes) {}
+      recedes_(recedes) {
+  if (!(tolerance_.relative >= 0.0))
+    throw DefinitionError(
+        fmt::format("closed loop: the relative tolerance of misses is {}, expected "
+                    "at least 0",
+                    tolerance_.relative));
+  std::set<std::string> names{"duration", "total time"};
+  for (const PhaseDefinition& phase : problem_.phases()) {
+    for (const Term& term : phase.terms) names.insert(term.name);
+    for (int i = 0; i < phase.sizes.nx; ++i) names.insert(fmt::format("state {}", i));
+    for (int i = 0; i < phase.sizes.nu; ++i) names.insert(fmt::format("input {}", i));
+  }
+  for (const auto& [term, allowed] : tolerance_.of_term) {
+    if (!names.contains(term))
+      throw DefinitionError(
+          fmt::format("closed loop: a tolerance names the term '{}', which no phase has", term));
+    if (!(allowed >= 0.0))
+      throw DefinitionError(fmt::format(
+          "closed loop: the tolerance of '{}' is {}, expected at least 0", term, allowed));
+  }
+}
 
 VectorXd MissRecord::argument(double t, const VectorXd& state, const VectorXd& input) const {
   const Arguments& sizes = definition().sizes;
@@ -66,11 +88,13 @@ bool MissRecord::is_in_force(const Window& window, double t) const {
 
 void MissRecord::judge(const std::string& term, double t, double value, const Bounds& bounds,
                        double nominal, bool at_end) {
+  // The other bound, which may be a huge placeholder, has no influence.
+  const Bounds violated = value < bounds.lower ? at_least(bounds.lower) : at_most(bounds.upper);
   const LoopMiss miss{definition().name,
                       term,
                       t,
                       beyond(value, bounds),
-                      tolerance_.of(term, bounds, nominal),
+                      tolerance_.of(term, violated, nominal),
                       at_end};
   if (!(miss.amount > miss.tolerance)) return;
   for (LoopMiss& known : largest_)
