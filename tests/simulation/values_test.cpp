@@ -16,6 +16,7 @@
 #include "saltus/mpc/shrinking_horizon.hpp"
 #include "saltus/sequences/search.hpp"
 #include "saltus/simulation/loop_log.hpp"
+#include "saltus/simulation/plants.hpp"
 #include "saltus/solve/solve.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/replay.hpp"
@@ -356,6 +357,28 @@ TEST(ProblemAccess, RejectsInvalidIndices) {
   other.editable_phase(0).parameters.push_back(unknown);
   for (const int i : {-1, 1, 100000})
     expect_refused("entry", [&] { (void)other.bounds_of_unknown("p", i); });
+}
+
+TEST(PlantAccess, RejectsInvalidPhasesAndMovedPlants) {
+  PhasedPlant phased(integrator(), runge_kutta4());
+  for (const int j : {-1, 1, 100000}) {
+    expect_refused("phase", [&] { (void)phased.parameters_of(j); });
+    expect_refused("phase", [&] { phased.end_phase_at(j, 1.0); });
+  }
+  expect_refused("NaN", [&] { phased.end_phase_at(0, nan); });
+  expect_refused("not ended", [&] { (void)phased.over_since(); });
+  const PhasedPlant other = std::move(phased);
+  IntegratorPlant plant = nominal_plant(integrator(), runge_kutta4());
+  const IntegratorPlant another = std::move(plant);
+  const VectorXd input = VectorXd::Zero(other.inputs());
+  // NOLINTBEGIN(bugprone-use-after-move)
+  expect_refused("phase", [&] { (void)phased.inputs(); });
+  expect_refused("phase", [&] { (void)phased.mode(); });
+  expect_refused("phase", [&] { phased.advance(input, 0.1); });
+  expect_refused("moved", [&] { (void)plant.inputs(); });
+  expect_refused("moved", [&] { (void)plant.mode(); });
+  expect_refused("moved", [&] { plant.advance(input, 0.1); });
+  // NOLINTEND(bugprone-use-after-move)
 }
 
 TEST(ReferenceAccess, RejectsInvalidEntriesAndReturnsNanAtNan) {

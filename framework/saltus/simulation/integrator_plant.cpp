@@ -42,6 +42,11 @@ IntegratorPlant::IntegratorPlant(IntervalProblem problem, const IntegratorChoice
   end_.resize(integrator_->outputs());
 }
 
+Integrator& IntegratorPlant::integrator() const {
+  if (!integrator_) throw DefinitionError("plant: it was moved from");
+  return *integrator_;
+}
+
 // Converts exceptions of formulas to a sentence.
 bool IntegratorPlant::integrate(double length) {
   const std::size_t known = events_.size();
@@ -87,6 +92,7 @@ bool IntegratorPlant::advance(const VectorRef& input, double length) {
 }
 
 std::string IntegratorPlant::mode() const {
+  integrator();
   if (hybrid_ == nullptr) return {};
   if (mode_ >= 0) return hybrid_->mode_name(mode_);
   // Before the first step, an interval of length zero determines the mode.

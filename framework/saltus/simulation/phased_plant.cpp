@@ -75,6 +75,23 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
   ends_.assign(phases_.size(), infinity);
 }
 
+std::size_t PhasedPlant::checked(int phase) const {
+  if (phase < 0 || phase >= phases())
+    throw DefinitionError(
+        fmt::format("plant: there is no phase {}; it has {} phases", phase, phases()));
+  return static_cast<std::size_t>(phase);
+}
+
+void PhasedPlant::end_phase_at(int phase, double t) {
+  if (std::isnan(t)) throw DefinitionError("plant: the end of a phase is NaN");
+  ends_[checked(phase)] = t;
+}
+
+double PhasedPlant::over_since() const {
+  if (!is_over()) throw DefinitionError("plant: its last phase has not ended");
+  return *over_since_;
+}
+
 VectorXd PhasedPlant::argument(const VectorRef& input) const {
   VectorXd z(definition().sizes.size());
   z << time(), state_, input, phases_[phase_].parameters;
@@ -90,6 +107,7 @@ VectorXd PhasedPlant::fitted(const VectorRef& input) const {
 }
 
 bool PhasedPlant::advance(const VectorRef& input, double length) {
+  checked(phase_);
   const auto fits = [&](const PhaseDefinition& p) { return p.sizes.nu == input.size(); };
   if (std::ranges::none_of(problem_.phases(), fits))
     throw DefinitionError(

@@ -84,6 +84,7 @@ std::string describe_bad_length(double length);
 /// x' = f(t, x, u, p) with constant u during each call of advance(). Systems with events record
 /// them and keep their mode. If an input, a parameter or a disturbance moves a guard past the state
 /// (a thermostat's set-point), its event occurs at once. Exceptions of formulas become a failure().
+/// After a move, inputs(), advance() and mode() of the source object throw DefinitionError.
 class IntegratorPlant final : public LoopPlant {
  public:
   /// Starts from `start` (nx) at `time` seconds. `parameters` (np) are those of the plant and may
@@ -94,7 +95,7 @@ class IntegratorPlant final : public LoopPlant {
 
   double time() const override { return clock_.time(); }
   VectorXd state() const override { return state_; }
-  int inputs() const override { return integrator_->problem().arguments.nu; }
+  int inputs() const override { return integrator().problem().arguments.nu; }
   bool advance(const VectorRef& input, double length) override;
   std::string failure() const override { return failure_; }
   std::string mode() const override;
@@ -106,6 +107,7 @@ class IntegratorPlant final : public LoopPlant {
   void set_parameters(const VectorRef& parameters);
 
  private:
+  Integrator& integrator() const;
   bool integrate(double length);
   IntegrationStatus evaluate(double length);
 
@@ -150,7 +152,8 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem, const Integr
 // then an input like others. The plant integrates the cost of the motion and records violations of
 // the problem's constraints.
 
-/// A plant that runs through the phases of a problem.
+/// A plant that runs through the phases of a problem. Members that take or need a phase throw
+/// DefinitionError if there is none, as after a move.
 class PhasedPlant final : public LoopPlant {
  public:
   /// Starts at the start of the problem (its guess, if free). Unknowns keep their guesses.
@@ -176,21 +179,23 @@ class PhasedPlant final : public LoopPlant {
   /// The problem as given.
   const OptimalControlProblem& problem() const { return problem_; }
   /// Parameters p of a phase.
-  const VectorXd& parameters_of(int phase) const { return phases_[phase].parameters; }
+  const VectorXd& parameters_of(int phase) const { return phases_[checked(phase)].parameters; }
   /// Number of phases.
   int phases() const { return static_cast<int>(problem_.phases().size()); }
   /// Index of the active phase.
   int phase() const { return phase_; }
   double entered_at() const { return entered_; }  ///< start of the active phase in seconds
   /// Sets the end time in seconds of the active or a later phase. Phases with a guard ignore it.
+  /// Throws DefinitionError for a phase that does not exist and for NaN.
   /// The default is never.
-  void end_phase_at(int phase, double t) { ends_[phase] = t; }
+  void end_phase_at(int phase, double t);
   /// End time in seconds of the last phase once the plant is in it. Infinite until then, until it
   /// is set, and if a guard ends the phase.
   double end() const;
   /// True if the last phase has ended.
   bool is_over() const { return over_since_.has_value(); }
-  double over_since() const { return *over_since_; }  ///< in seconds; only valid once it is over
+  /// Time in seconds at which the last phase ended. Throws DefinitionError before it has ended.
+  double over_since() const;
 
   /// Cost of the motion so far: integrals of running costs, regardless of the cost rule, and terms
   /// at starts and ends of phases. Without penalties and costs of input changes.
@@ -222,7 +227,8 @@ class PhasedPlant final : public LoopPlant {
     SelectiveStack costs;      // functions of these terms
     VectorXd parameters;
   };
-  const PhaseDefinition& definition() const { return problem_.phases()[phase_]; }
+  std::size_t checked(int phase) const;
+  const PhaseDefinition& definition() const { return problem_.phases()[checked(phase_)]; }
   VectorXd fitted(const VectorRef& input) const;
   VectorXd argument(const VectorRef& input) const;
   IntegrationStatus integrate(const VectorRef& input, double length);
