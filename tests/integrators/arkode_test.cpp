@@ -2,6 +2,7 @@
 #include "saltus/integrators/sundials.hpp"
 
 #include "problems/library/initial_value_problems.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
@@ -146,7 +147,29 @@ TEST(Arkode, ReportsFailuresAsStatus) {
             IntegrationStatus::too_many_steps);
 }
 
+// With huge rates ARKODE chooses a first step of zero, returns a success and leaves the state.
+TEST(Arkode, ReportsAFirstStepOfZero) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 1};
+  problem.dynamics =
+      make_function<1, 0, 1>([](const auto&, const auto& x, const auto&, const auto& p) {
+        return std::decay_t<decltype(x)>(p[0]);
+      });
+  VectorXd end(1);
+  for (const auto method : {ArkodeMethod::Explicit, ArkodeMethod::DiagonallyImplicit}) {
+    const auto integrator = arkode({.method = method, .order = 4})->make(problem);
+    for (const double rate : {1e290, 1e300, 1e307}) {
+      const VectorXd w{{0.0, rate, 0.0, 0.01}};
+      const IntegrationStatus status = integrator->value(w.data(), end.data());
+      if (status == IntegrationStatus::success) {
+        EXPECT_NEAR(end[0], 0.01 * rate, 1e-6 * rate);
+      }
+    }
+  }
+}
+
 TEST(Arkode, OptionsAreChecked) {
+  EXPECT_THROW(arkode({.absolute_tolerance = infinity}), DefinitionError);
   EXPECT_THROW(arkode({.order = 7}), DefinitionError);
   EXPECT_THROW(arkode({.method = ArkodeMethod::DiagonallyImplicit, .order = 6}), DefinitionError);
   EXPECT_THROW(arkode({.tolerance = -1.0}), DefinitionError);

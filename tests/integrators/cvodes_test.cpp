@@ -4,6 +4,7 @@
 #include <malloc.h>
 
 #include "problems/library/initial_value_problems.hpp"
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/sundials_support.hpp"
@@ -162,10 +163,24 @@ TEST(Cvodes, FreesItsMemory) {
 TEST(Cvodes, OptionsAreChecked) {
   EXPECT_THROW(cvodes({.tolerance = 0.0}), DefinitionError);
   EXPECT_THROW(cvodes({.absolute_tolerance = -1.0}), DefinitionError);
+  EXPECT_THROW(cvodes({.absolute_tolerance = infinity}), DefinitionError);
+  EXPECT_THROW(idas({.absolute_tolerance = infinity}), DefinitionError);
   EXPECT_THROW(cvodes({.max_steps = 0}), DefinitionError);
   IntervalProblem problem = robertson();
   problem.nominal_state = VectorXd::Ones(2);
   EXPECT_THROW(cvodes()->make(problem), DefinitionError);
+}
+
+TEST(Idas, ReportsAnInfiniteFirstSlope) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 1};
+  problem.dynamics =
+      make_function<1, 0, 1>([](const auto&, const auto& x, const auto&, const auto& p) {
+        return std::decay_t<decltype(x)>(p[0]);
+      });
+  const VectorXd w{{0.0, infinity, 0.0, 1.0}};
+  VectorXd end(1);
+  EXPECT_EQ(idas()->make(problem)->value(w.data(), end.data()), IntegrationStatus::not_finite);
 }
 
 // With huge rates CVODES chooses a first step of zero, returns a success and leaves the state.

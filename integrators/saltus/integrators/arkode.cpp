@@ -215,7 +215,10 @@ class Stepper {
     double reached = 0.0;
     if (code >= 0) code = SALTUS_ARKODE(Evolve)(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
     exception_.rethrow();
-    return code;
+    // As in CvodesMemory::advance(): a step of zero is no success.
+    double own_time = 0.0;
+    if (code >= 0) SALTUS_ARKODE(GetCurrentTime)(memory_.get(), &own_time);
+    return code >= 0 && own_time < reached ? ARK_ERR_FAILURE : code;
   }
 
  private:

@@ -179,6 +179,7 @@ bool IdasMemory::make_consistent(double s, bool sensitivities) {
   if (!evaluate_jacobian(s, y_.data())) return false;
   for (int r = 0; r < outputs_; ++r)
     slope_.data()[r] = is_algebraic(r) ? 0.0 : field_->length() * phi_[r];
+  if (!all_finite(slope_.data(), outputs_)) return false;
   if (nz_ > 0) {  // g_z z' = -(dg/ds at fixed x + g_x x')
     const SparsityPattern& pattern = algebraic_->equations().jacobian_pattern();
     const double* entries = entries_.data() + first_algebraic_entry_;

@@ -37,7 +37,8 @@ struct CvodesOptions {
 /// their end states agree to the tolerance, not to the last digit. The global error is typically 10
 /// to 100 times the tolerance. Does not allocate after the first call of each kind, unless the
 /// magnitude of a parameter or the length changes by a factor of two. There are no second
-/// derivatives. Throws DefinitionError for a tolerance outside (0, 1) or a negative absolute one.
+/// derivatives. Throws DefinitionError for a tolerance outside (0, 1) or an absolute one that is
+/// negative or infinite.
 IntegratorChoice cvodes(CvodesOptions options = {});
 
 // ARKODE: one-step methods of SUNDIALS, explicit or diagonally implicit, with adaptive or fixed
@@ -85,7 +86,7 @@ struct IdasOptions {
 /// those of z are only part of the equations. Also integrates ordinary phases and intervals with
 /// events, where z is eliminated from the field. As with cvodes(), there are no second derivatives
 /// and no allocation after the first call of each kind. Throws DefinitionError for a tolerance
-/// outside (0, 1) or a negative absolute one.
+/// outside (0, 1) or an absolute one that is negative or infinite.
 IntegratorChoice idas(IdasOptions options = {});
 
 }  // namespace saltus

@@ -60,10 +60,10 @@ void check_options(const char* integrator, double tolerance, double absolute_tol
     throw DefinitionError(
         fmt::format("the relative tolerance of {} must lie between 0 and 1, but is {}.", integrator,
                     tolerance));
-  if (!(absolute_tolerance >= 0.0))
+  if (!(absolute_tolerance >= 0.0 && std::isfinite(absolute_tolerance)))
     throw DefinitionError(
-        fmt::format("the absolute tolerance of {} must not be negative, but is {}.", integrator,
-                    absolute_tolerance));
+        fmt::format("the absolute tolerance of {} must be finite and not negative, but is {}.",
+                    integrator, absolute_tolerance));
   if (max_steps < 1)
     throw DefinitionError(
         fmt::format("{} needs at least one step, but max_steps = {}.", integrator, max_steps));
