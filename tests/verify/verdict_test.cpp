@@ -187,6 +187,40 @@ TEST(Verdict, DetectsACostAtTheGridFrequency) {
   EXPECT_NE(s.message.find("cost"), std::string::npos) << s.message;
 }
 
+// A peak in the dynamics or in the cost, which no stage of any scheme touches. Its area is 1.
+TEST(Verdict, DetectsAPeakBetweenTheStages) {
+  const auto peak = [](double width) {
+    return [width](const auto& t) {
+      const auto z = (t - 0.5123) / width;
+      return exp(-0.5 * z * z) / (width * std::sqrt(2.0 * std::numbers::pi));
+    };
+  };
+  for (const double width : {1e-3, 1e-4, 1e-5, 1e-7})
+    for (const bool is_cost : {false, true}) {
+      const auto f = peak(width);
+      Phase<1, 1> phase{"a",
+                        [f, is_cost](auto t, const auto& x, const auto& u) {
+                          return std::decay_t<decltype(x)>(u[0] + (is_cost ? 0.0 : 1.0) * f(t));
+                        },
+                        exactly(1.0)};
+      phase
+          .reach(
+              "r", [](auto, auto x) { return x[0]; }, exactly(2.0))
+          .minimise("u", [f, is_cost](auto t, auto, auto u) {
+            return 0.5 * u[0] * u[0] + (is_cost ? 1.0 : 0.0) * f(t);
+          });
+      OptimalControlProblem ocp("peak");
+      ocp.start_at({0}).then(phase);
+      const Solution s = solve(ocp);
+      EXPECT_EQ(s.status, SolveStatus::coarse_grid) << width << ": " << s.message;
+      if (is_cost) {
+        EXPECT_NEAR(s.verification.value().cost.value, 3.0, 1e-4) << width;
+      } else {
+        EXPECT_NEAR(s.verification.value().defect.absolute, 1.0, 1e-2) << width;
+      }
+    }
+}
+
 // The brachistochrone along a wall. The heading makes many turns within the first interval.
 struct Bead {
   template <class S>

@@ -73,6 +73,14 @@ void ControlledSteps::begin(double s, const double* y) {
   std::copy_n(y, n_, y_.data());
 }
 
+void ControlledSteps::retry_before(double theta) {
+  h_ = std::max(0.5 * theta * length_, 2.0 * smallest_step);
+  s_ = start_;
+  rejected_ = true;
+  has_rate_ = has_factors_ = false;
+  std::copy_n(polynomial_.data(), n_, y_.data());
+}
+
 double ControlledSteps::size_of(int i) const {
   return tolerance_ * std::max(units_[i], std::max(std::abs(y_[i]), std::abs(next_[i])));
 }

@@ -21,6 +21,7 @@ class PlanField {
   void load(const PlannedInterval& interval, const VectorXd& parameters);
   /// Inactive integrands are not evaluated; their integrals stay constant.
   void activate(int integrand, bool active) { active_[integrand] = active ? 1 : 0; }
+  bool is_active(int integrand) const { return active_[integrand] != 0; }
   /// Replaces the dynamics by those of the active mode.
   void use(const Function& dynamics) { dynamics_ = dynamics; }
 

@@ -48,6 +48,13 @@ std::optional<FormulaBounds> bounds_of(const Function& function) {
   }
 }
 
+void find_arguments(PathConstraint& c) {
+  for (const FormulaStep& step : c.formula ? c.formula->steps().steps : std::vector<FormulaStep>{})
+    if (step.operation == Operation::input) c.arguments.push_back(static_cast<int>(step.value));
+  std::ranges::sort(c.arguments);
+  c.arguments.erase(std::unique(c.arguments.begin(), c.arguments.end()), c.arguments.end());
+}
+
 FormulaBounds state_itself(const Arguments& sizes, int state) {
   FormulaSteps steps;
   steps.inputs = sizes.size();
@@ -66,17 +73,21 @@ double beyond(double value, const Bounds& bounds) {
   return std::max({bounds.lower - value, value - bounds.upper, 0.0});
 }
 
+std::optional<PathConstraint> values_of(const Function& function) {
+  PathConstraint c;
+  c.function = function;
+  c.formula = bounds_of(function);
+  if (!c.formula) return std::nullopt;
+  c.rows.assign(function.outputs(), {});
+  find_arguments(c);
+  return c;
+}
+
 std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
                                              const GridAccuracy& accuracy) {
   std::vector<PathConstraint> list;
   const auto finish = [&](PathConstraint&& c) {
-    for (const FormulaStep& step :
-         c.formula ? c.formula->steps().steps : std::vector<FormulaStep>{})
-      if (step.operation == Operation::input) {
-        c.arguments.push_back(static_cast<int>(step.value));
-      }
-    std::ranges::sort(c.arguments);
-    c.arguments.erase(std::unique(c.arguments.begin(), c.arguments.end()), c.arguments.end());
+    find_arguments(c);
     list.push_back(std::move(c));
   };
   for (const Term& term : phase.terms) {

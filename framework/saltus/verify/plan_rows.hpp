@@ -38,6 +38,9 @@ struct PathConstraint {
 /// All hard path constraints of a phase.
 std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
                                              const GridAccuracy& accuracy);
+/// The rows of `function` without bounds, for a search of its values. Empty unless its elementary
+/// steps are known.
+std::optional<PathConstraint> values_of(const Function& function);
 /// True if the window is open at the midpoint of an interval of the phase that starts at
 /// `phase_start`.
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,

@@ -7,7 +7,6 @@
 namespace saltus {
 namespace {
 
-constexpr int most_pieces = 20000;  // per step
 constexpr double thinnest = 1e-10;  // fraction of a step
 constexpr double share = 0.1;       // fraction of a tolerance: smaller violations may be missed
 constexpr double within = 1.001;    // times the largest found: larger bounds are searched
@@ -60,8 +59,13 @@ void RowSearch::note(PathRow& row, double value, double theta) const {
   }
 }
 
-bool RowSearch::search(PathConstraint& constraint) {
-  return constraint.formula ? bound(constraint) : sample(constraint);
+double RowSearch::fraction_at(double time) const {
+  return ((time - field_->start()) / field_->length() - steps_->step_start()) /
+         steps_->step_length();
+}
+
+bool RowSearch::search(PathConstraint& constraint, int most_pieces) {
+  return constraint.formula ? bound(constraint, most_pieces) : sample(constraint);
 }
 
 // Derivatives are with respect to theta.
@@ -115,7 +119,7 @@ void RowSearch::fill(const std::vector<int>& arguments, double middle, double ra
   }
 }
 
-bool RowSearch::bound(PathConstraint& constraint) {
+bool RowSearch::bound(PathConstraint& constraint, int most_pieces) {
   FormulaBounds& formula = *constraint.formula;
   std::vector<std::pair<double, double>> pieces{{0.0, end_}};
   int looked_at = 0;

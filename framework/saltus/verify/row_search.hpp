@@ -24,7 +24,9 @@ class RowSearch {
   void look_at(PlanField& field, const ControlledSteps& steps, double end = 1.0);
   /// Updates the violations of the rows of a constraint. Returns false if the search ran out of
   /// intervals.
-  bool search(PathConstraint& constraint);
+  bool search(PathConstraint& constraint, int most_pieces = 20000);
+  /// The fraction of the step at this time in seconds.
+  double fraction_at(double time) const;
 
  private:
   struct Sample {
@@ -32,7 +34,7 @@ class RowSearch {
     std::vector<double> value, slope;
   };
 
-  bool bound(PathConstraint& constraint);
+  bool bound(PathConstraint& constraint, int most_pieces);
   bool sample(PathConstraint& constraint);
   bool sample_between(PathConstraint& constraint, const Sample& a, const Sample& b, int depth);
   Sample sample_at(PathConstraint& constraint, double theta);

@@ -50,6 +50,10 @@ struct VerifiedMiss {
 
 /// Defect of an interval: the planned state at its end minus the solution of the differential
 /// equation from the planned state at its start.
+///
+/// Narrow peaks of the dynamics are located, like those of running costs. With algebraic states,
+/// events inside the phase or functions that are not C++ formulas, a peak between the stages of the
+/// verifier's integrator may be missed.
 struct VerifiedDefect {
   std::string phase;      ///< phase of the largest defect
   int state = 0;          ///< index of its state

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -24,8 +25,19 @@ constexpr double step_tolerance = 1e-9;       // per step, relative to max(unit,
 constexpr double tightest_tolerance = 1e-13;  // tolerance of the open loop if errors grow
 constexpr double quadrature_share = 1e3;      // integrals need less accuracy than states
 constexpr int max_events = 1000;              // per interval
+// Peaks of rates that are narrower than the distance of the stages. A rate that exceeds its known
+// range by this fraction of a unit per interval is searched for.
+constexpr double peak_tolerance = 1e-4;
+constexpr int most_retries = 100;      // per interval
+constexpr int most_peak_pieces = 200;  // per step and function
 // Fraction of a row's tolerance: smaller defects are solver errors of an equation.
 constexpr double solved = 1e-2;
+
+// Rates dy/dt of consecutive entries of y = (x | q), from `first` on.
+struct Rates {
+  int first = 0;
+  PathConstraint values;
+};
 
 // Integrated quantities of a phase: states, then its integrated costs, then its integral
 // constraints.
@@ -36,7 +48,16 @@ struct PhaseFlow {
         field(definition.sizes, definition.dynamics, integrands(definition, terms),
               definition.input_shape()),
         steps(field, step_tolerance),
-        switches(definition) {}
+        switches(definition) {
+    if (!switches.empty()) return;
+    const auto add = [&](int first, const Function& function) {
+      if (std::optional<PathConstraint> values = values_of(function))
+        rates.push_back({first, *std::move(values)});
+    };
+    add(0, definition.dynamics);
+    int q = definition.sizes.nx;
+    for (const Function& integrand : integrands(definition, terms)) add(q++, integrand);
+  }
 
   static std::vector<int> integrated_terms(const OptimalControlProblem& problem, int j) {
     std::vector<int> list;
@@ -61,9 +82,10 @@ struct PhaseFlow {
   ControlledSteps steps;
   ModeSwitches switches;
   std::vector<PathConstraint> constraints;
-  VectorXd units;          // of the states, then of the integrals
-  VectorXd tolerances;     // of the states as rows (GridAccuracy::rows)
-  bool undecided = false;  // an event could not be followed
+  std::vector<Rates> rates;  // of the states and the integrals, to search them for hidden peaks
+  VectorXd units;            // of the states, then of the integrals
+  VectorXd tolerances;       // of the states as rows (GridAccuracy::rows)
+  bool undecided = false;    // an event could not be followed
 };
 
 class Verifier {
@@ -175,9 +197,16 @@ class Verifier {
   bool integrate(PhaseFlow& flow, std::vector<double>& y, bool follows_plan) {
     ControlledSteps& steps = flow.steps;
     steps.begin(0.0, y.data());
-    int events = 0;
+    int events = 0, retries = 0;
     while (!steps.is_at_end()) {
       if (!steps.step()) return false;
+      while (follows_plan && retries < most_retries) {
+        const std::optional<double> peak = hidden_peak(flow);
+        if (!peak) break;
+        ++retries;
+        steps.retry_before(*peak);
+        if (!steps.step()) return false;
+      }
       const std::optional<double> event =
           flow.switches.empty() ? std::nullopt : flow.switches.first_event(flow.field, steps);
       const double end = event.value_or(1.0);
@@ -197,6 +226,49 @@ class Verifier {
     }
     y = steps.state();
     return true;
+  }
+
+  // The fraction of the last step at which a rate leaves the range that the polynomial of the step
+  // shows, if its integral may matter. The error estimate of the step does not see a peak between
+  // its stages.
+  std::optional<double> hidden_peak(PhaseFlow& flow) {
+    const ControlledSteps& steps = flow.steps;
+    const int nx = flow.field.states();
+    std::optional<double> first;
+    std::erase_if(flow.rates, [&](Rates& rates) {
+      if (rates.first >= nx && !flow.field.is_active(rates.first - nx)) return false;
+      int r = rates.first;
+      for (PathRow& row : rates.values.rows) {
+        double least = infinity, most = -infinity;
+        for (const double theta : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+          double slope = 0.0;
+          for (int k = ControlledSteps::degree; k > 0; --k)
+            slope = slope * theta + k * steps.coefficient(k)[r];
+          least = std::min(least, slope);
+          most = std::max(most, slope);
+        }
+        const double per_second = 1.0 / (steps.step_length() * flow.field.length());
+        const double range = most - least;
+        row.bounds = {(least - range) * per_second, (most + range) * per_second};
+        const double unit = r < nx ? std::max(flow.units[r], std::abs(steps.coefficient(0)[r]))
+                                   : flow.units[r] / quadrature_share + 1e-2 * std::abs(plan_.cost);
+        row.lower_between = row.upper_between = peak_tolerance * unit / flow.field.length();
+        row.lower_found = row.upper_found = 0.0;
+        ++r;
+      }
+      search_.look_at(flow.field, flow.steps);
+      const bool is_complete = search_.search(rates.values, most_peak_pieces);
+      bool is_found = false;
+      for (const PathRow& row : rates.values.rows)
+        for (const bool upper : {false, true})
+          if ((upper ? row.upper_found : row.lower_found) > row.upper_between) {
+            const double at = search_.fraction_at(upper ? row.upper_time : row.lower_time);
+            first = std::min(first.value_or(at), at);
+            is_found = true;
+          }
+      return !is_complete && !is_found;  // its bounds are too wide to be of use
+    });
+    return first;
   }
 
   void grow(PhaseFlow& flow) {
