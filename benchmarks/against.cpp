@@ -40,7 +40,7 @@ struct Least {
   }
 };
 
-QpResult as_result(const Hpipm& solver, const StageQpResidual& residual) {
+QpResult as_result(const Hpipm& solver, const StageQp::Residual& residual) {
   QpResult result;
   result.iterations = solver.iterations();
   result.residual = residual.largest();
@@ -55,7 +55,7 @@ class Counter {
   void count(const StageQp& qp, const Least& our_time, const QpResult& our_result,
              const StagePoint& our_point, const Least& their_time, const Hpipm& solver,
              const StagePoint& their_point, int instance) {
-    const StageQpResidual their_residual = kkt_residual(qp, their_point);
+    const StageQp::Residual their_residual = kkt_residual(qp, their_point);
     ours_.count(our_time.microseconds, our_result, kkt_residual(qp, our_point).largest(), instance);
     theirs_.count(their_time.microseconds, as_result(solver, their_residual),
                   their_residual.largest(), instance);

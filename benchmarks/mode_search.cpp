@@ -117,7 +117,7 @@ void loop(const Family& family, int phases, int ticks) {
   for (int tick = 0; tick < ticks; ++tick) {
     const SequenceResult next = tick == 0 ? warm.solve(x) : warm.solve_next(x);
     print_line(family, phases, tick, x, next);
-    const SequenceResult alone = cold.solve(x, tick == 0 ? ModeHistory{} : warm.before());
+    const SequenceResult alone = cold.solve(x, tick == 0 ? ModeGraph::History{} : warm.before());
     if (tick > 0) {
       warm_nodes += next.nodes, cold_nodes += alone.nodes;
       warm_time += next.cpu_seconds, cold_time += alone.cpu_seconds;

@@ -16,7 +16,7 @@ inline constexpr qp::RiccatiKernel step_recovery_kernels[] = {
 /// Cold starts at the static wrench and the resulting states.
 inline RiccatiOptions from_standing() {
   RiccatiOptions options;
-  options.start = QpStart::guess;
+  options.start = QpOptions::Start::guess;
   options.roll_out = true;
   return options;
 }

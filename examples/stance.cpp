@@ -102,7 +102,7 @@ int main() {
   std::ofstream table("stance.csv");
   table << "t [s],phase,left leg [rad],right leg [rad],weight on the right foot [1],"
            "torque ankle [N m],torque hip [N m]\n";
-  for (const TrajectoryPiece& piece : plan.trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : plan.trajectory.pieces()) {
     const double t = piece.start;
     const VectorXd x = plan.trajectory.state(t), z = plan.trajectory.algebraic(t),
                    u = plan.trajectory.input(t);

@@ -169,7 +169,7 @@ struct Answerer::State {
     if (name == "riccati" && !one.stages) return {{"not_applicable", "it has no stages"}};
     const Solved s = name == "riccati" ? solve_in_stages(problem, one, warm, tolerance)
                                        : solve_sparse(one, warm, tolerance);
-    const SparseQpResidual kkt = kkt_residual(one.flat, s.point);
+    const SparseQp::Residual kkt = kkt_residual(one.flat, s.point);
     return {{"claimed", saltus::describe(s.result.status)},
             {"solved", s.result.status == QpStatus::optimal},
             {"iterations", s.result.iterations},
@@ -232,7 +232,7 @@ struct Answerer::State {
     NonlinearProgram& program = problem.shooting().nlp();
     double objective = std::numeric_limits<double>::quiet_NaN();
     if (point.w.size() == program.variables()) program.objective(point.w.data(), objective);
-    const KktResidual kkt = kkt_residual(program, point);
+    const KktCheck::Residual kkt = kkt_residual(program, point);
     const ReferenceCase& reference = problem.reference();
     return {{"objective", objective},
             {"optimum", reference.optimum},

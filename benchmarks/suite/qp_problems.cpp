@@ -31,7 +31,7 @@ QpInstance in_stages(StageQp qp, StagePoint guess) {
 // Cold starts at the static wrench and the resulting states.
 RiccatiOptions standing_start() {
   RiccatiOptions options;
-  options.start = QpStart::guess;
+  options.start = QpOptions::Start::guess;
   options.roll_out = true;
   return options;
 }

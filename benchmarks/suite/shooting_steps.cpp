@@ -43,7 +43,7 @@ int sum(FormulaSteps& f, int sum, int term) {
 // reference.
 FormulaSteps cost_steps(const Term& term) {
   FormulaSteps formula = steps_of(term.function);
-  if (term.kind != TermKind::least_squares) return formula;
+  if (term.kind != Term::Kind::least_squares) return formula;
   if (term.reference.varies())
     throw DefinitionError(fmt::format("term '{}': its reference depends on time", term.name));
   FormulaSteps f = with_inputs(formula.inputs);
@@ -271,7 +271,7 @@ class Writer {
     std::vector<FormulaSteps> costs;
     if (program_.problem().cost_rule(j) == CostRule::integrated)
       for (const Term& term : phase.terms)
-        if (term.kind != TermKind::constraint && term.domain == TermDomain::running)
+        if (term.kind != Term::Kind::constraint && term.domain == Term::Domain::running)
           costs.push_back(cost_steps(term));
     for (const IntegralConstraint& integral : phase.integrals)
       costs.push_back(steps_of(integral.integrand));

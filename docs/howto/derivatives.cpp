@@ -11,8 +11,8 @@ int main() {
   const Solution plan = solve(shooting, *solver);
 
   OptimumDerivatives derivatives(shooting, plan);
-  const OptimumDerivative start = derivatives.wrt_start(1);  // initial speed, m/s
-  const OptimumDerivative duration = derivatives.wrt_duration(0);
+  const OptimumDerivatives::Derivative start = derivatives.wrt_start(1);  // initial speed, m/s
+  const OptimumDerivatives::Derivative duration = derivatives.wrt_duration(0);
   std::printf("reliable: %s\n", start.reliable && duration.reliable ? "yes" : "no");
   std::printf("per m/s of initial speed: cost %.3f, first input %.3f m/s^2\n", start.cost,
               start.first_input[0]);

@@ -21,7 +21,7 @@ int main() {
   OptimalControlProblem problem("as far as it goes");
   problem.start_at({0.0, 0.0}).then(phase);
   const Solution near = solve(problem);
-  for (const SoftViolation& missed : near.soft_violations)
+  for (const Solution::SoftViolation& missed : near.soft_violations)
     std::printf("'%s' is missed by %.3f\n", missed.term.c_str(), missed.largest);
   std::printf("%s", explain(problem).text().c_str());
   return far.status == SolveStatus::infeasible && longer.ok() && near.ok() ? 0 : 1;

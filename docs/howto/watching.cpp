@@ -13,7 +13,7 @@ int main() {
   // The observer receives data and may stop the solve.
   double violation = infinity;
   SolveObserver observer;
-  observer.report = [&](const SolverIteration& it) { violation = it.violation; };
+  observer.report = [&](const SolveObserver::Iteration& it) { violation = it.violation; };
   observer.should_stop = [&] { return violation < 1e-3; };
   const Solution early = solve(ride(), {.observer = observer});
   std::printf("%s; violation below 1e-3: %s\n", describe(early.status),

@@ -13,7 +13,7 @@ int main() {
   const Solution plan = solve(problem);
   std::printf("%s\n", plan.message.c_str());
   std::printf("lift-off after %.4f s\n", plan.durations[0]);
-  for (const GuardCrossing& crossing : plan.crossings)
+  for (const Solution::GuardCrossing& crossing : plan.crossings)
     std::printf("'%s' at %.3f m/s\n", crossing.event.c_str(), crossing.rate);
   save(problem, plan, "step_2", state_names, input_names);
   return plan.ok() ? 0 : 1;

@@ -90,7 +90,7 @@ std::vector<Motion> motions(const IntegratorChoice& scheme) {
     motion.recording.samples.push_back(std::move(sample));
   }
   motion.recording.events.push_back(
-      {tau, EventKind::crosses, "switch", "A1", "A2", at_switch, at_switch, {}});
+      {tau, HybridEvent::Kind::crosses, "switch", "A1", "A2", at_switch, at_switch, {}});
   motion.recording.state_names = {"x1", "x2"};
   return {motion};
 }

@@ -60,7 +60,7 @@ ReferenceCase soft_targets() {
           .tolerance = 1e-8,  // tolerance of the solver
           .more = [](const Solution& s) -> std::vector<CheckedValue> {
             std::vector<CheckedValue> values;
-            for (const SoftViolation& v : s.soft_violations)
+            for (const Solution::SoftViolation& v : s.soft_violations)
               values.push_back({"missed by the " + v.term, v.largest,
                                 v.term == "first"    ? 0.6
                                 : v.term == "second" ? 1.0 / 3.0

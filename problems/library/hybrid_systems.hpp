@@ -119,7 +119,8 @@ inline IntervalProblem scalar_filippov(Ramp below, Ramp above) {
 
 /// Local error 1e-12, as required by answers with twelve digits.
 inline IntegratorChoice tight_scheme() {
-  return cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14});
+  return cvodes(
+      {.method = CvodesOptions::Method::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14});
 }
 inline HybridSimulation simulate_tightly(const IntervalProblem& problem, const VectorXd& x0,
                                          const VectorXd& times, const VectorXd& p = VectorXd()) {

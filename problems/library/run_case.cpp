@@ -45,7 +45,7 @@ void check_switching_times(const ReferenceCase& c, const Solution& solution,
 // The program does not contain path constraints inside the intervals.
 void check_between_nodes(const ReferenceCase& c, const Solution& solution, CaseOutcome& outcome) {
   if (!solution.verification) return;
-  const VerifiedMiss& worst = solution.verification->between_nodes;
+  const Verification::Miss& worst = solution.verification->between_nodes;
   outcome.between_nodes = worst.amount;
   const std::string where = worst.amount > 0.0
                                 ? fmt::format(", phase '{}', term '{}' at t = {:.4g} s",

@@ -89,7 +89,7 @@ const StepSolution& StepProgram::solve(const StepNow<double>& now,
     while (solution_.iterations < most_iterations) {
       before_.w = plan_.w;
       solver_->prepare(nlp, plan_);
-      const TickResult r =
+      const RealTimeSolver::Result r =
           solver_->feedback(nlp, plan_, has_multipliers_, WallClock::time_point::max());
       ++solution_.iterations;
       if (!plan_.w.allFinite() || !plan_.lambda.allFinite() || !plan_.z.allFinite() ||

@@ -38,7 +38,7 @@ std::string step_direction(double forward, double aside) {
 }
 
 std::optional<Vec<double, 2>> hull_normal(const OptimalControlProblem& problem, int row) {
-  for (const ParameterBlock& block : problem.phases().front().parameters)
+  for (const PhaseDefinition::ParameterBlock& block : problem.phases().front().parameters)
     if (block.name == "tick" && block.value.size() == size_of<Tick> && row < hull_rows)
       return view_as<Tick>(block.value).hull_normals.row(row).transpose();
   return std::nullopt;
@@ -58,14 +58,14 @@ std::string axis(int state, double sign) {
   return fmt::format("{}{}", sign < 0.0 ? "-" : "+", "xyz"[std::clamp(state, 0, 8) % 3]);
 }
 
-std::string state_words(const Shortage& s, int state) {
+std::string state_words(const Explanation::Shortage& s, int state) {
   const Quantity& q = quantity(state);
   return fmt::format("the {} would be {:.3g} {} beyond its limit towards {} at t = {:.3f} s",
                      q.name, q.factor * s.amount, q.unit,
                      axis(state, s.side == ProblemChange::Side::lower ? -1.0 : 1.0), s.time);
 }
 
-std::string hull_words(const OptimalControlProblem& problem, const Shortage& s) {
+std::string hull_words(const OptimalControlProblem& problem, const Explanation::Shortage& s) {
   const std::optional<Vec<double, 2>> normal = hull_normal(problem, s.component);
   if (!normal) return {};
   return fmt::format(
@@ -74,7 +74,7 @@ std::string hull_words(const OptimalControlProblem& problem, const Shortage& s) 
       s.time, 1e3 * s.amount, world_direction(*normal));
 }
 
-std::string captured_words(const Shortage& s) {
+std::string captured_words(const Explanation::Shortage& s) {
   const double sign = s.side == ProblemChange::Side::lower ? -1.0 : 1.0;
   return fmt::format(
       "the robot is not captured: the capture point would come to rest {:.1f} mm off the soles, "
@@ -84,7 +84,7 @@ std::string captured_words(const Shortage& s) {
       s.time);
 }
 
-std::string speed_words(const Shortage& s) {
+std::string speed_words(const Explanation::Shortage& s) {
   // The directions of too_far() in step_problem.cpp.
   constexpr double ways[8][2] = {{1, 0}, {-1, 0}, {0, 1},  {0, -1},
                                  {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
@@ -127,12 +127,12 @@ std::string change_of_step(const OptimalControlProblem& problem, const ProblemCh
 }  // namespace
 
 // Without the limits that the robot already exceeds, which no plan could satisfy.
-std::vector<ComponentBounds> PushRecoveryExplanations::limits_that_hold(
+std::vector<PhaseDefinition::ComponentBounds> PushRecoveryExplanations::limits_that_hold(
     const UnmetDecision& unmet) const {
-  std::vector<ComponentBounds> all{{2, limits_.height}};
+  std::vector<PhaseDefinition::ComponentBounds> all{{2, limits_.height}};
   for (int i = 6; i < 9; ++i) all.push_back({i, between(-limits_.momentum, limits_.momentum)});
   const VectorXd& start = unmet.problem.start_guess();
-  std::erase_if(all, [&](const ComponentBounds& b) {
+  std::erase_if(all, [&](const PhaseDefinition::ComponentBounds& b) {
     return start[b.component] < b.bounds.lower || start[b.component] > b.bounds.upper;
   });
   return all;
@@ -147,7 +147,7 @@ OptimalControlProblem PushRecoveryExplanations::problem(const UnmetDecision& unm
 std::string PushRecoveryExplanations::limits(const UnmetDecision& unmet) const {
   if (!is_of_wrenches(unmet)) return {};
   std::vector<std::string> held;
-  for (const ComponentBounds& b : limits_that_hold(unmet))
+  for (const PhaseDefinition::ComponentBounds& b : limits_that_hold(unmet))
     held.push_back(
         b.component == 2
             ? fmt::format("the CoM at {:.2f} to {:.2f} m", b.bounds.lower, b.bounds.upper)
@@ -170,7 +170,8 @@ bool PushRecoveryExplanations::may_change(const UnmetDecision& unmet,
   }
 }
 
-std::string PushRecoveryExplanations::of(const UnmetDecision& unmet, const Shortage& s) const {
+std::string PushRecoveryExplanations::of(const UnmetDecision& unmet,
+                                         const Explanation::Shortage& s) const {
   if (s.kind == "state" && is_of_wrenches(unmet)) return state_words(s, s.component);
   if (s.kind != "term") return {};
   if (s.term == "capture point in hull") return hull_words(unmet.problem, s);

@@ -19,11 +19,13 @@ class PushRecoveryExplanations final : public walking::UnmetExplanations {
   OptimalControlProblem problem(const walking::UnmetDecision& unmet) const override;
   std::string limits(const walking::UnmetDecision& unmet) const override;
   bool may_change(const walking::UnmetDecision& unmet, const ProblemChange& change) const override;
-  std::string of(const walking::UnmetDecision& unmet, const Shortage& shortage) const override;
+  std::string of(const walking::UnmetDecision& unmet,
+                 const Explanation::Shortage& shortage) const override;
   std::string of(const walking::UnmetDecision& unmet, const ProblemChange& change) const override;
 
  private:
-  std::vector<ComponentBounds> limits_that_hold(const walking::UnmetDecision& unmet) const;
+  std::vector<PhaseDefinition::ComponentBounds> limits_that_hold(
+      const walking::UnmetDecision& unmet) const;
 
   LimitsOnTheWay limits_;
 };

@@ -90,13 +90,13 @@ constexpr const char* page_schema = R"({
 }
 )";
 
-const char* word_for(CheckVerdict verdict) {
+const char* word_for(ProblemCheck::Verdict verdict) {
   switch (verdict) {
-    case CheckVerdict::good:
+    case ProblemCheck::Verdict::good:
       return "good";
-    case CheckVerdict::doubtful:
+    case ProblemCheck::Verdict::doubtful:
       return "doubtful";
-    case CheckVerdict::unknown:
+    case ProblemCheck::Verdict::unknown:
       break;
   }
   return "unknown";
@@ -105,7 +105,7 @@ const char* word_for(CheckVerdict verdict) {
 // The columns are those of page_schema.
 Json page_json(const ProblemCheck& page) {
   Json lines = Json::array();
-  for (const CheckLine& line : page.lines)
+  for (const ProblemCheck::Line& line : page.lines)
     lines.push_back(
         {{"aspect", line.aspect}, {"verdict", word_for(line.verdict)}, {"text", line.text}});
   return {{"problem", page.problem}, {"ok", page.ok()}, {"lines", lines}};
@@ -149,8 +149,9 @@ ExitStatus check_all(const CheckRequest& request) {
       doubtful += page.ok() ? 0 : 1;
       if (request.json) pages.push_back(page_json(page));
       if (request.json || request.quiet) continue;
-      std::erase_if(page.lines,
-                    [](const CheckLine& line) { return line.verdict == CheckVerdict::good; });
+      std::erase_if(page.lines, [](const ProblemCheck::Line& line) {
+        return line.verdict == ProblemCheck::Verdict::good;
+      });
       fmt::print("{}", page.text());
       std::fflush(stdout);
     }

@@ -22,7 +22,7 @@ IntegratorChoice make_scheme(Scheme scheme, double tolerance) {
     case Scheme::runge_kutta8:
       return runge_kutta8();
     case Scheme::cvodes:
-      return cvodes({.method = CvodesMethod::Bdf, .tolerance = tolerance});
+      return cvodes({.method = CvodesOptions::Method::Bdf, .tolerance = tolerance});
     case Scheme::arkode:
       return arkode({.tolerance = tolerance});
     case Scheme::zero_order_hold:

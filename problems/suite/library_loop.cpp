@@ -22,7 +22,7 @@ VectorXd ranges_of(const Trajectory& plan, Eigen::Index states) {
     lowest.head(n) = lowest.head(n).cwiseMin(x.head(n));
     highest.head(n) = highest.head(n).cwiseMax(x.head(n));
   };
-  for (const TrajectoryPiece& piece : plan.pieces()) {
+  for (const Trajectory::Piece& piece : plan.pieces()) {
     look_at(piece.state);
     look_at(piece.end_state);
   }
@@ -38,7 +38,7 @@ ControllerOptions controller_options(const LoopConfig& config, double period) {
 
 // The switches are those of the plan.
 void end_phases_as_planned(PhasedPlant& plant, const Trajectory& plan) {
-  for (const TrajectoryPiece& piece : plan.pieces()) plant.end_phase_at(piece.phase, piece.end());
+  for (const Trajectory::Piece& piece : plan.pieces()) plant.end_phase_at(piece.phase, piece.end());
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ std::string why_no_loop(const OptimalControlProblem& problem) {
     if (!phase.switching.empty())
       return "its phase '" + phase.name +
              "' has events inside, whose times these controllers cannot choose";
-    for (const ParameterBlock& block : phase.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
       if (block.unknown) return "it has unknown parameters, which are fixed before the start";
     if (!phase.integrals.empty())
       return "it limits the integral '" + phase.integrals.front().name +
@@ -126,8 +126,8 @@ Horizon fitting_horizon(const OptimalControlProblem& problem) {
                  problem.schedule().events().empty() && !depends_on_time(only.dynamics);
   for (const Term& term : only.terms) {
     const bool is_end_condition =
-        term.kind == TermKind::constraint && term.domain == TermDomain::phase_end;
-    const bool is_target = term.kind == TermKind::cost && term.domain == TermDomain::phase_end;
+        term.kind == Term::Kind::constraint && term.domain == Term::Domain::phase_end;
+    const bool is_target = term.kind == Term::Kind::cost && term.domain == Term::Domain::phase_end;
     recedes = recedes && !is_end_condition && !is_target && term.window.is_whole() &&
               !term.reference.varies() && !depends_on_time(term.function);
   }
@@ -190,7 +190,7 @@ PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const Integrato
   PhasedPlant plant(c.problem(), scheme ? scheme : c.options.integrator);
   end_phases_as_planned(plant, plan.trajectory);
   PlanRunOut result;
-  for (const TrajectoryPiece& piece : plan.trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : plan.trajectory.pieces()) {
     const bool is_ramp = piece.coefficients.size() > plant.inputs();
     // steps in place of ramps: the error of the cost is 1 / 16^2 of a ramp's
     const int steps = is_ramp ? 16 : 1;

@@ -25,7 +25,7 @@ const char* describe(Horizon horizon);
 struct LoopConfig {
   bool run = false;
   Horizon horizon = Horizon::fitting;
-  TickMethod method = TickMethod::optimum;
+  RealTimeChoice::Method method = RealTimeChoice::Method::optimum;
   double period = 0.0;  ///< s; 0: a fiftieth of the plan
   /// s; 0: to the end of the problem, or twice the plan for a receding horizon
   double duration = 0.0;

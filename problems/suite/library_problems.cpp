@@ -119,7 +119,7 @@ std::optional<Explanation> explain_case(const ReferenceCase& c, const Solution& 
 std::string soft_text(const Solution& solution) {
   constexpr double hardly = 1e-6;  // in units of the terms
   std::string text;
-  for (const SoftViolation& soft : solution.soft_violations)
+  for (const Solution::SoftViolation& soft : solution.soft_violations)
     if (soft.largest > hardly)
       text += fmt::format(
           "  the soft term '{}' of phase '{}' is violated by {:.4g} at t = {:.4g} s; --explain "
@@ -150,7 +150,7 @@ ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
   Json summary = loop_json(c, plan, loop, planned);
   std::string unmet;
   if (!loop.log.unmet.empty() && config.explain_limit > 0.0) {
-    const UnmetTick& first = loop.log.unmet.front();
+    const LoopLog::UnmetTick& first = loop.log.unmet.front();
     const Explanation explanation =
         explain(first.problem, {.shooting = first.shooting, .time_limit = config.explain_limit});
     summary["unmet"] = {{"t_s", first.time},

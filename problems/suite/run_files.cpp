@@ -47,8 +47,8 @@ double largest(const std::vector<PhasedPlant::Miss>& misses) {
 }
 
 // The exact tick, not a bucket of the histogram.
-const LoopTick* worst_tick(const LoopLog& log) {
-  const auto worst = std::ranges::max_element(log.ticks, {}, &LoopTick::seconds);
+const LoopLog::Tick* worst_tick(const LoopLog& log) {
+  const auto worst = std::ranges::max_element(log.ticks, {}, &LoopLog::Tick::seconds);
   return worst == log.ticks.end() ? nullptr : &*worst;
 }
 
@@ -94,7 +94,7 @@ Json solution_json(const Solution& solution, const Recording& recording) {
   for (std::size_t j = 0; j < solution.durations.size(); ++j)
     phases.push_back(
         {{"name", solution.trajectory.phases()[j].name}, {"duration_s", solution.durations[j]}});
-  for (const CostContribution& c : solution.costs)
+  for (const Solution::CostContribution& c : solution.costs)
     costs.push_back({{"phase", c.phase}, {"term", c.term}, {"value", c.value}});
   for (const HybridEvent& e : recording.events)
     events.push_back({{"t_s", e.time},
@@ -140,7 +140,7 @@ Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& 
                       {"kind", describe(e.kind)},
                       {"mode_before", e.mode_before},
                       {"mode_after", e.mode_after}});
-  if (const LoopTick* tick = worst_tick(log))
+  if (const LoopLog::Tick* tick = worst_tick(log))
     worst = {{"t_s", tick->time},
              {"seconds", tick->seconds},
              {"provenance", tick->provenance ? describe(*tick->provenance) : ""},
@@ -191,7 +191,7 @@ std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const Pla
   for (const Provenance p : all_provenances)
     if (const int n = loop.log.count(p); n > 0)
       counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", n, describe(p));
-  const LoopTick* worst = worst_tick(loop.log);
+  const LoopLog::Tick* worst = worst_tick(loop.log);
   return fmt::format(
       "{} {} in closed loop, horizon {}: {}\n"
       "  {} ticks ({}), the slowest {:.3g} ms\n"

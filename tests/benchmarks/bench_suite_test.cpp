@@ -37,8 +37,8 @@ void expect_same_program(const StageQp& qp, StagePoint point) {
   for (const double off : {0.0, 0.1}) {
     for (StagePoint::AtStage& stage : point.stages) stage.u.array() += off;
     const PrimalDualPoint flat_point = flatten(qp, point);
-    const StageQpResidual there = kkt_residual(qp, point);
-    const SparseQpResidual here = kkt_residual(flat, flat_point);
+    const StageQp::Residual there = kkt_residual(qp, point);
+    const SparseQp::Residual here = kkt_residual(flat, flat_point);
     EXPECT_NEAR(objective(flat, flat_point.w), objective(qp, point),
                 rounding * (1.0 + std::abs(objective(qp, point))));
     EXPECT_NEAR(here.stationarity, there.stationarity, rounding * (1.0 + there.stationarity));

@@ -18,7 +18,7 @@ constexpr double steady =
 
 std::vector<PlanPiece> plan_of(const Solution& solution) {
   std::vector<PlanPiece> plan;
-  for (const TrajectoryPiece& piece : solution.trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : solution.trajectory.pieces()) {
     const IntervalProblem& interval =
         solution.trajectory.phases()[piece.phase].integrator->problem();
     const int nu = interval.arguments.nu;

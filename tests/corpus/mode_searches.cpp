@@ -139,7 +139,7 @@ Instance mode_searches(Random& random) {
     const SequenceResult result = search(graph, {.phases = phases});
     const double allowed = 1e-4 * (1.0 + std::abs(best));
     const bool clear = game.is_clear_cut(phases);
-    if (result.guarantee == Guarantee::infeasible) {
+    if (result.guarantee == SequenceResult::Guarantee::infeasible) {
       if (std::isfinite(best) && clear)
         return {Outcome::wrong,
                 fmt::format("certificate: no sequence, although one costs {:.6g}", best)};
@@ -148,8 +148,8 @@ Instance mode_searches(Random& random) {
     if (!std::isfinite(best))
       return {result.found() && clear ? Outcome::wrong : Outcome::said,
               fmt::format("a sequence although there is none (ends move with {:.3g})", game.speed)};
-    const bool certifies =
-        result.guarantee == Guarantee::optimal || result.guarantee == Guarantee::bounded;
+    const bool certifies = result.guarantee == SequenceResult::Guarantee::optimal ||
+                           result.guarantee == SequenceResult::Guarantee::bounded;
     if (certifies && result.lower_bound > best + allowed)
       return {Outcome::wrong,
               fmt::format("certificate: bound {:.6g}, although a sequence costs {:.6g}",
@@ -161,7 +161,7 @@ Instance mode_searches(Random& random) {
     if (result.found() && std::abs(game.cost(result.modes) - result.cost) > allowed)
       return {Outcome::wrong, fmt::format("cost {:.6g} of a sequence that costs {:.6g}",
                                           result.cost, game.cost(result.modes))};
-    if (result.guarantee == Guarantee::optimal && result.cost > best + allowed)
+    if (result.guarantee == SequenceResult::Guarantee::optimal && result.cost > best + allowed)
       return {Outcome::wrong,
               fmt::format("certificate: optimal at {:.6g}, best {:.6g}", result.cost, best)};
     return {result.found() ? Outcome::right : Outcome::unsolved, result.message};

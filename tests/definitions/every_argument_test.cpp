@@ -365,7 +365,7 @@ std::vector<Case> cases() {
 
 VectorXd inputs_of(const Solution& s) {
   std::vector<double> all;
-  for (const TrajectoryPiece& piece : s.trajectory.pieces())
+  for (const Trajectory::Piece& piece : s.trajectory.pieces())
     for (const double c : piece.coefficients) all.push_back(c);
   return Eigen::Map<VectorXd>(all.data(), static_cast<int>(all.size()));
 }

@@ -62,7 +62,7 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
   const Solution& s = *outcome.solution;
   if (s.message.empty()) outcome.failure = "has no message";
   bool is_finite = std::isfinite(s.cost) && !s.trajectory.empty();
-  for (const TrajectoryPiece& piece : s.trajectory.pieces())
+  for (const Trajectory::Piece& piece : s.trajectory.pieces())
     is_finite = is_finite && piece.end_state.allFinite() && piece.state.allFinite();
   if (s.ok() && !is_finite) outcome.failure = "hands out NaN as a solution";
   if (s.ok() && !(s.kkt_in_scale.scaled() < 1e-5))

@@ -73,10 +73,10 @@ class FailingSolver : public RealTimeSolver {
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
     solver_->prepare(program, guess);
   }
-  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      WallClock::time_point deadline) noexcept override {
+  RealTimeSolver::Result feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                                  WallClock::time_point deadline) noexcept override {
     if (now_->deadline_missed) deadline = WallClock::now();
-    TickResult result = solver_->feedback(program, point, warm, deadline);
+    RealTimeSolver::Result result = solver_->feedback(program, point, warm, deadline);
     if (now_->solver_gives_up) result.status = SolveStatus::numerical_failure;
     if (now_->solver_gives_up) result.violation = infinity;
     if (now_->solver_gives_nan) point.w.setConstant(nan);
@@ -245,7 +245,7 @@ const ControlTick& FaultyLoop::tick(Fault fault) {
 void FaultyLoop::check_input(const ControlTick& tick) {
   double covered = 0.0;
   input_is_sound_ = !tick.input.empty();
-  for (const InputPiece& piece : tick.input) {
+  for (const HeldInput::Piece& piece : tick.input) {
     covered += piece.length;
     const double force = piece.size == 1 ? piece.values[0] : nan;
     const bool is_slow = schedule_.mode_at(piece.start + 0.5 * piece.length) == "slow";
@@ -257,7 +257,7 @@ void FaultyLoop::check_input(const ControlTick& tick) {
 
 // Integrates piece by piece. The mass stays within 10 m, as if between walls.
 void FaultyLoop::move_plant(const ControlTick& tick) {
-  for (const InputPiece& piece : tick.input) {
+  for (const HeldInput::Piece& piece : tick.input) {
     constexpr int steps = 4;
     const double h = piece.length / steps;
     for (int i = 0; i < steps; ++i) {

@@ -67,7 +67,7 @@ class Logger {
     }
   }
   void read(const Trajectory& plan) {
-    for (const TrajectoryPiece& piece : plan.pieces()) {
+    for (const Trajectory::Piece& piece : plan.pieces()) {
       const double middle = piece.start + 0.5 * piece.length;
       const VectorXd once = plan.state_in(piece, middle), again = plan.state_in(piece, middle);
       // Faulty dynamics give NaN here too.

@@ -82,8 +82,9 @@ TEST(Allocations, ZeroOrderHoldDoesNotAllocate) {
 
 TEST(Allocations, SundialsDoesNotAllocateAfterTheFirstCalls) {
   const InputShape shape = InputShape::linear;
-  for (const auto& scheme : {cvodes(), cvodes({.method = CvodesMethod::Adams}), arkode(),
-                             arkode({.method = ArkodeMethod::DiagonallyImplicit, .order = 4})}) {
+  for (const auto& scheme :
+       {cvodes(), cvodes({.method = CvodesOptions::Method::Adams}), arkode(),
+        arkode({.method = ArkodeOptions::Method::DiagonallyImplicit, .order = 4})}) {
     const auto integrator = scheme->make(coupled_problem(shape));
     Caller caller(*integrator, coupled_point(shape));
     caller.call();

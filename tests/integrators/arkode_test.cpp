@@ -14,25 +14,29 @@ using namespace test;
 using namespace library;
 
 struct Method {
-  ArkodeMethod method;
+  ArkodeOptions::Method method;
   int order;
   int steps;  // chosen so that the error is well above rounding and in the asymptotic range
 };
 
 class ArkodeMethods : public testing::TestWithParam<Method> {};
-INSTANTIATE_TEST_SUITE_P(
-    Orders, ArkodeMethods,
-    testing::Values(Method{ArkodeMethod::Explicit, 2, 16}, Method{ArkodeMethod::Explicit, 3, 16},
-                    Method{ArkodeMethod::Explicit, 4, 8}, Method{ArkodeMethod::Explicit, 5, 8},
-                    Method{ArkodeMethod::Explicit, 6, 4}, Method{ArkodeMethod::Explicit, 8, 2},
-                    Method{ArkodeMethod::DiagonallyImplicit, 2, 16},
-                    Method{ArkodeMethod::DiagonallyImplicit, 3, 16},
-                    Method{ArkodeMethod::DiagonallyImplicit, 4, 8},
-                    Method{ArkodeMethod::DiagonallyImplicit, 5, 8}),
-    [](const auto& param) {
-      return (param.param.method == ArkodeMethod::Explicit ? "explicit" : "implicit") +
-             std::to_string(param.param.order);
-    });
+INSTANTIATE_TEST_SUITE_P(Orders, ArkodeMethods,
+                         testing::Values(Method{ArkodeOptions::Method::Explicit, 2, 16},
+                                         Method{ArkodeOptions::Method::Explicit, 3, 16},
+                                         Method{ArkodeOptions::Method::Explicit, 4, 8},
+                                         Method{ArkodeOptions::Method::Explicit, 5, 8},
+                                         Method{ArkodeOptions::Method::Explicit, 6, 4},
+                                         Method{ArkodeOptions::Method::Explicit, 8, 2},
+                                         Method{ArkodeOptions::Method::DiagonallyImplicit, 2, 16},
+                                         Method{ArkodeOptions::Method::DiagonallyImplicit, 3, 16},
+                                         Method{ArkodeOptions::Method::DiagonallyImplicit, 4, 8},
+                                         Method{ArkodeOptions::Method::DiagonallyImplicit, 5, 8}),
+                         [](const auto& param) {
+                           return (param.param.method == ArkodeOptions::Method::Explicit
+                                       ? "explicit"
+                                       : "implicit") +
+                                  std::to_string(param.param.order);
+                         });
 
 TEST_P(ArkodeMethods, MeasuredOrderWithFixedSteps) {
   const InputShape shape = InputShape::linear;
@@ -94,7 +98,7 @@ TEST_P(ArkodeMethods, FixedStepSensitivitiesMatchTheSteps) {
 }
 
 TEST(Arkode, StiffVanDerPol) {  // D01
-  const auto integrator = arkode({.method = ArkodeMethod::DiagonallyImplicit,
+  const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                   .order = 5,
                                   .tolerance = 1e-11,
                                   .absolute_tolerance = 1e-13})
@@ -107,7 +111,7 @@ TEST(Arkode, StiffVanDerPol) {  // D01
 
 TEST(Arkode, Robertson) {  // D02
   for (const int order : {3, 4, 5}) {
-    const auto integrator = arkode({.method = ArkodeMethod::DiagonallyImplicit,
+    const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                     .order = order,
                                     .tolerance = order == 3 ? 1e-9 : 1e-11,
                                     .absolute_tolerance = order == 3 ? 1e-11 : 1e-13})
@@ -120,7 +124,7 @@ TEST(Arkode, Robertson) {  // D02
 }
 
 TEST(Arkode, RobertsonSensitivities) {  // D02
-  const auto integrator = arkode({.method = ArkodeMethod::DiagonallyImplicit,
+  const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                   .order = 5,
                                   .tolerance = 1e-11,
                                   .absolute_tolerance = 1e-13})
@@ -136,7 +140,8 @@ TEST(Arkode, ArenstorfOrbitCloses) {  // D06
 }
 
 TEST(Arkode, ReportsFailuresAsStatus) {
-  for (const auto method : {ArkodeMethod::Explicit, ArkodeMethod::DiagonallyImplicit})
+  for (const auto method :
+       {ArkodeOptions::Method::Explicit, ArkodeOptions::Method::DiagonallyImplicit})
     expect_undefined(*arkode({.method = method, .order = 4}));
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
@@ -156,7 +161,8 @@ TEST(Arkode, ReportsAFirstStepOfZero) {
         return std::decay_t<decltype(x)>(p[0]);
       });
   VectorXd end(1);
-  for (const auto method : {ArkodeMethod::Explicit, ArkodeMethod::DiagonallyImplicit}) {
+  for (const auto method :
+       {ArkodeOptions::Method::Explicit, ArkodeOptions::Method::DiagonallyImplicit}) {
     const auto integrator = arkode({.method = method, .order = 4})->make(problem);
     for (const double rate : {1e290, 1e300, 1e307}) {
       const VectorXd w{{0.0, rate, 0.0, 0.01}};
@@ -171,7 +177,8 @@ TEST(Arkode, ReportsAFirstStepOfZero) {
 TEST(Arkode, OptionsAreChecked) {
   EXPECT_THROW(arkode({.absolute_tolerance = infinity}), DefinitionError);
   EXPECT_THROW(arkode({.order = 7}), DefinitionError);
-  EXPECT_THROW(arkode({.method = ArkodeMethod::DiagonallyImplicit, .order = 6}), DefinitionError);
+  EXPECT_THROW(arkode({.method = ArkodeOptions::Method::DiagonallyImplicit, .order = 6}),
+               DefinitionError);
   EXPECT_THROW(arkode({.tolerance = -1.0}), DefinitionError);
   EXPECT_THROW(arkode({.fixed_steps = -1}), DefinitionError);
 }

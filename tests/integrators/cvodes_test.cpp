@@ -16,16 +16,17 @@ namespace {
 using namespace test;
 using namespace library;
 
-class CvodesBothMethods : public testing::TestWithParam<CvodesMethod> {};
+class CvodesBothMethods : public testing::TestWithParam<CvodesOptions::Method> {};
 INSTANTIATE_TEST_SUITE_P(Methods, CvodesBothMethods,
-                         testing::Values(CvodesMethod::Bdf, CvodesMethod::Adams),
+                         testing::Values(CvodesOptions::Method::Bdf, CvodesOptions::Method::Adams),
                          [](const auto& param) {
-                           return param.param == CvodesMethod::Bdf ? "bdf" : "adams";
+                           return param.param == CvodesOptions::Method::Bdf ? "bdf" : "adams";
                          });
 
 TEST_P(CvodesBothMethods, AgreesWithOrderEight) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
-    for (const auto order : {CvodesSensitivity::staggered, CvodesSensitivity::simultaneous}) {
+    for (const auto order :
+         {CvodesOptions::Sensitivity::staggered, CvodesOptions::Sensitivity::simultaneous}) {
       const IntervalProblem problem = coupled_problem(shape);
       const auto integrator = cvodes({.method = GetParam(),
                                       .tolerance = 1e-11,
@@ -78,7 +79,8 @@ TEST(Cvodes, Robertson) {  // D02
 }
 
 TEST(Cvodes, RobertsonSensitivities) {  // D02
-  for (const auto order : {CvodesSensitivity::staggered, CvodesSensitivity::simultaneous}) {
+  for (const auto order :
+       {CvodesOptions::Sensitivity::staggered, CvodesOptions::Sensitivity::simultaneous}) {
     const auto integrator =
         cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13, .sensitivity = order})
             ->make(robertson());
@@ -88,7 +90,8 @@ TEST(Cvodes, RobertsonSensitivities) {  // D02
 
 TEST(Cvodes, ArenstorfOrbitCloses) {  // D06
   const auto integrator =
-      cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-13, .absolute_tolerance = 1e-15})
+      cvodes(
+          {.method = CvodesOptions::Method::Adams, .tolerance = 1e-13, .absolute_tolerance = 1e-15})
           ->make(arenstorf());
   const VectorXd w = arenstorf_point();
   const VectorXd end = end_of(*integrator, w);
@@ -96,7 +99,7 @@ TEST(Cvodes, ArenstorfOrbitCloses) {  // D06
 }
 
 TEST(Cvodes, ReportsFailuresAsStatus) {
-  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams})
+  for (const auto method : {CvodesOptions::Method::Bdf, CvodesOptions::Method::Adams})
     expect_undefined(*cvodes({.method = method}));
   // x' = x^2 has a finite escape time, t = 1 / x0.
   IntervalProblem problem;
@@ -135,9 +138,9 @@ TEST(Cvodes, SensitivitiesToSmallParametersAreAccurate) {
         return std::decay_t<decltype(x)>{-x[0] + p[0] * sin(10.0 * t)};
       });
   const double exact = (std::sin(10.0) - 10.0 * std::cos(10.0) + 10.0 * std::exp(-1.0)) / 101.0;
-  const ArkodeOptions implicit{.method = ArkodeMethod::DiagonallyImplicit, .order = 4};
-  for (const IntegratorChoice& scheme :
-       {cvodes(), cvodes({.method = CvodesMethod::Adams}), idas(), arkode(), arkode(implicit)}) {
+  const ArkodeOptions implicit{.method = ArkodeOptions::Method::DiagonallyImplicit, .order = 4};
+  for (const IntegratorChoice& scheme : {cvodes(), cvodes({.method = CvodesOptions::Method::Adams}),
+                                         idas(), arkode(), arkode(implicit)}) {
     const auto integrator = scheme->make(problem);
     for (const double p : {1.0, 1e-3, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12}) {
       const VectorXd w = (VectorXd(4) << 0.0, p, 0.0, 1.0).finished();
@@ -192,7 +195,7 @@ TEST(Cvodes, ReportsAFirstStepOfZero) {
         return std::decay_t<decltype(x)>(1e10 * x[1], p[0]);
       });
   VectorXd w(5), end(2);
-  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
+  for (const auto method : {CvodesOptions::Method::Bdf, CvodesOptions::Method::Adams}) {
     const auto integrator =
         cvodes({.method = method, .tolerance = 1e-10, .absolute_tolerance = 1e-10})->make(problem);
     for (const double rate : {1e300, 1e305, 1e307}) {

@@ -409,7 +409,7 @@ TEST(HybridSliding, FollowsAMovingSurfaceWithExactDerivatives) {
     const VectorXd end = end_of(*integrator, w);
     hybrid.record(nullptr);
     ASSERT_EQ(events.size(), 1u);
-    EXPECT_EQ(events[0].kind, EventKind::slides);
+    EXPECT_EQ(events[0].kind, HybridEvent::Kind::slides);
     const double t = w[3] + w[4];
     EXPECT_NEAR(end[1], 0.2 * std::sin(2.0 * t) * w[2] - 0.1 * end[0] * end[0], 1e-14);
     // Differences at the integrator's tolerance of 1e-12.
@@ -441,8 +441,8 @@ TEST(HybridSliding, LeavesWithExactDerivatives) {
     end_of(*integrator, w);
     hybrid.record(nullptr);
     ASSERT_EQ(events.size(), 2u);
-    EXPECT_EQ(events[0].kind, EventKind::slides);
-    EXPECT_EQ(events[1].kind, EventKind::leaves);
+    EXPECT_EQ(events[0].kind, HybridEvent::Kind::slides);
+    EXPECT_EQ(events[1].kind, HybridEvent::Kind::leaves);
     EXPECT_EQ(events[1].mode_after, "above");
     expect_jacobian_matches(*integrator, w, 1e-8);
   }
@@ -481,7 +481,7 @@ TEST(HybridSliding, EndsWithAnEventOfBothFields) {
                         MatrixXd(0, 1), VectorXd(), "below");
     ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
     ASSERT_EQ(sim.events.size(), 2u);
-    EXPECT_EQ(sim.events[0].kind, EventKind::slides);
+    EXPECT_EQ(sim.events[0].kind, HybridEvent::Kind::slides);
     EXPECT_NEAR(sim.events[0].time, 0.5, 1e-11);
     EXPECT_EQ(sim.events[1].name, "end");
     EXPECT_NEAR(sim.events[1].time, 1.0, 1e-11);
@@ -565,7 +565,8 @@ TEST(HybridModes, DiscardsAnInvalidJacobian) {
             })
       .event("up", "full", "empty", level, Crossing::rising)
       .event("down", "empty", "full", level, Crossing::falling);
-  for (const CvodesMethod method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
+  for (const CvodesOptions::Method method :
+       {CvodesOptions::Method::Bdf, CvodesOptions::Method::Adams}) {
     const IntegratorChoice scheme = cvodes({.method = method, .tolerance = 1e-9});
     const auto used = scheme->make(hybrid_problem(system)),
                fresh = scheme->make(hybrid_problem(system));

@@ -13,7 +13,7 @@ using namespace test;
 // The integrators aim at 1e-12. The error of a whole flight is up to a hundred times that of a
 // step.
 const CvodesOptions tighter_options{
-    .method = CvodesMethod::Adams, .tolerance = 2e-14, .absolute_tolerance = 1e-16};
+    .method = CvodesOptions::Method::Adams, .tolerance = 2e-14, .absolute_tolerance = 1e-16};
 
 class HybridSchemes : public HybridSchemeTest {};
 INSTANTIATE_TEST_SUITE_P(
@@ -37,7 +37,7 @@ TEST_P(HybridSchemes, BouncingBall) {  // D07
   for (std::size_t i = 0; i < impacts.size(); ++i) {
     EXPECT_NEAR(sim.events[i].time, impacts[i], 1e-12) << i;
     EXPECT_EQ(sim.events[i].name, "impact");
-    EXPECT_EQ(sim.events[i].kind, EventKind::jumps);
+    EXPECT_EQ(sim.events[i].kind, HybridEvent::Kind::jumps);
     EXPECT_NEAR(sim.events[i].after[1], -0.8 * sim.events[i].before[1], 1e-14);
   }
   // d t1 / d (h0, v0, g, e): t1 = (v0 + sqrt(v0^2 + 2 g h0)) / g.
@@ -114,7 +114,7 @@ TEST_P(HybridSchemes, SwitchOfSpeed) {  // A17: x' = 3 below, 1 above
   const HybridSimulation sim = run(problem, vec({-1.0}), vec({0.0, 2.0}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
   ASSERT_EQ(sim.events.size(), 1u);
-  EXPECT_EQ(sim.events[0].kind, EventKind::crosses);
+  EXPECT_EQ(sim.events[0].kind, HybridEvent::Kind::crosses);
   EXPECT_NEAR(sim.events[0].time, 1.0 / 3.0, 1e-13);
   EXPECT_NEAR(sim.end_mode == "above" ? sim.states(0, 1) : -1.0, 5.0 / 3.0, 1e-12);
   EXPECT_NEAR(sim.derivative(0, 0), 1.0 / 3.0, 1e-12);
@@ -144,7 +144,7 @@ TEST_P(HybridSchemes, FilippovEnteringSliding) {  // A19
       run(scalar_filippov(Ramp{1.0, 0.0}, Ramp{-1.0, 0.0}), vec({-0.5}), vec({0.0, 1.5}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
   ASSERT_EQ(sim.events.size(), 1u);
-  EXPECT_EQ(sim.events[0].kind, EventKind::slides);
+  EXPECT_EQ(sim.events[0].kind, HybridEvent::Kind::slides);
   EXPECT_NEAR(sim.events[0].time, 0.5, 1e-12);
   EXPECT_NEAR(sim.states(0, 1), 0.0, 1e-14);
   EXPECT_NEAR(sim.derivative(0, 0), 0.0, 1e-12);
@@ -157,9 +157,9 @@ TEST_P(HybridSchemes, FilippovLeavingSliding) {  // A19
     const HybridSimulation sim = run(problem, vec({0.0}), times);
     ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
     ASSERT_EQ(sim.events.size(), 2u);
-    EXPECT_EQ(sim.events[0].kind, EventKind::slides);
+    EXPECT_EQ(sim.events[0].kind, HybridEvent::Kind::slides);
     EXPECT_EQ(sim.events[0].time, 0.0);
-    EXPECT_EQ(sim.events[1].kind, EventKind::leaves);
+    EXPECT_EQ(sim.events[1].kind, HybridEvent::Kind::leaves);
     EXPECT_NEAR(sim.events[1].time, 1.0, 1e-12);
     EXPECT_EQ(sim.end_mode, "above");
     EXPECT_NEAR(sim.states(0, sim.intervals), 0.125, 1e-12);

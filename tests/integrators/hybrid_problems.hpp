@@ -13,7 +13,7 @@ namespace saltus::test {
 using namespace library;
 
 inline const CvodesOptions tight_options{
-    .method = CvodesMethod::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14};
+    .method = CvodesOptions::Method::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14};
 
 inline VectorXd vec(std::initializer_list<double> values) { return numbers(values); }
 

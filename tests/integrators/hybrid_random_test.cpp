@@ -117,9 +117,10 @@ TEST(HybridRandom, DerivativesOfAThousandSystems) {
     const IntervalProblem problem = random_problem(&d, shape);
     // 24 steps of order eight: the local error is below 1e-13 for these fields, as measured below.
     const auto rk = runge_kutta8({.steps = 24})->make(problem);
-    const auto multistep =
-        cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-13, .absolute_tolerance = 1e-13})
-            ->make(problem);
+    const auto multistep = cvodes({.method = CvodesOptions::Method::Adams,
+                                   .tolerance = 1e-13,
+                                   .absolute_tolerance = 1e-13})
+                               ->make(problem);
     auto& hybrid = dynamic_cast<HybridIntegrator&>(*rk);
     std::vector<HybridEvent> events;
     for (int i = 0; i < wanted / 2;) {

@@ -48,14 +48,16 @@ void convert(PhaseDefinition& phase, const Units& units) {
   }
   phase.duration = divided(phase.duration, units.time);
   phase.duration_guess /= units.time;
-  for (ComponentBounds& b : phase.state_bounds) b.bounds = divided(b.bounds, x[b.component]);
-  for (ComponentBounds& b : phase.input_bounds) b.bounds = divided(b.bounds, u[b.component]);
+  for (PhaseDefinition::ComponentBounds& b : phase.state_bounds)
+    b.bounds = divided(b.bounds, x[b.component]);
+  for (PhaseDefinition::ComponentBounds& b : phase.input_bounds)
+    b.bounds = divided(b.bounds, u[b.component]);
   for (Term& term : phase.terms) {
-    const double factor = (term.domain == TermDomain::running ? units.time : 1.0) / units.cost;
+    const double factor = (term.domain == Term::Domain::running ? units.time : 1.0) / units.cost;
     VectorXd rows = ones(term.function);
-    if (term.kind == TermKind::cost) rows *= factor;
+    if (term.kind == Term::Kind::cost) rows *= factor;
     term.function = scaled(term.function, z, rows);
-    if (term.kind == TermKind::least_squares) term.weight *= factor;
+    if (term.kind == Term::Kind::least_squares) term.weight *= factor;
     if (term.soft) term.soft->weight *= factor;
   }
   for (IntegralConstraint& integral : phase.integrals) {
@@ -84,7 +86,7 @@ std::string fixed_time(const Stated& stated) {
       if (term.reference.varies()) return "a reference over time";
     }
     for (const auto* all : {&phase.state_bounds, &phase.input_bounds})
-      for (const ComponentBounds& b : *all)
+      for (const PhaseDefinition::ComponentBounds& b : *all)
         if (!b.window.is_whole()) return "a window";
     if (phase.input_change_weight.size() > 0) return "a cost of changes";
   }

@@ -70,7 +70,7 @@ Result idle_bounds(const Stated& stated, const Solution&, Random& random, std::s
           for (int i = 0; i < phase.sizes.nu; ++i)
             phase.input_bounds.push_back({i, beyond(1e3 * phase.nominal_input[i])});
         if ((which & 4) && phase.sizes.nx > 0) {
-          add_constraint(phase, "idle", TermDomain::running,
+          add_constraint(phase, "idle", Term::Domain::running,
                          affine(VectorXd::Unit(phase.sizes.size(), phase.sizes.x(0)), 0.0),
                          {beyond(1e3 * phase.nominal_state[0])}, {}, std::nullopt);
         }
@@ -94,8 +94,8 @@ Result ends_softened(const Stated& stated, const Solution& base, Random& random,
                       const bool is_guard =
                           std::any_of(phase.end_guards.begin(), phase.end_guards.end(),
                                       [&](const EndGuard& g) { return g.event == term.name; });
-                      if (term.kind == TermKind::constraint &&
-                          term.domain == TermDomain::phase_end && !term.soft && !is_guard) {
+                      if (term.kind == Term::Kind::constraint &&
+                          term.domain == Term::Domain::phase_end && !term.soft && !is_guard) {
                         term.soft = soft("", weight);
                         ++softened;
                       }
@@ -115,13 +115,13 @@ Result constant_rows(const Stated& stated, const Solution&, Random& random, std:
       stated, rebuilt(stated.problem, [&](int, PhaseDefinition& phase) {
         const int n = phase.sizes.size();
         const double last = 1e3 * (1.0 + std::abs(stated.problem.start_time())) + 1e6;
-        for (const TermDomain domain : {TermDomain::running, TermDomain::phase_end}) {
-          const std::string where = domain == TermDomain::running ? "" : " at the end";
+        for (const Term::Domain domain : {Term::Domain::running, Term::Domain::phase_end}) {
+          const std::string where = domain == Term::Domain::running ? "" : " at the end";
           add_constraint(phase, "of time alone" + where, domain,
                          affine(VectorXd::Unit(n, phase.sizes.t()), 0.0),
                          {between(-last * beyond, last * beyond)}, {}, std::nullopt);
           int i = 0;
-          for (const ParameterBlock& block : phase.parameters) {
+          for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
             if (!block.unknown && block.value.size() > 0) {
               const double value = block.value[0];
               add_constraint(phase, "of '" + block.name + "' alone" + where, domain,
@@ -143,15 +143,15 @@ Result written_twice(const Stated& stated, const Solution&, Random&, std::string
   Transformed t =
       same_answer(stated, rebuilt(stated.problem, [&](int, PhaseDefinition& phase) {
                     for (auto* bounds : {&phase.state_bounds, &phase.input_bounds}) {
-                      const std::vector<ComponentBounds> once = *bounds;
+                      const std::vector<PhaseDefinition::ComponentBounds> once = *bounds;
                       doubled += static_cast<int>(once.size());
                       bounds->insert(bounds->end(), once.begin(), once.end());
                     }
                     const std::vector<Term> once = phase.terms;
                     for (Term term : once) {
-                      if (term.kind != TermKind::constraint || term.soft) continue;
+                      if (term.kind != Term::Kind::constraint || term.soft) continue;
                       const std::string name = term.name + ", again";
-                      for (const Allowance& a : std::vector(phase.allowances))
+                      for (const PhaseDefinition::Allowance& a : std::vector(phase.allowances))
                         if (a.term == term.name)
                           phase.allowances.push_back({name, a.between_nodes, a.at_nodes});
                       term.name = name;

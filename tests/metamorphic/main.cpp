@@ -143,7 +143,7 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
                        (b.end_time() - b.start_time()) / t.time_factor, length);
   VectorXd size = VectorXd::Constant(64, 1e-3), worst = VectorXd::Zero(64);
   const auto& pieces = a.pieces();
-  for (const TrajectoryPiece& piece : pieces)
+  for (const Trajectory::Piece& piece : pieces)
     size.head(piece.state.size()) = size.head(piece.state.size()).cwiseMax(piece.state.cwiseAbs());
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     if (pieces.size() != b.pieces().size()) return "another number of intervals";

@@ -23,7 +23,7 @@ std::string obstacle(const Stated& stated, int j, int intervals) {
     if (!term.window.is_whole() && term.window.clock == Clock::phase)
       return "a window in phase time";
   for (const auto* all : {&phase.state_bounds, &phase.input_bounds})
-    for (const ComponentBounds& b : *all)
+    for (const PhaseDefinition::ComponentBounds& b : *all)
       if (!b.window.is_whole() && b.window.clock == Clock::phase) return "a window in phase time";
   return {};
 }
@@ -65,8 +65,9 @@ std::optional<Transformed> split_in_two(const Stated& stated, const Solution&, R
     first.name += ", first half";
     const double half = 0.5 * phase.duration.lower;
     for (PhaseDefinition* part : {&first, &second}) part->duration = exactly(half);
-    std::erase_if(first.terms, [](const Term& t) { return t.domain == TermDomain::phase_end; });
-    std::erase_if(second.terms, [](const Term& t) { return t.domain == TermDomain::phase_start; });
+    std::erase_if(first.terms, [](const Term& t) { return t.domain == Term::Domain::phase_end; });
+    std::erase_if(second.terms,
+                  [](const Term& t) { return t.domain == Term::Domain::phase_start; });
     first.end_guards.clear();
     for (IntegralConstraint& integral : first.integrals) integral.limits = Limits(unbounded());
     first.state_guess = half_of(phase.state_guess, 0.0);

@@ -176,7 +176,7 @@ TEST(Algebraic, ConsistentStartsAreFoundAndReported) {
   VectorXd nowhere = point;
   nowhere[4] = -2.0;  // z0^2 = -0.56
   const ConsistentStart none = consistent_start(*equations(), nowhere);
-  EXPECT_EQ(none.status, AlgebraicStatus::no_solution);
+  EXPECT_EQ(none.status, AlgebraicEquations::Status::no_solution);
   EXPECT_EQ(none.equation, 0);
   EXPECT_NE(none.message.find("algebraic equation 0 of 3, counted from 0, has the residual"),
             std::string::npos)
@@ -192,7 +192,7 @@ TEST(Algebraic, NamesDependentEquations) {
       }),
       VectorXd::Zero(nz));
   const ConsistentStart start = consistent_start(dependent, point);
-  EXPECT_EQ(start.status, AlgebraicStatus::singular);
+  EXPECT_EQ(start.status, AlgebraicEquations::Status::singular);
   EXPECT_LE(start.equation, 1);
   EXPECT_NE(start.message.find("g_z is singular there, so the index exceeds 1"), std::string::npos)
       << start.message;

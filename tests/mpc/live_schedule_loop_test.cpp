@@ -80,7 +80,7 @@ TEST_P(LiveScheduleLoop, EditedPlanEqualsRebuiltPlanWithoutAllocation) {
     controller.set_previous_input(none);
     const ControlTick& tick = controller.tick(step * k, x);
     records[k] = record(tick, x);
-    for (const InputPiece& piece : tick.input)
+    for (const HeldInput::Piece& piece : tick.input)
       push(x, piece.values[0] + piece.values[1], piece.length);
   }
   EXPECT_EQ(count.made(), 0);
@@ -156,7 +156,7 @@ void expect_loop_follows(Back which, double opens) {
     ASSERT_EQ(fresh.provenance, Provenance::optimal);
     EXPECT_NEAR(tick.objective, fresh.objective, same_cost * (1.0 + fresh.objective));
     cold += ticks > 0 ? fresh.iterations : 0;
-    for (const InputPiece& piece : tick.input) {
+    for (const HeldInput::Piece& piece : tick.input) {
       // The controller never requests more than the known state of the gate allows.
       EXPECT_LE(std::abs(piece.input()[0]), has_opened && !has_closed ? 3.0 : 1.0);
       largest = std::max(largest, std::abs(piece.input()[0]));

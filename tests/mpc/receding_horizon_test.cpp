@@ -125,7 +125,7 @@ TEST_P(EveryBackEnd, ContinuesThePlanForANanMeasurement) {
   controller.retime("open", 0.95);
   controller.tick(0.4, unknown);
   EXPECT_EQ(tick.provenance, Provenance::shifted);
-  for (const InputPiece& piece : tick.input) EXPECT_GE(piece.input()[0], -1.0);
+  for (const HeldInput::Piece& piece : tick.input) EXPECT_GE(piece.input()[0], -1.0);
   controller.retime("open", std::nan(""));
   EXPECT_EQ(controller.tick(0.5, far_away).provenance, Provenance::shifted);
   EXPECT_EQ(controller.tick(0.6, far_away).provenance, Provenance::optimal);
@@ -172,7 +172,7 @@ TEST_P(EveryBackEnd, ForcedMissesContinueThePlanAndAreCounted) {
       ASSERT_EQ(tick.provenance, Provenance::optimal) << k;
     }
     ASSERT_TRUE(tick.input.all_finite());
-    for (const InputPiece& piece : tick.input) x += piece.length * piece.input()[0];
+    for (const HeldInput::Piece& piece : tick.input) x += piece.length * piece.input()[0];
   }
   EXPECT_NEAR(x, 4.4, 0.5);  // 0.137 s at 1 / s, the rest at 2 / s
   const LoopStatistics& statistics = controller.statistics();
@@ -446,9 +446,9 @@ class Watching final : public RealTimeSolver {
  public:
   Watching(VectorXd& guess, bool& succeeds) : guess_(&guess), succeeds_(&succeeds) {}
   void prepare(NonlinearProgram&, const NlpPoint& guess) noexcept override { *guess_ = guess.w; }
-  TickResult feedback(NonlinearProgram&, NlpPoint& point, bool,
-                      WallClock::time_point) noexcept override {
-    TickResult result;
+  RealTimeSolver::Result feedback(NonlinearProgram&, NlpPoint& point, bool,
+                                  WallClock::time_point) noexcept override {
+    RealTimeSolver::Result result;
     result.status = *succeeds_ ? SolveStatus::optimal : SolveStatus::infeasible;
     point.w.array() += 0.25;  // marks the result of the solver
     return result;

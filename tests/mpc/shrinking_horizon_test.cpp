@@ -202,8 +202,9 @@ TEST(ShrinkingHorizon, EndStaysFixedAndPhasesFollow) {
 class Idle final : public RealTimeSolver {
  public:
   void prepare(NonlinearProgram&, const NlpPoint&) noexcept override {}
-  TickResult feedback(NonlinearProgram&, NlpPoint&, bool, WallClock::time_point) noexcept override {
-    TickResult nothing;
+  RealTimeSolver::Result feedback(NonlinearProgram&, NlpPoint&, bool,
+                                  WallClock::time_point) noexcept override {
+    RealTimeSolver::Result nothing;
     nothing.status = SolveStatus::time_limit;
     return nothing;
   }

@@ -74,7 +74,7 @@ class TickTruth : public ::testing::TestWithParam<Back> {};
 void expect_true(RecedingHorizonController& controller, const ControlTick& tick) {
   const ControllerOptions limits;
   const Solution plan = controller.report();
-  const KktResidual truth = kkt_residual(controller.shooting().nlp(), plan.point);
+  const KktCheck::Residual truth = kkt_residual(controller.shooting().nlp(), plan.point);
   EXPECT_EQ(tick.kkt, truth.scaled());
   EXPECT_EQ(tick.violation, truth.feasibility);
   EXPECT_EQ(tick.objective, plan.cost);
@@ -139,7 +139,8 @@ TEST_P(TickTruth, OfInterruptedPlans) {
     const ControlTick& tick = controller.tick(0.0, hanging);
     EXPECT_FALSE(is_success(tick.status)) << k;
     if (!is_of_this_tick(tick.provenance)) continue;
-    const KktResidual truth = kkt_residual(controller.shooting().nlp(), controller.report().point);
+    const KktCheck::Residual truth =
+        kkt_residual(controller.shooting().nlp(), controller.report().point);
     EXPECT_EQ(tick.violation, truth.feasibility) << k;
     EXPECT_EQ(tick.provenance == Provenance::step, truth.feasibility > options.feasibility) << k;
   }

@@ -37,7 +37,7 @@ Outcome run(const Config& config) {
 }
 
 void expect_every_solve_optimal(const RunLog& log) {
-  for (const LoopTick& tick : log.ticks) {
+  for (const LoopLog::Tick& tick : log.ticks) {
     ASSERT_EQ(tick.status, SolveStatus::optimal) << tick.time << ": " << tick.message;
     // Our own residual. The solver scales its tolerance of 1e-8 differently.
     ASSERT_LT(tick.kkt, 1e-6) << tick.time;
@@ -191,7 +191,7 @@ TEST(ClosedLoop, RecoversWithEveryFifthTickDenied) {
     const Outcome outcome = run(config);
     EXPECT_TRUE(outcome.verdict.recovered) << seed << ": " << outcome.verdict.reason;
     long missed = 0;
-    for (const LoopTick& t : outcome.log.ticks)
+    for (const LoopLog::Tick& t : outcome.log.ticks)
       missed += t.status == SolveStatus::time_limit ? 1 : 0;
     const double fraction =
         static_cast<double>(missed) / static_cast<double>(outcome.log.ticks.size());

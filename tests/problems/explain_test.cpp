@@ -191,7 +191,7 @@ OptimalControlProblem problem_of(const LostStep& lost) {
     if (!lost.may_hurry && phase.name.starts_with("single"))
       phase.duration.lower = model.swing.lower;
     for (Term& term : phase.terms) term.soft.reset();
-    for (ParameterBlock& block : phase.parameters)
+    for (PhaseDefinition::ParameterBlock& block : phase.parameters)
       if (block.name == "now") {
         push_recovery::StepNow<double> now;
         now.other << 0.0, lost.from_two_feet ? 0.15 : 0.0;
@@ -243,7 +243,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
   const Explanation e = explain(problem, {.shooting = options, .time_limit = 120.0});
   std::printf("%s (%d solves, %.2f s)\n%s", name, e.solves, e.seconds, e.text().c_str());
   ASSERT_TRUE(e.is_infeasible()) << describe(e.status);
-  const Shortage& first = e.shortages.front();
+  const Explanation::Shortage& first = e.shortages.front();
   EXPECT_EQ(first.term, term);
   MultipleShooting shooting(problem, options);
   const double end = e.trajectory.end_time();
@@ -266,7 +266,7 @@ void expect_explained(const OptimalControlProblem& problem, const ShootingOption
 
   // Apply the proposed changes: solve from the problem's own guess or from the relaxed motion.
   ASSERT_FALSE(e.remedies.empty());
-  for (const Remedy& remedy : e.remedies) {
+  for (const Explanation::Remedy& remedy : e.remedies) {
     OptimalControlProblem better = problem;
     for (const ProblemChange& change : remedy.changes) better = changed(better, change);
     MultipleShooting with(better, options);

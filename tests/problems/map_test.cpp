@@ -250,7 +250,7 @@ RunLog map_log() {
   }
   for (const SolveStatus status :
        {SolveStatus::optimal, SolveStatus::time_limit, SolveStatus::infeasible}) {
-    LoopTick tick;
+    LoopLog::Tick tick;
     tick.status = status;
     log.ticks.push_back(tick);
   }

@@ -20,7 +20,7 @@ TEST_P(NumericInstance, CostStatesAndWrenchesMatchThePublication) {
   EXPECT_NEAR(solution.cost, c.optimum, 1e-6 * c.optimum);
   EXPECT_LT(solution.kkt.scaled(), 1e-7);
   int k = 0;
-  for (const TrajectoryPiece& piece : solution.trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : solution.trajectory.pieces()) {
     EXPECT_LT((piece.state - c.gamma.row(k).transpose()).cwiseAbs().maxCoeff(), 1e-5) << k;
     EXPECT_LT((piece.coefficients - c.f.row(k).transpose()).cwiseAbs().maxCoeff(), 0.05) << k;
     ++k;
@@ -34,8 +34,9 @@ TEST_P(NumericInstance, PlanHoldsUnderAnotherIntegrator) {
   const QpCase c = read_case(GetParam());
   MultipleShooting shooting = transcribe(c);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
-  const ReplayReport report = replay(shooting.problem(), solution.trajectory,
-                                     cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12}));
+  const ReplayReport report =
+      replay(shooting.problem(), solution.trajectory,
+             cvodes({.method = CvodesOptions::Method::Adams, .tolerance = 1e-12}));
   ASSERT_TRUE(report.completed);
   EXPECT_LT(report.from_nodes, 1e-8);
   EXPECT_LT(report.from_start, 1e-8) << "the flow grows by " << report.flow_growth;

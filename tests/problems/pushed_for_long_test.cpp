@@ -81,7 +81,8 @@ class LongRun : public IcubInDart {
     for (const Push& push : all_pushes(config.push, config.more_pushes))
       tally.pushes += push.start < end ? 1 : 0;
     tally.ticks += static_cast<long>(log.ticks.size());
-    for (const LoopTick& tick : log.ticks) tally.without_plan += is_success(tick.status) ? 0 : 1;
+    for (const LoopLog::Tick& tick : log.ticks)
+      tally.without_plan += is_success(tick.status) ? 0 : 1;
     tally.steps += static_cast<long>(log.steps.size());
     tally.seconds += end;
     tally.planning += log.plan_seconds;

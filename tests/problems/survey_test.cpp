@@ -148,7 +148,7 @@ TEST(Limbs, NamesMissingPartsWithTheirRemedy) {
   EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "form left and right pairs"));
 }
 
-double distance(const LinkCapsule& limb, const Vec<double, 3>& point) {
+double distance(const RobotDescription::LinkCapsule& limb, const Vec<double, 3>& point) {
   const Capsule& c = limb.capsule;
   const Vec<double, 3> along = c.to - c.from;
   const double length = along.squaredNorm();
@@ -173,7 +173,8 @@ TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
                                 corner & 4 ? 0.5 : -0.5);
       const Vec<double, 3> point = frame.pose * (middle + half.cwiseProduct(size));
       double nearest = infinity;
-      for (const LinkCapsule& c : capsules) nearest = std::min(nearest, distance(c, point));
+      for (const RobotDescription::LinkCapsule& c : capsules)
+        nearest = std::min(nearest, distance(c, point));
       EXPECT_LT(nearest, 1e-6) << link << " " << corner;  // m, accuracy of the fit
     }
   };

@@ -39,7 +39,7 @@ TEST(Sway, CentreOfMassSwaysOnBothFeet) {
   const RunLog log = run(*problem, {"sway.amplitude=0.02", "sway.period=3", "sway.cycles=2"});
   EXPECT_TRUE(problem->judge(log).recovered) << problem->judge(log).reason;
   EXPECT_EQ(log.touchdown, infinity);
-  for (const LoopTick& tick : log.ticks)
+  for (const LoopLog::Tick& tick : log.ticks)
     ASSERT_EQ(tick.status, SolveStatus::optimal) << tick.time << ": " << tick.message;
   const double middle = 0.5 * (log.final_scene.stance.position + log.final_scene.swing.position)[1];
   double left = -infinity, right = infinity;

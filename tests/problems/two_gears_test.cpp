@@ -45,7 +45,7 @@ TEST_F(TwoGears, SatisfiesItsConstraints) {
 
 TEST_F(TwoGears, HasANodeAtTheWindowEndForAnyDuration) {
   bool found = false;
-  for (const TrajectoryPiece& piece : solution.trajectory.pieces())
+  for (const Trajectory::Piece& piece : solution.trajectory.pieces())
     found =
         found || (piece.phase == 1 && std::abs(piece.start - solution.durations[0] - 0.3) < 1e-9);
   EXPECT_TRUE(found);
@@ -53,7 +53,7 @@ TEST_F(TwoGears, HasANodeAtTheWindowEndForAnyDuration) {
 
 TEST_F(TwoGears, CostIsTheSumOfItsTerms) {
   double sum = 0.0;
-  for (const CostContribution& share : solution.costs) {
+  for (const Solution::CostContribution& share : solution.costs) {
     sum += share.value;
     if (share.term == "time") {
       EXPECT_NEAR(share.value, solution.trajectory.end_time(), 1e-9);

@@ -126,7 +126,8 @@ TEST_P(RepeatedStages, AreReadAgainInTheNextSolve) {
       next.stages[k].groups[1].M *= 1.1;
       next.stages[k].A *= 0.9;
     }
-    for (const QpStart start : {QpStart::least_squares, QpStart::guess}) {
+    for (const QpOptions::Start start :
+         {QpOptions::Start::least_squares, QpOptions::Start::guess}) {
       RiccatiOptions options;
       options.start = start;
       const auto solver = make_riccati_solver(first, options);
@@ -146,7 +147,7 @@ StageQp almost_repeated_stages(int seed) {
   Random random(seed);
   const int inputs = random.integer(2, 6);
   const Sizes sizes{random.integer(2, 5), inputs, 0};
-  const std::vector<RowGroupCapacity> groups{{2, inputs, true}, {3, sizes.own, true}};
+  const std::vector<StageCapacity::RowGroup> groups{{2, inputs, true}, {3, sizes.own, true}};
   std::vector<StageCapacity> capacity(10, {sizes.states(), inputs, groups});
   capacity.push_back({sizes.states(), 0, {}});
   StageQp qp(capacity);

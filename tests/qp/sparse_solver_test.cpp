@@ -207,7 +207,8 @@ TEST(SparseSolver, DistanceIsNoInfeasibilityProof) {
   const SparseQp* all[] = {&far, &flat, &cheap, &linear, &along};
   const double optima[][2] = {{3e5, 0.0}, {1.0, 1e6}, {1e6, 1e6}, {1e6, 0.0}, {1.0, 1e7}};
   for (int i = 0; i < 5; ++i)
-    for (const QpStart start : {QpStart::least_squares, QpStart::guess}) {
+    for (const QpOptions::Start start :
+         {QpOptions::Start::least_squares, QpOptions::Start::guess}) {
       const SparseQp& qp = *all[i];
       const auto solver =
           make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.start = start});

@@ -53,7 +53,7 @@ TEST(StageConversion, KeepsCostsOfAllPoints) {
     conversion.convert(program.qp, point, sparse);
     const double cost = objective(program.qp, point);
     EXPECT_NEAR(objective(conversion.sparse(), sparse.w), cost, 1e-12 * (1.0 + std::abs(cost)));
-    const StageQpResidual residual = kkt_residual(program.qp, point);
+    const StageQp::Residual residual = kkt_residual(program.qp, point);
     EXPECT_NEAR(kkt_residual(conversion.sparse(), sparse).feasibility, residual.feasibility,
                 1e-14 * (10.0 + residual.feasibility));
   }

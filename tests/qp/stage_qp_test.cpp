@@ -43,7 +43,7 @@ class OneStep : public ::testing::Test {
     row().l2[0] = l2;
   }
   double& multiplier() { return point.stages[0].group[0][0]; }
-  StageQpResidual residual() const { return kkt_residual(qp, point); }
+  StageQp::Residual residual() const { return kkt_residual(qp, point); }
 
   StageQp qp;
   StagePoint point;

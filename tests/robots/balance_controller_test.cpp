@@ -36,7 +36,7 @@ TEST_F(RecordedRun, MatchesTheRecording) {
   c.start(biped.start, lines.front().readings);
   int landings = 0;
   for (const RecordedLine& line : lines) {
-    const JointCommands& commands = c.update(line.readings);
+    const Robot::Commands& commands = c.update(line.readings);
     EXPECT_LT((commands.torques - line.torques).lpNorm<Eigen::Infinity>(), 3e-4)
         << line.readings.time;
     EXPECT_EQ(c.last().has_landed, line.has_landed) << line.readings.time;
@@ -92,7 +92,7 @@ TEST_F(RecordedRun, DoesNotAllocateWithAPreparingThread) {
       asked.notify_all();
       asked.wait(static_cast<int>(k));
     }
-    const JointCommands& commands = c.update(lines[k].readings);
+    const Robot::Commands& commands = c.update(lines[k].readings);
     made += count.made();
     EXPECT_EQ(commands.torques, alone.update(lines[k].readings).torques) << k;
   }

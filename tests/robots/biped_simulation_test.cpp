@@ -46,7 +46,7 @@ TEST_F(BipedSimulation, ReproducesTheRecordedRun) {
   std::string text;
   std::vector<RecordedLine> now;
   for (int k = 0; k < 250; ++k) {
-    const JointCommands& commands = controller.update(robot.read());
+    const Robot::Commands& commands = controller.update(robot.read());
     now.push_back({robot.read(), controller.last().has_landed, commands.torques});
     text += to_csv(now.back());
     robot.write(commands);
@@ -131,8 +131,8 @@ TEST_F(SyntheticProblem, SamplesMatchTheWholeBodyController) {
 class RemoteRobot final : public Robot {
  public:
   explicit RemoteRobot(SimulatedRobot& robot) : robot_(robot) {}
-  const SensorReadings& read() const override { return robot_.read(); }
-  void write(const JointCommands& commands) override { robot_.write(commands); }
+  const Robot::Readings& read() const override { return robot_.read(); }
+  void write(const Robot::Commands& commands) override { robot_.write(commands); }
   std::string wait() override { return robot_.wait(); }
   double period() const override { return robot_.period(); }
   std::string name() const override { return "remote"; }
@@ -164,7 +164,7 @@ TEST_F(SyntheticProblem, AnyRobotGetsTheTorquesOfTheSimulation) {
     controller.start(start, remote.read());
     std::size_t compared = 0;
     for (int k = 0; k < 50; ++k) {
-      const JointCommands& commands = controller.update(remote.read());
+      const Robot::Commands& commands = controller.update(remote.read());
       if (controller.last().has_controlled) {
         ASSERT_LT(compared, log.body.size());
         EXPECT_EQ(commands.torques, log.body[compared++].torques) << k;

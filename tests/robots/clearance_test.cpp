@@ -74,7 +74,7 @@ TEST_F(Limbs, SpeedsMatchTheDistance) {
 // omitted term is not negative.
 TEST_F(Limbs, AccelerationsMatchTheDistanceOfBalls) {
   for (FloatingRobot::Body& body : robot.bodies)
-    for (LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
+    for (RobotDescription::LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
   Random random(seed);
   Clearance clearance(robot, 8);
   VectorXd row(robot.joints());

@@ -356,14 +356,14 @@ class PuppetPlant final : public Plant {
   void step() override { time_ += dt; }
   double time() const override { return time_; }
   const WholeBodyState& state() const override { return state_; }
-  const FootContact& contact(Side side) const override {
+  const WholeBodyEstimate::Contact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
   std::string name() const override { return "puppet"; }
 
  private:
   WholeBodyState state_;
-  FootContact contacts_[2];
+  WholeBodyEstimate::Contact contacts_[2];
   double time_ = 0.0;
 };
 
@@ -392,7 +392,9 @@ class EstimatedRobot {
   }
   void pin(Side foot) { estimator_.pin(foot); }
   const WholeBodyState& state() const { return estimator_.estimate().state; }
-  const FootContact& contact(Side side) const { return estimator_.estimate().contact(side); }
+  const WholeBodyEstimate::Contact& contact(Side side) const {
+    return estimator_.estimate().contact(side);
+  }
   const BaseEstimator& base() const { return estimator_.base(); }
 
  private:

@@ -313,7 +313,7 @@ TEST_F(LimbsInBothEngines, RejectDetectorsWithoutCapsules) {
 TEST_F(LimbsInBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
   FloatingRobot low = robot;
   const FloatingRobot::Frame& sole = low.left_sole;
-  LinkCapsule capsule;
+  RobotDescription::LinkCapsule capsule;
   capsule.capsule = {sole.pose * Vec<double, 3>(-0.02, 0.0, 0.0),
                      sole.pose * Vec<double, 3>(0.02, 0.0, 0.0), 0.03};
   low.bodies[static_cast<std::size_t>(sole.body)].capsules.push_back(capsule);

@@ -33,14 +33,14 @@ class StillPlant final : public Plant {
   }
   double time() const override { return 0.0; }
   const WholeBodyState& state() const override { return state_; }
-  const FootContact& contact(Side side) const override {
+  const WholeBodyEstimate::Contact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
   std::string name() const override { return "still"; }
 
  private:
   WholeBodyState state_;
-  FootContact contacts_[2];
+  WholeBodyEstimate::Contact contacts_[2];
   double torque_ = 0.0;
   std::vector<double>* acting_;
 };

@@ -213,7 +213,7 @@ void expect_agreement(int seed, Tally& tally) {
   const auto solver = make_native_solver();
   const Solution slow = solve(shooting, *solver);
   ++(is_convex ? tally.convex : tally.enumerated);
-  EXPECT_NE(fast.guarantee, Guarantee::contradicted) << fast.message;
+  EXPECT_NE(fast.guarantee, SequenceResult::Guarantee::contradicted) << fast.message;
   // An optimum of the samples. The search makes no promise between them.
   const bool is_optimum = slow.ok() || (is_convex && slow.status == SolveStatus::coarse_grid);
   if (is_optimum) {
@@ -222,14 +222,14 @@ void expect_agreement(int seed, Tally& tally) {
                               << slow.cost;
     EXPECT_NEAR(fast.cost, slow.cost, 1e-6 * std::max(1.0, std::abs(slow.cost))) << fast.message;
     if (is_convex) {
-      EXPECT_EQ(fast.guarantee, Guarantee::optimal) << fast.message;
+      EXPECT_EQ(fast.guarantee, SequenceResult::Guarantee::optimal) << fast.message;
       EXPECT_LE(fast.lower_bound, slow.cost + 1e-7 * std::max(1.0, std::abs(slow.cost)));
     }
   } else if (slow.status == SolveStatus::infeasible) {
     ++tally.infeasible;
     EXPECT_FALSE(fast.found()) << fast.message << " " << fast.cost << "; but " << slow.message;
-    EXPECT_TRUE(fast.guarantee == Guarantee::infeasible ||
-                fast.guarantee == Guarantee::inconclusive)
+    EXPECT_TRUE(fast.guarantee == SequenceResult::Guarantee::infeasible ||
+                fast.guarantee == SequenceResult::Guarantee::inconclusive)
         << fast.message;
   } else {
     ++tally.refused;
@@ -275,11 +275,12 @@ TEST(SearchFeatures, SearchMatchesEnumeration) {
     }
     ++(best < infinity ? compared : infeasible);
     if (best == infinity) {
-      EXPECT_EQ(found.guarantee, Guarantee::infeasible) << found.message;
+      EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::infeasible) << found.message;
       continue;
     }
     const double size = std::max(1.0, std::abs(best));
-    EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message << " gap " << found.gap();
+    EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::optimal)
+        << found.message << " gap " << found.gap();
     EXPECT_NEAR(found.cost, best, 2e-6 * size) << found.message;
     EXPECT_LE(found.lower_bound, best + 1e-7 * size);
   }
@@ -309,11 +310,11 @@ ModeGraph chased(double reach_offset) {
 // After 4 phases of 0.5 s the target is at the start. After 1 s it would be out of reach.
 TEST(SearchFeatures, EndIsAtTheEndOfTheHorizon) {
   const SequenceResult found = search(chased(4.0), {.phases = 4});
-  EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::optimal) << found.message;
   EXPECT_NEAR(found.cost, 0.0, 1e-9);
   EXPECT_LE(found.lower_bound, 1e-9);
   const SequenceResult none = search(chased(0.0), {.phases = 4});  // at x = -4
-  EXPECT_EQ(none.guarantee, Guarantee::infeasible) << none.message;
+  EXPECT_EQ(none.guarantee, SequenceResult::Guarantee::infeasible) << none.message;
 }
 
 // The input is bounded from the third phase on, or in the first two phases only; the modes are the
@@ -333,7 +334,7 @@ TEST(SearchFeatures, BoundWindowsAreRelativeToTheSequenceStart) {
         "far", [](const auto&, const auto& x) { return x[0]; }, exactly(3.0));
     const SequenceResult found = search(graph, {.phases = 3, .intervals_per_phase = 1});
     ASSERT_TRUE(found.found()) << found.message;
-    EXPECT_NE(found.guarantee, Guarantee::contradicted) << found.message;
+    EXPECT_NE(found.guarantee, SequenceResult::Guarantee::contradicted) << found.message;
     // Inputs of 5.5, 5.5 and 1, or of 1, 1 and 10, for a quarter of a second each.
     EXPECT_NEAR(found.cost, 0.5 * sample * (late ? 61.5 : 102.0), 1e-5) << found.message;
   }
@@ -380,7 +381,7 @@ TEST(Certificates, AreIndependentOfCostUnits) {
     }
     graph.all_transitions().start_at({0.8});
     const SequenceResult found = search(graph, {.phases = 6});
-    ASSERT_EQ(found.guarantee, Guarantee::optimal) << unit << ": " << found.message;
+    ASSERT_EQ(found.guarantee, SequenceResult::Guarantee::optimal) << unit << ": " << found.message;
     if (sequence.empty()) sequence = found.modes, cost = found.cost;
     EXPECT_EQ(found.modes, sequence) << unit;
     EXPECT_NEAR(found.cost / unit, cost, 1e-6 * cost) << unit;
@@ -406,7 +407,8 @@ TEST(Certificates, HoldWithoutStateAndInputBounds) {
   }
   graph.all_transitions().start_at({-1.0, 0.3});
   const SequenceResult found = search(graph, {.phases = 5});
-  EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message << " gap " << found.gap();
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::optimal)
+      << found.message << " gap " << found.gap();
 }
 
 // A row whose limit changes unnoticed by the search, like a formula with hidden state.
@@ -445,19 +447,19 @@ SequenceSearch moving_search(const std::shared_ptr<double>& shift) {
 TEST(Certificates, ReportsContradictionsWithoutCertificate) {
   const auto shift = std::make_shared<double>(1.0);  // at x >= 1: no input, no cost
   SequenceSearch holds = moving_search(shift);
-  EXPECT_EQ(holds.solve(VectorXd{{1.0}}).guarantee, Guarantee::optimal);
+  EXPECT_EQ(holds.solve(VectorXd{{1.0}}).guarantee, SequenceResult::Guarantee::optimal);
   *shift = 1.2;  // the sequence from the search is now infeasible
   const SequenceResult wrong = holds.solve(VectorXd{{1.0}});
-  EXPECT_EQ(wrong.guarantee, Guarantee::contradicted) << wrong.message;
+  EXPECT_EQ(wrong.guarantee, SequenceResult::Guarantee::contradicted) << wrong.message;
   EXPECT_EQ(wrong.lower_bound, -infinity);
   EXPECT_NE(wrong.message.find("found a cost of"), std::string::npos) << wrong.message;
 
   *shift = 4.0;  // out of reach
   SequenceSearch excludes = moving_search(shift);
-  EXPECT_EQ(excludes.solve(VectorXd{{1.0}}).guarantee, Guarantee::infeasible);
+  EXPECT_EQ(excludes.solve(VectorXd{{1.0}}).guarantee, SequenceResult::Guarantee::infeasible);
   *shift = 0.5;
   const SequenceResult excluded = excludes.solve(VectorXd{{1.0}});
-  EXPECT_EQ(excluded.guarantee, Guarantee::contradicted) << excluded.message;
+  EXPECT_EQ(excluded.guarantee, SequenceResult::Guarantee::contradicted) << excluded.message;
   EXPECT_NE(excluded.message.find("when solved separately"), std::string::npos);
 }
 
@@ -478,7 +480,7 @@ TEST(Certificates, LocalSolverFailureIsInconclusive) {
   graph.mode(mode).all_transitions().start_at({0.0});
   const SequenceResult none = search(graph, {.phases = 1, .intervals_per_phase = 2});
   EXPECT_FALSE(none.found());
-  EXPECT_EQ(none.guarantee, Guarantee::inconclusive) << none.message;
+  EXPECT_EQ(none.guarantee, SequenceResult::Guarantee::inconclusive) << none.message;
 }
 
 // The assumption of nonnegative costs, which allows pruning, is checked where possible.
@@ -495,7 +497,7 @@ TEST(Certificates, ReportsNegativeCostsDespiteTheOption) {
       "bonus", [](const auto&, const auto& x) { return x[0] * x[0] - 100.0; });
   const SequenceResult found =
       search(graph, {.phases = 2, .intervals_per_phase = 3, .costs_are_nonnegative = true});
-  EXPECT_EQ(found.guarantee, Guarantee::contradicted) << found.message;
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::contradicted) << found.message;
   EXPECT_NE(found.message.find("costs_are_nonnegative is set"), std::string::npos) << found.message;
 }
 

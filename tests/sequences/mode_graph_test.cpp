@@ -72,7 +72,7 @@ TEST(ModeGraph, DwellAndEntriesLimitAppending) {
   ModeGraph graph = up_and_down();
   graph.all_transitions().dwell("up", 2).enter_at_most("down", 1);
   ASSERT_EQ(message_of(graph), "");
-  const auto may = [&](std::vector<int> path, int next, ModeHistory before = {}) {
+  const auto may = [&](std::vector<int> path, int next, ModeGraph::History before = {}) {
     return graph.may_append(path, next, before);
   };
   EXPECT_FALSE(may({0}, 1));

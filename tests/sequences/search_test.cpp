@@ -23,7 +23,7 @@ TEST(Search, UsesAllAllowedFishingTrips) {
         search(library::fishing_modes(),
                {.at_most = at_most, .intervals_per_phase = 6, .integrator = runge_kutta8()});
     ASSERT_TRUE(found.found()) << at_most << ": " << found.message;
-    EXPECT_EQ(found.guarantee, Guarantee::enumerated);
+    EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::enumerated);
     EXPECT_EQ(found.lower_bound, -infinity);
     EXPECT_LE(static_cast<int>(found.sequence.size()), at_most);
     EXPECT_GT(found.cost, relaxed_fishing);
@@ -68,8 +68,8 @@ TEST(Search, ExcludesPrefixesAboveTheBestCost) {
   SearchOptions pruned = every;
   pruned.costs_are_nonnegative = true;
   const SequenceResult a = search(pushes(), every), b = search(pushes(), pruned);
-  EXPECT_EQ(a.guarantee, Guarantee::enumerated) << a.message;
-  EXPECT_EQ(b.guarantee, Guarantee::enumerated) << b.message;
+  EXPECT_EQ(a.guarantee, SequenceResult::Guarantee::enumerated) << a.message;
+  EXPECT_EQ(b.guarantee, SequenceResult::Guarantee::enumerated) << b.message;
   EXPECT_EQ(a.sequence, b.sequence);
   EXPECT_NEAR(a.cost, b.cost, 1e-8);
   EXPECT_GE(a.nodes, 81);  // 3^4, each from one or more starts
@@ -127,7 +127,7 @@ TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
   graph.all_transitions().start_at({0.0});
   const SequenceResult found = search(graph, {.phases = 4, .intervals_per_phase = 3});
   ASSERT_TRUE(found.found()) << found.message;
-  EXPECT_EQ(found.guarantee, Guarantee::enumerated);
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::enumerated);
   EXPECT_EQ(std::count(found.sequence.begin(), found.sequence.end(), "on"), 2) << found.message;
   EXPECT_NE(found.message.find("mode 'on' limits an integral"), std::string::npos) << found.message;
   EXPECT_NEAR(found.solution.integrals.back().value, 1.0, 1e-8);
@@ -154,7 +154,7 @@ TEST(Search, AcceptsTimesWithinRounding) {
       .total_time(exactly(0.5))
       .costs(CostRule::integrated);
   const SequenceResult found = search(graph, {.at_most = 4, .intervals_per_phase = 3});
-  ASSERT_EQ(found.guarantee, Guarantee::enumerated) << found.message;
+  ASSERT_EQ(found.guarantee, SequenceResult::Guarantee::enumerated) << found.message;
   EXPECT_EQ(found.sequence.size(), 4u) << found.message;
   EXPECT_NEAR(found.cost, (0.3 * 0.3 * 0.3 + 0.2 * 0.2 * 0.2) / 3.0, 1e-9);
 }
@@ -163,7 +163,7 @@ TEST(Search, StoppedSearchHasNoCertificate) {
   const SequenceResult found = search(
       pushes(),
       {.phases = 4, .max_nodes = 6, .intervals_per_phase = 3, .costs_are_nonnegative = true});
-  EXPECT_EQ(found.guarantee, Guarantee::incomplete) << found.message;
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::incomplete) << found.message;
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ Numbers search(const ModeGraph& graph, double level, const Place& place) {
   for (int tick = 0; tick < 2; ++tick) {
     const VectorXd state = result.states[1];
     place([&] { result = search->solve_next(state); });
-    EXPECT_EQ(result.guarantee, Guarantee::optimal) << result.message;
+    EXPECT_EQ(result.guarantee, SequenceResult::Guarantee::optimal) << result.message;
     append(numbers, result);
   }
   place([&] { search.reset(); });
@@ -115,8 +115,8 @@ TEST(PromiseOfOptimumDerivatives, EachCallMayComeFromAnotherThread) {
     place([&] { derivatives = std::make_unique<OptimumDerivatives>(shooting, solution); });
     EXPECT_TRUE(derivatives->reliable()) << derivatives->message();
     append(numbers, derivatives->point().w);
-    const auto ask = [&](const std::function<OptimumDerivative()>& question) {
-      OptimumDerivative answer;
+    const auto ask = [&](const std::function<OptimumDerivatives::Derivative()>& question) {
+      OptimumDerivatives::Derivative answer;
       place([&] { answer = question(); });
       EXPECT_TRUE(answer.reliable) << answer.message;
       numbers.push_back(answer.cost);

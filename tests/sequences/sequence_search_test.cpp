@@ -55,10 +55,10 @@ void expect_as_enumerated(const ModeGraph& graph, int phases) {
   const double best = by_enumeration(graph, phases);
   const SequenceResult found = search(graph, {.phases = phases});
   if (best == infinity) {
-    EXPECT_EQ(found.guarantee, Guarantee::infeasible) << found.message;
+    EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::infeasible) << found.message;
     return;
   }
-  EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
+  EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::optimal) << found.message;
   EXPECT_NEAR(found.cost, best, same_cost * best);
   EXPECT_LE(found.lower_bound, best * (1.0 + same_cost));
   EXPECT_LE(found.gap(), 1.1e-6);
@@ -127,10 +127,10 @@ TEST(SequenceSearch, FindsTheOptimaOfAMixedIntegerSolver) {
     SequenceSearch search(known.graph(x), {.phases = known.phases, .confirm = false});
     const SequenceResult found = search.solve(x);
     if (known.optimum == infinity) {
-      EXPECT_EQ(found.guarantee, Guarantee::infeasible);
+      EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::infeasible);
       continue;
     }
-    EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
+    EXPECT_EQ(found.guarantee, SequenceResult::Guarantee::optimal) << found.message;
     EXPECT_NEAR(found.cost, known.optimum, same_cost * known.optimum);
   }
 }
@@ -168,10 +168,10 @@ TEST(SequenceSearch, WarmNodesNeedFewerIterations) {
 TEST(SequenceSearch, StoppedSearchHasABoundAndTheBestSoFar) {
   const VectorXd x = Vec<double, 2>(0.1, 0.3);
   const SequenceResult all = search(two_tanks(x), {.phases = 8});
-  ASSERT_EQ(all.guarantee, Guarantee::optimal);
+  ASSERT_EQ(all.guarantee, SequenceResult::Guarantee::optimal);
   SequenceSearch stopped(two_tanks(x), {.phases = 8, .max_nodes = 12});
   const SequenceResult some = stopped.solve(x);
-  EXPECT_EQ(some.guarantee, Guarantee::bounded);
+  EXPECT_EQ(some.guarantee, SequenceResult::Guarantee::bounded);
   EXPECT_LE(some.nodes, 13);
   ASSERT_TRUE(some.found());
   EXPECT_GE(some.cost, all.cost * (1.0 - same_cost));
@@ -181,7 +181,7 @@ TEST(SequenceSearch, StoppedSearchHasABoundAndTheBestSoFar) {
 
   stopped.set_deadline(1e-9);
   const SequenceResult none = stopped.solve(x);
-  EXPECT_EQ(none.guarantee, Guarantee::bounded);
+  EXPECT_EQ(none.guarantee, SequenceResult::Guarantee::bounded);
   EXPECT_FALSE(none.found());
   EXPECT_EQ(none.gap(), infinity);
 }
@@ -197,7 +197,7 @@ void expect_loop(ModeGraph (*graph)(const VectorXd&), VectorXd x, int phases, in
   for (int tick = 0; tick < ticks; ++tick) {
     const SequenceResult next = tick == 0 ? loop.solve(x) : loop.solve_next(x);
     const SequenceResult alone = fresh.solve(x, loop.before());
-    ASSERT_EQ(next.guarantee, Guarantee::optimal) << "tick " << tick;
+    ASSERT_EQ(next.guarantee, SequenceResult::Guarantee::optimal) << "tick " << tick;
     EXPECT_NEAR(next.cost, alone.cost, 2.0 * same_cost * alone.cost) << "tick " << tick;
     if (tick > 0) {
       EXPECT_GT(next.reused, 0);
@@ -282,7 +282,7 @@ TEST(SequenceSearch, RemembersTheAppliedInputAfterATickWithoutResult) {
   SequenceSearch loop(thermostats(x), {.phases = 5, .confirm = false});
   ASSERT_TRUE(loop.solve(x, {.mode = 0, .phases = 1}).found());
   ASSERT_FALSE(loop.solve_next(hopeless).found());
-  const ModeHistory before = loop.before();
+  const ModeGraph::History before = loop.before();
   ASSERT_GE(before.mode, 0);
   loop.solve_next(x);
   EXPECT_EQ(loop.before().mode, before.mode);

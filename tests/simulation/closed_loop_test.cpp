@@ -174,7 +174,7 @@ TEST(ClosedLoop, NoiseIsWhiteAndSeeded) {
   EXPECT_EQ(one.ticks[7].measured[0], run(1).ticks[7].measured[0]);
   EXPECT_NE(one.ticks[7].measured[0], run(2).ticks[7].measured[0]);
   double sum = 0.0, square = 0.0, lag = 0.0, before = 0.0;
-  for (const LoopTick& tick : one.ticks) {
+  for (const LoopLog::Tick& tick : one.ticks) {
     const double e = tick.measured[0] - 1.0;
     sum += e;
     square += e * e;
@@ -206,8 +206,9 @@ Automaton<2, 1> ball() {
 }
 
 TEST(ClosedLoop, ReportsTimesOfPlantEvents) {
-  IntegratorPlant plant = make_plant(
-      ball(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11}), VectorXd{{1.0, 0.0}});
+  IntegratorPlant plant =
+      make_plant(ball(), cvodes({.method = CvodesOptions::Method::Adams, .tolerance = 1e-11}),
+                 VectorXd{{1.0, 0.0}});
   EXPECT_EQ(plant.mode(), "flight");
   int heard = 0;
   LoopOptions options{.duration = 2.0, .period = 0.01};
@@ -222,7 +223,7 @@ TEST(ClosedLoop, ReportsTimesOfPlantEvents) {
   for (const HybridEvent& e : log.recording.events) {
     // Two hundred intervals with a local error of 1e-11.
     EXPECT_NEAR(e.time, t, 1e-8);
-    EXPECT_EQ(e.kind, EventKind::jumps);
+    EXPECT_EQ(e.kind, HybridEvent::Kind::jumps);
     EXPECT_NEAR(e.after[1], -restitution * e.before[1], 1e-12);
     flight *= restitution;
     t += flight;
@@ -302,7 +303,7 @@ TEST(ClosedLoop, DoesNotSlideOnAJumpingSurface) {
   ASSERT_TRUE(log.completed) << log.message;
   std::vector<double> times;
   for (const HybridEvent& e : log.recording.events)
-    if (e.kind == EventKind::slides) times.push_back(e.time);
+    if (e.kind == HybridEvent::Kind::slides) times.push_back(e.time);
   ASSERT_EQ(times.size(), 3u);
   EXPECT_NEAR(times[0], 0.1, 1e-9);
   EXPECT_NEAR(times[1], 1.3, 1e-9);   // from 20 at 0.3 s down to 19
@@ -330,7 +331,7 @@ TEST(ClosedLoop, ThrowingFormulaEndsTheRunWithAMessage) {
     EXPECT_NEAR(log.final_state()[0], 0.5, 1e-12);  // earlier records are kept
   };
   for (const IntegratorChoice& scheme :
-       {runge_kutta4(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11})}) {
+       {runge_kutta4(), cvodes({.method = CvodesOptions::Method::Adams, .tolerance = 1e-11})}) {
     IntegratorPlant plant = make_plant<1, 1>(Fragile{}, scheme, VectorXd{{0.0}});
     LoopOptions options{.duration = 1.0, .period = step};
     options.before_tick = [](double t, const VectorRef&) { armed = t > 0.45; };
@@ -449,7 +450,7 @@ class CountDown final : public LoopController {
   const HeldInput& tick(double t, const VectorRef& measured) override {
     if (ticks++ % 2 == 0) rate_ = -measured[0];
     input_.clear();
-    InputPiece& piece = input_.add();
+    HeldInput::Piece& piece = input_.add();
     piece.start = t;
     piece.length = step;
     piece.size = 1;
@@ -493,9 +494,9 @@ class RecordsItsPlans final : public LoopController {
   const HeldInput& tick(double t, const VectorRef& measured) override {
     return inner_.tick(t, measured);
   }
-  std::optional<LoopTick> last_tick() override {
+  std::optional<LoopLog::Tick> last_tick() override {
     if (inner_.ticks % 2 == 0) return {};
-    LoopTick tick;
+    LoopLog::Tick tick;
     tick.provenance = Provenance::optimal;
     tick.message = "planned";
     return tick;

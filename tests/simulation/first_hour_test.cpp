@@ -241,7 +241,7 @@ class BouncingBall final : public LoopPlant {
       move(a, hit);
       HybridEvent impact;
       impact.time = time_;
-      impact.kind = EventKind::jumps;
+      impact.kind = HybridEvent::Kind::jumps;
       impact.name = "impact";
       impact.before = x_;
       enter_phase(1);

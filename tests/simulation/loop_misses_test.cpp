@@ -160,7 +160,7 @@ TEST(LoopMisses, AHugeBoundHidesNoViolationOfTheOther) {
 }
 
 TEST(LoopMisses, TolerancesAreChecked) {
-  const auto run_with = [](const MissTolerance& tolerance) {
+  const auto run_with = [](const MissRecord::Tolerance& tolerance) {
     run_transfer(1.0, {.duration = 2.0, .tolerance = tolerance});
   };
   EXPECT_THROW(run_with({.relative = std::nan("")}), DefinitionError);
@@ -170,7 +170,7 @@ TEST(LoopMisses, TolerancesAreChecked) {
 }
 
 TEST(LoopMisses, TolerancesFollowBoundsAndNominalValues) {
-  MissTolerance tolerance;
+  MissRecord::Tolerance tolerance;
   EXPECT_DOUBLE_EQ(tolerance.of("any", at_most(0.1)), 1e-6);
   EXPECT_DOUBLE_EQ(tolerance.of("any", between(-200.0, 3.0)), 2e-4);
   EXPECT_DOUBLE_EQ(tolerance.of("any", at_most(0.0), 50.0), 5e-5);

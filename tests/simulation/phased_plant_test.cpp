@@ -43,7 +43,7 @@ TEST(PhasedPlant, GuardEndsAPhaseAtItsZero) {
   const std::vector<HybridEvent> events = plant.take_events();
   ASSERT_EQ(events.size(), 1u);
   EXPECT_EQ(events[0].name, "impact");
-  EXPECT_EQ(events[0].kind, EventKind::jumps);
+  EXPECT_EQ(events[0].kind, HybridEvent::Kind::jumps);
   EXPECT_NEAR(events[0].time, impact, 1e-12);  // quadratic in time: order four is exact
   EXPECT_NEAR(events[0].before[1], -gravity * impact, 1e-12);
   EXPECT_NEAR(events[0].after[1], 0.8 * gravity * impact, 1e-12);

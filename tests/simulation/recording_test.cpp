@@ -36,7 +36,7 @@ TEST(Recording, NamesColumnsAndLeavesAbsentCellsEmpty) {
   recording.state_names = {"height [m]"};
   recording.samples = {{0.0, VectorXd{{1.0, 2.0}}, VectorXd{{3.0}}, "up"},
                        {0.5, VectorXd{{4.0}}, VectorXd(), "down"}};
-  recording.events = {{0.5, EventKind::jumps, "impact", "up", "down", {}, {}, {}}};
+  recording.events = {{0.5, HybridEvent::Kind::jumps, "impact", "up", "down", {}, {}, {}}};
   EXPECT_EQ(recording.trajectory_csv(), "t [s],mode,height [m],x1,u0\n0,up,1,2,3\n0.5,down,4,,\n");
   EXPECT_EQ(recording.events_csv(),
             "t [s],event,kind,mode before,mode after\n0.5,impact,jumps,up,down\n");
@@ -71,7 +71,7 @@ TEST(Recording, PlanHasBothSidesOfJumps) {
 }
 
 Trajectory trajectory_of(const IntervalProblem& problem, const IntegratorChoice& scheme,
-                         std::vector<TrajectoryPiece> pieces) {
+                         std::vector<Trajectory::Piece> pieces) {
   return {{{"move", VectorXd(), std::make_shared<const ReentrantIntegrator>(problem, scheme)}},
           std::move(pieces)};
 }
@@ -89,7 +89,7 @@ TEST(Recording, EveryPieceHasItsInputUpToItsEnd) {
   problem.dynamics = make_function<1, 1, 0>(moved);
   for (const double start : {0.0, 20.0, 100.0, 1e6, 1.7e9})
     for (const double length : {0.1, 0.01}) {
-      std::vector<TrajectoryPiece> pieces;
+      std::vector<Trajectory::Piece> pieces;
       for (int k = 0; k < 10; ++k)
         pieces.push_back({0, start + length * k, length, VectorXd{{0.0}}, VectorXd{{double(k)}},
                           VectorXd{{length * k}}});
@@ -124,7 +124,7 @@ TEST(Recording, SlidingBeginsOnce) {
   problem.dynamics = problem.switching.modes.front().dynamics;
   const IntegratorChoice scheme = runge_kutta4({.steps = 2});
   const std::unique_ptr<Integrator> integrator = scheme->make(problem);
-  std::vector<TrajectoryPiece> pieces;
+  std::vector<Trajectory::Piece> pieces;
   VectorXd state = VectorXd::Zero(2), end(2);
   for (int k = 0; k < 10; ++k) {
     VectorXd w(4);
@@ -137,7 +137,7 @@ TEST(Recording, SlidingBeginsOnce) {
     const Recording recording =
         record(OptimalControlProblem("slide"), trajectory_of(problem, scheme, pieces), samples);
     ASSERT_EQ(recording.events.size(), 1u) << recording.events_csv();
-    EXPECT_EQ(recording.events[0].kind, EventKind::slides);
+    EXPECT_EQ(recording.events[0].kind, HybridEvent::Kind::slides);
     EXPECT_NEAR(recording.events[0].time, 0.35, 1e-14);
     for (const Sample& s : recording.samples) {
       if (std::abs(s.time - 0.35) <= 1e-9) continue;

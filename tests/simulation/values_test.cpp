@@ -122,7 +122,7 @@ TEST(Trajectory, RejectsNanTimesAndMissingPhases) {
   EXPECT_EQ(plan.input(-infinity), plan.pieces().front().coefficients);
   for (const int phases : {-1, 1, 100000})
     expect_refused("none remains", [&] { plan.after(phases); });
-  TrajectoryPiece foreign = plan.pieces().front();
+  Trajectory::Piece foreign = plan.pieces().front();
   for (const int phase : {-1, 1, 100000}) {
     foreign.phase = phase;
     expect_refused("phase", [&] { plan.state_in(foreign, 0.1); });
@@ -134,10 +134,10 @@ TEST(Trajectory, RejectsNanTimesAndMissingPhases) {
 TEST(Trajectory, IsCheckedAtConstruction) {
   const Solution solution = solve(integrator());
   const std::vector<Trajectory::PhaseInfo> phases = solution.trajectory.phases();
-  const TrajectoryPiece piece = solution.trajectory.pieces().front();
+  const Trajectory::Piece piece = solution.trajectory.pieces().front();
   const auto refuse = [&](const char* word, const auto& edit) {
     std::vector<Trajectory::PhaseInfo> other = phases;
-    TrajectoryPiece wrong = piece;
+    Trajectory::Piece wrong = piece;
     edit(other.front(), wrong);
     expect_refused(word, [&] { (void)Trajectory(other, {wrong}); });
   };
@@ -349,7 +349,7 @@ TEST(ProblemAccess, RejectsInvalidIndices) {
   EXPECT_FALSE(problem.set_penalty_weight("w", 1.0));
   expect_refused("no mode", [&] { problem.schedule().mode(0); });
   // NOLINTEND(bugprone-use-after-move)
-  ParameterBlock unknown;
+  PhaseDefinition::ParameterBlock unknown;
   unknown.name = "p";
   unknown.value = VectorXd::Zero(1);
   unknown.unknown = true;

@@ -88,7 +88,7 @@ TEST(Check, AcceptsACorrectProblem) {
     EXPECT_TRUE(page.ok()) << page.text();
     for (const char* aspect : {"definition", "start", "derivatives", "sparsity", "jumps", "bounds",
                                "scaling", "ranks", "integration", "reach"})
-      EXPECT_EQ(page.line(aspect).verdict, CheckVerdict::good) << page.text();
+      EXPECT_EQ(page.line(aspect).verdict, ProblemCheck::Verdict::good) << page.text();
   }
 }
 
@@ -113,7 +113,7 @@ TEST(Check, ChecksDerivativesInProblemUnits) {
       OptimalControlProblem problem("swing");
       problem.start_at({0.5 * radius, 0.0}).then(swing);
       const ProblemCheck page = check(problem);
-      EXPECT_EQ(page.line("derivatives").verdict, CheckVerdict::good)
+      EXPECT_EQ(page.line("derivatives").verdict, ProblemCheck::Verdict::good)
           << radius << (is_declared ? " declared\n" : "\n") << page.text();
     }
 }
@@ -124,8 +124,9 @@ TEST(Check, FindsAWrongDerivativeOfSmallNumbers) {
        {Power::Mistake::derivative, Power::Mistake::second_derivative, Power::Mistake::none}) {
     const ProblemCheck page =
         check(spoilt([&](Ride& r) { r.keep("power", power(mistake, 1e-6), at_most(10.0)); }));
-    EXPECT_EQ(page.line("derivatives").verdict,
-              mistake == Power::Mistake::none ? CheckVerdict::good : CheckVerdict::doubtful)
+    EXPECT_EQ(page.line("derivatives").verdict, mistake == Power::Mistake::none
+                                                    ? ProblemCheck::Verdict::good
+                                                    : ProblemCheck::Verdict::doubtful)
         << page.text();
   }
 }
@@ -374,8 +375,8 @@ class FaultyProblem : public testing::TestWithParam<Spoilt> {};
 TEST_P(FaultyProblem, IsFound) {
   const ProblemCheck page = GetParam().page();
   EXPECT_FALSE(page.ok()) << page.text();
-  const CheckLine& line = page.line(GetParam().aspect);
-  EXPECT_EQ(line.verdict, CheckVerdict::doubtful) << page.text();
+  const ProblemCheck::Line& line = page.line(GetParam().aspect);
+  EXPECT_EQ(line.verdict, ProblemCheck::Verdict::doubtful) << page.text();
   for (const std::string& fragment : GetParam().fragments)
     EXPECT_NE(line.text.find(fragment), std::string::npos) << fragment << " is not in\n"
                                                            << page.text();

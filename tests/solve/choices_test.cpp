@@ -66,7 +66,7 @@ TEST(RealTimeChoice, EveryNameAndMethodGivesTheSameInput) {
       const ControlTick& tick = controller.tick(0.0, VectorXd{{1.0}});
       EXPECT_EQ(tick.provenance, Provenance::optimal) << name << ' ' << word;
       EXPECT_NEAR(tick.input[0].input()[0], input, 1e-6) << name << ' ' << word;
-      const bool is_step = method == TickMethod::step && solver != SolverChoice::ipopt;
+      const bool is_step = method == RealTimeChoice::Method::step && solver != SolverChoice::ipopt;
       EXPECT_EQ(controller.solver_name().starts_with("real-time iteration"), is_step)
           << controller.solver_name();
     }

@@ -33,8 +33,8 @@ OptimalControlProblem ride(double distance) {
 const ExplainOptions exact{
     .shooting = {.intervals_per_phase = 20, .integrator = zero_order_hold()}};
 
-const Remedy* find(const Explanation& e, ProblemChange::Kind kind) {
-  for (const Remedy& remedy : e.remedies)
+const Explanation::Remedy* find(const Explanation& e, ProblemChange::Kind kind) {
+  for (const Explanation::Remedy& remedy : e.remedies)
     if (remedy.changes.size() == 1 && remedy.changes.front().kind == kind) return &remedy;
   return nullptr;
 }
@@ -67,7 +67,7 @@ TEST(Explain, AmountsAndRemediesMatchTheClosedForm) {
   const Explanation e = explain(ride(4.5), exact);
   ASSERT_TRUE(e.is_infeasible());
   ASSERT_EQ(e.shortages.size(), 1u) << e.text();
-  const Shortage& s = e.shortages.front();
+  const Explanation::Shortage& s = e.shortages.front();
   EXPECT_EQ(s.name(), "phase 'ride', term 'there'");
   EXPECT_EQ(s.side, ProblemChange::Side::lower);
   EXPECT_NEAR(s.amount, 2.5, 1e-5);  // rho
@@ -76,15 +76,16 @@ TEST(Explain, AmountsAndRemediesMatchTheClosedForm) {
   EXPECT_NE(e.text().find("'there' cannot be met: 2.5 too little"), std::string::npos) << e.text();
   // 1/2 a T^2 = 4.5: T = 3 s, or a = 2.25 m/s^2. The suggestion exceeds this by 1 % twice and by
   // rounding to three digits.
-  const Remedy* longer = find(e, ProblemChange::Kind::duration);
+  const Explanation::Remedy* longer = find(e, ProblemChange::Kind::duration);
   ASSERT_NE(longer, nullptr) << e.text();
   EXPECT_NEAR(longer->changes.front().by, 1.0, 0.035);
   EXPECT_GE(longer->changes.front().by, 1.0);
-  const Remedy* stronger = find(e, ProblemChange::Kind::input);
+  const Explanation::Remedy* stronger = find(e, ProblemChange::Kind::input);
   ASSERT_NE(stronger, nullptr) << e.text();
   EXPECT_NEAR(stronger->changes.front().by, 1.25, 0.04);
   EXPECT_GE(stronger->changes.front().by, 1.25);
-  for (const Remedy& remedy : e.remedies) EXPECT_TRUE(is_success(remedy.status)) << remedy.text;
+  for (const Explanation::Remedy& remedy : e.remedies)
+    EXPECT_TRUE(is_success(remedy.status)) << remedy.text;
 }
 
 // The same ride in metres and in units of ten micrometres, without nominal magnitudes.
@@ -184,7 +185,7 @@ TEST(ExplainSoftTerms, InfeasibleTermIsReportedWithItsRemedy) {
   const Explanation e = explain(soft_ride(4.5, soft("there", 100.0)), exact);
   EXPECT_FALSE(e.is_infeasible());
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
-  const SoftShortage& s = e.gives_way.front();
+  const Explanation::SoftShortage& s = e.gives_way.front();
   EXPECT_EQ(s.missed.name(), "phase 'ride', term 'there'");
   EXPECT_EQ(s.missed.side, ProblemChange::Side::lower);
   EXPECT_NEAR(s.missed.amount, 2.5, 1e-6);
@@ -193,7 +194,7 @@ TEST(ExplainSoftTerms, InfeasibleTermIsReportedWithItsRemedy) {
   ASSERT_TRUE(s.least);
   EXPECT_NEAR(*s.least, 2.5, 1e-5);
   EXPECT_FALSE(s.cost_if_held);
-  const Remedy* longer = find(e, ProblemChange::Kind::duration);
+  const Explanation::Remedy* longer = find(e, ProblemChange::Kind::duration);
   ASSERT_NE(longer, nullptr) << e.text();
   EXPECT_NEAR(longer->changes.front().by, 1.0, 0.035);
   EXPECT_NE(e.text().find("it cannot hold: at least 2.5 is missing\nit would hold with"),
@@ -204,7 +205,7 @@ TEST(ExplainSoftTerms, InfeasibleTermIsReportedWithItsRemedy) {
 TEST(ExplainSoftTerms, FeasibleTermIsReportedWithItsPriceAndWeight) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 0.3)), exact);
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
-  const SoftShortage& s = e.gives_way.front();
+  const Explanation::SoftShortage& s = e.gives_way.front();
   constexpr double grid = 1e-3;             // of the zero-order hold on 20 intervals
   EXPECT_NEAR(s.missed.amount, 0.4, grid);  // 0.8 m is reached
   EXPECT_NEAR(s.price, 0.12, grid);

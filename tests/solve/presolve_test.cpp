@@ -370,7 +370,7 @@ TEST(Presolve, DuplicateRowsChangeNothing) {
       // Both solves have a scaled residual of 1e-8.
       EXPECT_NEAR(twice.cost, once.cost, 1e-6 * (1.0 + std::abs(once.cost)));
       // Multipliers refer to the original program.
-      const KktResidual kkt = kkt_residual(shooting.nlp(), twice.point);
+      const KktCheck::Residual kkt = kkt_residual(shooting.nlp(), twice.point);
       EXPECT_LE(kkt.scaled(), 1e-7);
     }
 }
@@ -524,12 +524,12 @@ TEST(Presolve, BoundsBeyond1e19AreInfinite) {
 
 TEST(Presolve, FiniteBoundsFrom1e8OnGiveAWarning) {
   const ShootingOptions grid{.intervals_per_phase = 5, .integrator = runge_kutta4()};
-  EXPECT_EQ(check(bounded_by(9e7), grid).line("bounds").verdict, CheckVerdict::good);
-  EXPECT_EQ(check(bounded_by(1e20), grid).line("bounds").verdict, CheckVerdict::good);
+  EXPECT_EQ(check(bounded_by(9e7), grid).line("bounds").verdict, ProblemCheck::Verdict::good);
+  EXPECT_EQ(check(bounded_by(1e20), grid).line("bounds").verdict, ProblemCheck::Verdict::good);
   for (const double side : {1e8, 1e10, 9e18}) {
     const ProblemCheck seen = check(bounded_by(side), grid);
-    const CheckLine& line = seen.line("bounds");
-    EXPECT_EQ(line.verdict, CheckVerdict::doubtful);
+    const ProblemCheck::Line& line = seen.line("bounds");
+    EXPECT_EQ(line.verdict, ProblemCheck::Verdict::doubtful);
     EXPECT_NE(line.text.find("phase 'drive', state 0"), std::string::npos) << line.text;
     EXPECT_NE(line.text.find("leave out"), std::string::npos) << line.text;
   }

@@ -33,14 +33,15 @@ OptimalControlProblem valleys() {
   return ocp;
 }
 
-StartingPoint towards(double end) {
+SeveralSolutions::Start towards(double end) {
   const auto at = [](double x) { return VectorXd(Vec<double, 1>(x)); };
   return {.states = {Guess::interpolate(at(0.0), at(end))}, .inputs = {Guess::constant(at(end))}};
 }
 
 TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
-  const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
-  SeveralStartsOptions options{.intervals_per_phase = 5};
+  const std::vector<SeveralSolutions::Start> starts{towards(1.2), towards(-1.2), towards(0.8),
+                                                    towards(-0.7)};
+  SeveralSolutions::Options options{.intervals_per_phase = 5};
   for (const int threads : {1, 3}) {
     options.threads = threads;
     const SeveralSolutions found = solve_from(valleys(), starts, options);
@@ -81,8 +82,9 @@ TEST(SeveralStarts, AreDistinguishedAtAnyScale) {
   std::vector<double> best;
   for (const double size : {1.0, 3e-4}) {
     const auto by_way_of = [size](double y) {
-      return StartingPoint{.states = {Guess::interpolate(Vec<double, 2>(0.0, y * size),
-                                                         Vec<double, 2>(size, y * size))}};
+      return SeveralSolutions::Start{
+          .states = {
+              Guess::interpolate(Vec<double, 2>(0.0, y * size), Vec<double, 2>(size, y * size))}};
     };
     const SeveralSolutions found =
         solve_from(around_a_disc(size), {by_way_of(1.0), by_way_of(-1.0), by_way_of(-0.8)});
@@ -107,7 +109,8 @@ TEST(SeveralStarts, KeepsTheCheapestOfEqualOptima) {
 }
 
 TEST(SeveralStarts, AreBitIdenticalForAnyNumberOfThreads) {
-  const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
+  const std::vector<SeveralSolutions::Start> starts{towards(1.2), towards(-1.2), towards(0.8),
+                                                    towards(-0.7)};
   const auto found_by = [&](int threads) {
     return solve_from(valleys(), starts, {.intervals_per_phase = 5, .threads = threads});
   };
@@ -127,7 +130,7 @@ TEST(SeveralStarts, AreBitIdenticalForAnyNumberOfThreads) {
 }
 
 TEST(SeveralStarts, ReturnsFailedStarts) {
-  SeveralStartsOptions options{.intervals_per_phase = 5};
+  SeveralSolutions::Options options{.intervals_per_phase = 5};
   options.make_solver = [] { return make_native_solver({.max_iterations = 1}); };
   const SeveralSolutions none = solve_from(valleys(), {towards(1.2), towards(-1.2)}, options);
   EXPECT_FALSE(none.ok());
@@ -136,7 +139,7 @@ TEST(SeveralStarts, ReturnsFailedStarts) {
 }
 
 TEST(SeveralStarts, RejectsInvalidStartsBeforeSolving) {
-  const auto message = [](const StartingPoint& start) {
+  const auto message = [](const SeveralSolutions::Start& start) {
     return error_of<DefinitionError>([&] { solve_from(valleys(), {towards(1.0), start}); });
   };
   EXPECT_NE(message({.durations = {1.0, 2.0}}).find("start 1: 2 durations"), std::string::npos);

@@ -85,7 +85,7 @@ TEST(Solve, ThrowingObserverIsNotCalledAgain) {
   const std::shared_ptr<Solver> solver = make_native_solver();
   int heard = 0;
   SolveOptions watched{.solver = solver};
-  watched.observer.report = [&](const SolverIteration&) {
+  watched.observer.report = [&](const SolveObserver::Iteration&) {
     ++heard;
     throw std::runtime_error("enough");
   };

@@ -355,7 +355,7 @@ TEST(Verdicts, StoppedSolveStatusFollowsItsResidual) {
                        .curvature = curvature,
                        .qp = choice == SolverChoice::sparse ? sparse_qp() : riccati_qp()});
         int iterations = 0;
-        solver->set_observer({.report = [&](const SolverIteration& now) {
+        solver->set_observer({.report = [&](const SolveObserver::Iteration& now) {
           iterations += now.number > 0 && !now.is_restoring ? 1 : 0;
         }});
         MultipleShooting shooting(arm(), {.intervals_per_phase = 12, .integrator = runge_kutta4()});

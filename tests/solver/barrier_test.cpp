@@ -226,7 +226,7 @@ TEST(Sqp, CountsIterationsOfEveryAttempt) {
     int last = 0;
     const std::unique_ptr<Solver> solver = make_native_solver({.tolerance = tolerance});
     SolveObserver observer;
-    observer.report = [&](const SolverIteration& i) { last = std::max(last, i.number); };
+    observer.report = [&](const SolveObserver::Iteration& i) { last = std::max(last, i.number); };
     solver->set_observer(observer);
     const WallClock::time_point begin = WallClock::now();
     const NlpResult r = solver->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);

@@ -17,7 +17,7 @@ class AtTheOptimum : public testing::Test {
 };
 
 TEST_F(AtTheOptimum, AllResidualsVanish) {
-  const KktResidual r = kkt_residual(program, point);
+  const KktCheck::Residual r = kkt_residual(program, point);
   EXPECT_LT(r.scaled(), 1e-14);
   EXPECT_EQ(r.worst_row, -1);
   EXPECT_EQ(r.worst_variable, -1);
@@ -50,7 +50,7 @@ TEST_F(AtTheOptimum, WrongSignIsDetected) {
 
 TEST_F(AtTheOptimum, ReportsViolations) {
   point.w[0] = 0.6;
-  KktResidual r = kkt_residual(program, point);
+  KktCheck::Residual r = kkt_residual(program, point);
   EXPECT_NEAR(r.feasibility, 0.1, 1e-14);
   EXPECT_EQ(r.worst_variable, 0);
   program.row_upper_[0] = 0.5;
@@ -83,7 +83,7 @@ TEST_F(AtTheOptimum, MultiplierOfAFixedVariableDoesNotScale) {
   program.lower_[0] = 0.5;
   point.z[0] = 1e12;
   point.w[1] = 0.5;
-  const KktResidual r = kkt_residual(program, point);
+  const KktCheck::Residual r = kkt_residual(program, point);
   EXPECT_EQ(r.multiplier_scale, 1.0);
   EXPECT_NEAR(r.scaled(), 50.0, 1e-12);
 }

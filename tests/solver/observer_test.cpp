@@ -47,8 +47,9 @@ TEST(Observer, ReceivesEveryIteration) {
     MultipleShooting shooting(pendulum(),
                               {.intervals_per_phase = 20, .integrator = runge_kutta4()});
     const std::unique_ptr<Solver> solver = named.make();
-    std::vector<SolverIteration> heard;
-    solver->set_observer({.report = [&](const SolverIteration& it) { heard.push_back(it); }});
+    std::vector<SolveObserver::Iteration> heard;
+    solver->set_observer(
+        {.report = [&](const SolveObserver::Iteration& it) { heard.push_back(it); }});
     const Solution watched = solve(shooting, *solver);
     ASSERT_TRUE(watched.ok()) << watched.message;
     ASSERT_EQ(static_cast<int>(heard.size()), watched.iterations + 1);
@@ -99,7 +100,7 @@ TEST(Observer, CostsAreUnscaled) {
   MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
-  solver->set_observer({.report = [&](const SolverIteration& it) { last = it.cost; }});
+  solver->set_observer({.report = [&](const SolveObserver::Iteration& it) { last = it.cost; }});
   const Solution s = solve(shooting, *solver);
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(last, s.cost, 1e-6 * s.cost);
@@ -111,7 +112,7 @@ TEST(Observer, CostsStayUnscaledAfterAnException) {
   const std::unique_ptr<Solver> solver = make_native_solver();
   double last = 0.0;
   bool throws = true;
-  solver->set_observer({.report = [&](const SolverIteration& it) {
+  solver->set_observer({.report = [&](const SolveObserver::Iteration& it) {
     last = it.cost;
     if (throws) throw std::runtime_error("enough");
   }});

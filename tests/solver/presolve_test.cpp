@@ -152,7 +152,7 @@ TEST(PresolveRows, ContradictionsNameBothRowsAndTheAmount) {
   struct Case {
     std::string name;
     void (*change)(TwoPhases&);
-    Contradiction expected;
+    NlpResult::Contradiction expected;
   };
   for (const Case& c : std::vector<Case>{
            {"constant",

@@ -208,7 +208,7 @@ TEST(Scale, MultipliersAreUnscaled) {
   MultipleShooting shooting(cart(1e6), {.intervals_per_phase = 20, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
-  const KktResidual residual = kkt_residual(shooting.nlp(), s.point);
+  const KktCheck::Residual residual = kkt_residual(shooting.nlp(), s.point);
   EXPECT_EQ(residual.stationarity, s.kkt.stationarity);
   EXPECT_LE(residual.stationarity, 1e-7 * 1e6);
 }

@@ -134,7 +134,7 @@ class DenseQpSolver final : public QpSolver {
       y += alpha * dy;
       l += alpha * dl;
     }
-    const SparseQpResidual residual = kkt_residual(qp, point);
+    const SparseQp::Residual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point.w);
     result.residual = residual.largest();
     result.violation = residual.feasibility;

@@ -21,8 +21,8 @@ class LateSolver final : public RealTimeSolver {
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
     solver_->prepare(program, guess);
   }
-  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      WallClock::time_point deadline) noexcept override {
+  RealTimeSolver::Result feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                                  WallClock::time_point deadline) noexcept override {
     return solver_->feedback(program, point, warm,
                              is_late_(solves_++) ? WallClock::now() : deadline);
   }

@@ -29,7 +29,7 @@ Resolved resolve(const std::function<MultipleShooting&(double)>& set, double h,
           fine.first_input + (fine.first_input - coarse.first_input) / 3.0};
 }
 
-void expect_agreement(const OptimumDerivative& ours, const Resolved& resolved,
+void expect_agreement(const OptimumDerivatives::Derivative& ours, const Resolved& resolved,
                       const std::string& what) {
   EXPECT_TRUE(ours.reliable) << what << ": " << ours.message;
   EXPECT_LT(ours.difference_error, 1e-9) << what;

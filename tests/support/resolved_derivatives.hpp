@@ -20,7 +20,7 @@ Resolved resolve(const std::function<MultipleShooting&(double)>& set, double h,
 
 /// Compares the cost to 1e-6 relative and the first input to 1e-5. Differences of solves with
 /// tolerance 1e-11 are that accurate.
-void expect_agreement(const OptimumDerivative& ours, const Resolved& resolved,
+void expect_agreement(const OptimumDerivatives::Derivative& ours, const Resolved& resolved,
                       const std::string& what);
 
 }  // namespace saltus::testing_support

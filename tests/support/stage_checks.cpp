@@ -74,7 +74,7 @@ void expect_same_optimum(const SparseQp& qp, StageMap& map) {
 
   PrimalDualPoint sparse;
   map.convert(qp, point, sparse);
-  const SparseQpResidual residual = kkt_residual(qp, sparse);
+  const SparseQp::Residual residual = kkt_residual(qp, sparse);
   EXPECT_LE(residual.stationarity, 1e-8);
   EXPECT_LE(residual.feasibility, 1e-8);
   EXPECT_LE(residual.complementarity, 1e-8);

@@ -249,7 +249,7 @@ TEST_P(AlgebraicControl, MatchesTheOptimumOfTheOdeForm) {
   EXPECT_NEAR(plan.cost, reference.cost, 1e-9 * reference.cost);
   EXPECT_LE((plan.point.w - reference.point.w).cwiseAbs().maxCoeff(), 1e-7);
   double largest = 0.0;
-  for (const TrajectoryPiece& piece : plan.trajectory.pieces())
+  for (const Trajectory::Piece& piece : plan.trajectory.pieces())
     largest = std::max(largest, std::abs(plan.trajectory.algebraic(piece.start)[1]));
   EXPECT_NEAR(largest, 1.5, 1e-7);  // the bound is active
   std::ostringstream table;

@@ -44,7 +44,7 @@ TEST(BetweenNodes, MeasuresTheViolation) {
   EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
   EXPECT_LT(s.cost, 2.24 - 1e-4);
   ASSERT_TRUE(s.verification.has_value());
-  const VerifiedMiss& miss = s.verification->between_nodes;
+  const Verification::Miss& miss = s.verification->between_nodes;
   EXPECT_EQ(miss.phase, "block");
   EXPECT_EQ(miss.term, "ceiling");
   EXPECT_NEAR(miss.time, 0.5, 1e-3);

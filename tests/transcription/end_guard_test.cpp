@@ -49,7 +49,7 @@ TEST(EndGuard, FindsTheTimeOfAnImpact) {
   EXPECT_NEAR(s.durations[0], 0.470504556810741, 1e-9);
   EXPECT_NEAR(s.trajectory.state_before(s.durations[0])[1], -4.640109107887904, 1e-8);
   ASSERT_EQ(s.crossings.size(), 1u);
-  const GuardCrossing& c = s.crossings.front();
+  const Solution::GuardCrossing& c = s.crossings.front();
   EXPECT_EQ(c.phase, "fall");
   EXPECT_EQ(c.event, "impact");
   EXPECT_NEAR(c.time, s.durations[0], 1e-12);

@@ -52,7 +52,7 @@ TEST(Grid, LawsHoldForAnyEventTimes) {
     double covered = 0.0;
     int base_nodes = 0;
     for (int k = 0; k < size; ++k) {
-      const GridInterval& interval = grid.interval(0, k);
+      const Grid::Interval& interval = grid.interval(0, k);
       ASSERT_GE(interval.length0, 0.0);
       // No tiny intervals: an interval is empty or longer than an instant.
       ASSERT_TRUE(interval.is_empty() || interval.length0 > same_instant);
@@ -107,7 +107,7 @@ TEST(Grid, OfAFreePhaseKeepsItsNodesAtTheWindowLimitsForEveryDuration) {
     double covered = 0.0;
     int limits = 0;
     for (int k = 0; k < 10; ++k) {
-      const GridInterval& interval = grid.interval(0, k);
+      const Grid::Interval& interval = grid.interval(0, k);
       EXPECT_NEAR(interval.offset(T), covered, 1e-12);
       EXPECT_GT(interval.length(T), 0.0);
       limits += std::abs(covered - 0.1) < 1e-12 || std::abs(covered - 0.4) < 1e-12;

@@ -111,7 +111,7 @@ TEST(InnerEvents, RealTimeIterationsReportTheirHessian) {
   NlpPoint point = with_event.initial_guess();
   for (int tick = 0; tick < 20; ++tick) {
     solver->prepare(with_event.nlp(), point);
-    const TickResult r =
+    const RealTimeSolver::Result r =
         solver->feedback(with_event.nlp(), point, tick > 0, WallClock::time_point::max());
     ASSERT_EQ(r.status, SolveStatus::step_taken);
   }

@@ -109,7 +109,7 @@ TEST(Mesh, HeldInputsMatchTheCoarseMesh) {
     ASSERT_TRUE(s.ok()) << s.message;
     EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
     ASSERT_EQ(s.trajectory.pieces().size(), 8u);
-    for (const TrajectoryPiece& p : s.trajectory.pieces())
+    for (const Trajectory::Piece& p : s.trajectory.pieces())
       EXPECT_NEAR(p.coefficients[0], expected.trajectory.input(p.start + 0.5 * p.length)[0], 1e-7);
   }
   // Without holding, the inputs have more freedom.

@@ -82,7 +82,7 @@ TEST(OptimumDerivatives, FollowStartAndStartTime) {
                        5e-3),
                    "start time");
   for (int i = 0; i < 2; ++i) {
-    const OptimumDerivative ours = derivatives.wrt_start(i);
+    const OptimumDerivatives::Derivative ours = derivatives.wrt_start(i);
     EXPECT_NEAR(ours.cost, s.start_multipliers[i], 1e-7);
     expect_agreement(ours,
                      resolve(
@@ -101,7 +101,7 @@ TEST(OptimumDerivatives, OfAnEventWithoutInfluenceVanish) {
   for (const double impact : {5.0, infinity}) {
     MultipleShooting shooting(landing(impact, unbounded(), CostRule::nodes), ten);
     OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
-    const OptimumDerivative d = derivatives.wrt_event("impact");
+    const OptimumDerivatives::Derivative d = derivatives.wrt_event("impact");
     EXPECT_TRUE(d.reliable) << d.message;
     EXPECT_EQ(d.cost, 0.0);
     EXPECT_EQ(d.w.norm(), 0.0);
@@ -112,7 +112,7 @@ TEST(OptimumDerivatives, AreRejectedAtANode) {
   MultipleShooting shooting(landing(0.4, unbounded(), CostRule::nodes), ten);
   OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   EXPECT_TRUE(derivatives.reliable()) << derivatives.message();
-  const OptimumDerivative d = derivatives.wrt_event("impact");
+  const OptimumDerivatives::Derivative d = derivatives.wrt_event("impact");
   EXPECT_FALSE(d.reliable);
   EXPECT_NE(d.message.find("event 'impact'"), std::string::npos) << d.message;
   EXPECT_TRUE(std::isnan(d.cost));
@@ -129,7 +129,8 @@ TEST(OptimumDerivatives, AreRejectedAtAKink) {
     OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
     return derivatives.wrt_start_time();
   };
-  const OptimumDerivative d = by_start_time();  // a node is at the top of the tent function
+  const OptimumDerivatives::Derivative d =
+      by_start_time();  // a node is at the top of the tent function
   EXPECT_FALSE(d.reliable);
   EXPECT_NE(d.message.find("kink"), std::string::npos) << d.message;
   shooting.start_time(0.013);
@@ -312,7 +313,7 @@ TEST(OptimumDerivatives, FollowDataOfAnyMagnitude) {
     const Solution s = solve(shooting, *make_ipopt(tight));
     ASSERT_TRUE(s.ok()) << s.message;
     OptimumDerivatives derivatives(shooting, s);
-    const OptimumDerivative length = derivatives.wrt_parameter("length");
+    const OptimumDerivatives::Derivative length = derivatives.wrt_parameter("length");
     EXPECT_TRUE(length.reliable) << unit << ": " << length.message;
     if (unit == 1.0) expected = length.cost;
     EXPECT_NEAR(unit * length.cost, expected, 1e-6 * std::abs(expected)) << unit;
@@ -330,7 +331,7 @@ TEST(OptimumDerivatives, FollowFreeQuantities) {
   ASSERT_GT(T1, 0.31);
   // An optimal duration in the interior: its derivative vanishes, and the derivative of the plan
   // does not.
-  const OptimumDerivative first = derivatives.wrt_duration(0);
+  const OptimumDerivatives::Derivative first = derivatives.wrt_duration(0);
   EXPECT_NEAR(first.cost, 0.0, 1e-9);
   for (int j = 0; j < 2; ++j) {
     Anew anew([&](double d) {
@@ -394,7 +395,7 @@ std::string why_not(const OptimalControlProblem& ocp) {
   const Solution s = solve(shooting, *make_ipopt(tight));
   EXPECT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
-  const OptimumDerivative d = derivatives.wrt_start(0);
+  const OptimumDerivatives::Derivative d = derivatives.wrt_start(0);
   EXPECT_FALSE(d.reliable);
   return d.message;
 }
@@ -449,7 +450,7 @@ TEST(OptimumDerivatives, RejectADurationDeterminedByRows) {
   ASSERT_NEAR(s.durations[0], 0.5, 1e-8);
   ASSERT_NEAR(s.durations[1], 1.0, 1e-8);
   OptimumDerivatives derivatives(shooting, s);
-  const OptimumDerivative second = derivatives.wrt_duration(1);
+  const OptimumDerivatives::Derivative second = derivatives.wrt_duration(1);
   EXPECT_FALSE(second.reliable);
   EXPECT_NE(second.message.find("cannot change"), std::string::npos) << second.message;
   EXPECT_TRUE(std::isnan(second.cost));
@@ -471,7 +472,7 @@ TEST(OptimumDerivatives, RejectAnUnknownDeterminedByRows) {
   const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
-  const OptimumDerivative place = derivatives.wrt_parameter("place");
+  const OptimumDerivatives::Derivative place = derivatives.wrt_parameter("place");
   EXPECT_FALSE(place.reliable);
   EXPECT_NE(place.message.find("cannot change"), std::string::npos) << place.message;
   EXPECT_TRUE(std::isnan(place.cost));

@@ -26,7 +26,7 @@ TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
     const Solution s = solve(shooting, *make_ipopt(tight));
     ASSERT_TRUE(s.ok()) << s.message;
     OptimumDerivatives derivatives(shooting, s);
-    const OptimumDerivative ours = derivatives.wrt_event("impact");
+    const OptimumDerivatives::Derivative ours = derivatives.wrt_event("impact");
     EXPECT_TRUE(ours.reliable) << impact << ": " << ours.message;
     const double h = 2e-4;  // s; the same rows are active within it
     const Resolved resolved = resolve(
@@ -87,7 +87,7 @@ TEST(OptimumOf, FreeSwitchingTimesGivesTheInitialCostates) {
   EXPECT_NEAR(derivatives.wrt_start(1).cost, 1.9607058, 1e-6);
   EXPECT_TRUE(derivatives.wrt_start(0).reliable) << derivatives.message();
   // The total time is fixed. If one duration is held, the others share the rest.
-  const OptimumDerivative first = derivatives.wrt_duration(0);
+  const OptimumDerivatives::Derivative first = derivatives.wrt_duration(0);
   EXPECT_TRUE(first.reliable) << first.message;
   EXPECT_NEAR(first.cost, 0.0, 1e-9);
   EXPECT_NEAR(first.w[shooting.layout().duration(0)] + first.w[shooting.layout().duration(1)] +
@@ -102,7 +102,8 @@ struct Spring {  // x'' = u - k x (1 + x^2)
   }
 };
 
-OptimumDerivative of_stiffness(const IntegratorChoice& integrator, std::string& hessian) {
+OptimumDerivatives::Derivative of_stiffness(const IntegratorChoice& integrator,
+                                            std::string& hessian) {
   Phase<2, 1, 1> phase{"spring", Spring{}, exactly(1.5)};
   phase.data("k", Vec<double, 1>{2.0})
       .track("state", state, Vec<double, 2>{2.0, 1.0})
@@ -119,8 +120,8 @@ OptimumDerivative of_stiffness(const IntegratorChoice& integrator, std::string& 
 
 TEST(OptimumOf, AdaptiveIntegratorsUsesGradientDifferences) {
   std::string exact, differences;
-  const OptimumDerivative fixed = of_stiffness(runge_kutta8({.steps = 4}), exact);
-  const OptimumDerivative adaptive =
+  const OptimumDerivatives::Derivative fixed = of_stiffness(runge_kutta8({.steps = 4}), exact);
+  const OptimumDerivatives::Derivative adaptive =
       of_stiffness(cvodes({.tolerance = 1e-10, .absolute_tolerance = 1e-12}), differences);
   EXPECT_EQ(exact, "exact");
   EXPECT_EQ(differences, "differences of gradients");

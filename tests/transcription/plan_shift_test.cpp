@@ -249,7 +249,7 @@ TEST(PlanShift, FixedPhasesMoveWithTheHorizon) {
   const Moved m = move_on(walk, elapsed);
   const Trajectory& old = m.plan.trajectory;
   const Trajectory moved = walk.trajectory(m.guess.w);
-  for (const TrajectoryPiece& piece : moved.pieces()) {
+  for (const Trajectory::Piece& piece : moved.pieces()) {
     if (piece.end() > old.end_time() + 1e-9) continue;
     expect_near(piece.state, old.state(piece.start), 1e-9);
     expect_near(piece.end_state, old.state_before(piece.end()), 1e-9);

@@ -168,8 +168,8 @@ TEST(SoftHuber, NeedsAThreshold) {
 TEST(Penalties, AreTheMinimumCostOfTheirSlacks) {
   for (const Penalty& penalty :
        {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
-    const PenaltySlacks slacks = penalty_slacks(penalty);
-    const auto cost_of = [](const SlackCost& c, double s) {
+    const Penalty::Slacks slacks = penalty_slacks(penalty);
+    const auto cost_of = [](const Penalty::SlackCost& c, double s) {
       return c.is_quadratic ? 0.5 * c.weight * s * s : c.weight * s;
     };
     for (const double v : {0.0, 0.1, 0.3, 0.31, 1.0, 4.0}) {
@@ -286,7 +286,8 @@ TEST(SoftRunning, CostFollowsTheFreeDuration) {
       EXPECT_NEAR(s.durations[0], std::sqrt(1.0 / paid), 1e-6);
       EXPECT_NEAR(s.cost, 2.0 * std::sqrt(paid), 1e-8);
       ASSERT_EQ(s.costs.size(), 2u);
-      for (const CostContribution& c : s.costs) EXPECT_NEAR(c.value, std::sqrt(paid), 1e-6);
+      for (const Solution::CostContribution& c : s.costs)
+        EXPECT_NEAR(c.value, std::sqrt(paid), 1e-6);
       EXPECT_NEAR(s.soft_violations.front().largest, 1.0, 1e-7);
     }
   }

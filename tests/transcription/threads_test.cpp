@@ -403,7 +403,7 @@ TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorMoveBetweenThreads) {
     program.reset();
     solver.reset();
   }).join();
-  const TrajectoryPiece& piece = found.trajectory.pieces().front();
+  const Trajectory::Piece& piece = found.trajectory.pieces().front();
   VectorXd w(integrator->arguments().size()), end(integrator->outputs());
   w << piece.state, piece.coefficients, piece.start, 0.5 * piece.length;
   std::thread([&] {

@@ -63,7 +63,7 @@ TEST_F(Course, DenseOutputSatisfiesTheDifferentialEquation) {
 
 TEST_F(Course, PassesThroughItsNodesFromBothSides) {
   const Trajectory& c = solution.trajectory;
-  for (const TrajectoryPiece& piece : c.pieces()) {
+  for (const Trajectory::Piece& piece : c.pieces()) {
     EXPECT_LT((c.state(piece.start) - piece.state).cwiseAbs().maxCoeff(), 1e-15);
     EXPECT_LT((c.state_before(piece.end()) - piece.end_state).cwiseAbs().maxCoeff(), 1e-15);
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double two_pi = 6.283185307179586;
 
-PlannedInterval interval(double start, double length, VectorXd state, VectorXd input) {
+Plan::Interval interval(double start, double length, VectorXd state, VectorXd input) {
   return {0, start, length, std::move(state), std::move(input), {}};
 }
 
@@ -21,7 +21,7 @@ TEST(ControlledSteps, IntegrateAnOscillatorToTolerance) {
   const Function f = make_function<2, 0, 0>([](const auto&, const auto& x) {
     return std::decay_t<decltype(x)>{x[1], -x[0]};
   });
-  const PlannedInterval i = interval(0.0, 10.0, VectorXd{{1.0, 0.0}}, {});
+  const Plan::Interval i = interval(0.0, 10.0, VectorXd{{1.0, 0.0}}, {});
   const VectorXd none;
   for (const double tolerance : {1e-6, 1e-9, 1e-12}) {
     PlanField field({2, 0, 0}, f, {}, InputShape::constant);
@@ -50,7 +50,7 @@ TEST(ControlledSteps, SwitchToImplicitStepsForStiffFields) {
   constexpr double k = 1e6;
   const Function f = make_function<1, 0, 0>(
       [](const auto& t, const auto& x) { return std::decay_t<decltype(x)>{-k * (x[0] - cos(t))}; });
-  const PlannedInterval i = interval(0.0, 2.0, VectorXd{{0.0}}, {});
+  const Plan::Interval i = interval(0.0, 2.0, VectorXd{{0.0}}, {});
   const VectorXd none;
   PlanField field({1, 0, 0}, f, {}, InputShape::constant);
   field.load(i, none);
@@ -72,7 +72,7 @@ TEST(ControlledSteps, DetectForcingAtTheGridFrequency) {
       const auto s = sin(0.5 * two_pi * periods * t);
       return Vec<std::decay_t<decltype(t)>, 1>{s * s};
     });
-    const PlannedInterval i = interval(0.0, 1.0, VectorXd{{0.0}}, {});
+    const Plan::Interval i = interval(0.0, 1.0, VectorXd{{0.0}}, {});
     const VectorXd none;
     PlanField field({1, 0, 0}, f, {}, InputShape::constant);
     field.load(i, none);
@@ -87,7 +87,7 @@ TEST(ControlledSteps, ReportWhereTheFieldIsUndefined) {
   const Function f = make_function<1, 0, 0>([](const auto& t, const auto& x) {
     return std::decay_t<decltype(x)>{sqrt(0.5 - t) + 0.0 * x[0]};
   });
-  const PlannedInterval i = interval(0.0, 1.0, VectorXd{{0.0}}, {});
+  const Plan::Interval i = interval(0.0, 1.0, VectorXd{{0.0}}, {});
   const VectorXd none;
   PlanField field({1, 0, 0}, f, {}, InputShape::constant);
   field.load(i, none);

@@ -38,7 +38,7 @@ TEST(Verdict, RejectsAPlanThatPassesAPillarBetweenNodes) {
     const Solution s = solve(past_pillar(length, 0.01 * length));
     EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
     ASSERT_TRUE(s.verification.has_value());
-    const VerifiedMiss& miss = s.verification->between_nodes;
+    const Verification::Miss& miss = s.verification->between_nodes;
     EXPECT_EQ(miss.term, "pillar");
     // The plan is a straight line that passes 0.01 m from the centre.
     EXPECT_NEAR(miss.amount, 1e-4 * length * length - 1e-4, 2e-3 * miss.amount) << length;
@@ -91,7 +91,7 @@ TEST(Verdict, ReportsAnUnstableHorizon) {
   const Solution s = solve(ocp, {.integrator = runge_kutta8({.steps = 4})});
   EXPECT_TRUE(s.ok()) << s.message;
   ASSERT_TRUE(s.verification.has_value());
-  const VerifiedOpenLoop& loop = s.verification->open_loop;
+  const Verification::OpenLoop& loop = s.verification->open_loop;
   EXPECT_NEAR(loop.growth, std::exp(30.0), 1e-3 * std::exp(30.0));
   double x = 1.0;
   for (int k = 0; k < 30; ++k)
@@ -242,7 +242,7 @@ TEST(Verdict, DetectsAHeadingThatTurnsWithinAnInterval) {
   // The plan is the guess itself, with one interval that the transcription integrates.
   NlpPoint point = shooting.initial_guess();
   Trajectory guess = shooting.trajectory(point.w);
-  TrajectoryPiece piece = guess.pieces().front();
+  Trajectory::Piece piece = guess.pieces().front();
   piece.coefficients = VectorXd{{0.0, 76.0}};
   Trajectory steep(guess.phases(), {piece});
   piece.end_state = steep.state_in(piece, piece.end() - 1e-12);
@@ -274,7 +274,7 @@ TEST(Verdict, AllowWidensOneTermAndFactorsWidenAll) {
   };
   const Solution strict = solved(phase, {});
   EXPECT_EQ(strict.status, SolveStatus::coarse_grid) << strict.message;
-  const VerifiedMiss miss = strict.verification->between_nodes;
+  const Verification::Miss miss = strict.verification->between_nodes;
   EXPECT_EQ(miss.term, "ceiling");
   EXPECT_NEAR(miss.tolerance, 1e-6, 1e-18);
   EXPECT_NEAR(miss.time, 0.5, 5e-3);  // the top is flat

@@ -69,7 +69,7 @@ TEST(Verify, NamesEachKindOfMiss) {
   {
     Phase<2, 1> phase = thrust();
     phase.reach("there", position, exactly(1.5));
-    const VerifiedMiss miss = at_nodes(phase);
+    const Verification::Miss miss = at_nodes(phase);
     EXPECT_EQ(miss.term, "there");
     EXPECT_NEAR(miss.amount, 0.5, 1e-12);
     EXPECT_NEAR(miss.tolerance, 1.5e-6, 1e-15);
@@ -78,7 +78,7 @@ TEST(Verify, NamesEachKindOfMiss) {
   {
     Phase<2, 1> phase = thrust();
     phase.bound_input(0, at_most(1.5), Window{.from = 0.5});
-    const VerifiedMiss miss = at_nodes(phase);
+    const Verification::Miss miss = at_nodes(phase);
     EXPECT_EQ(miss.term, "bounds of input 0");
     EXPECT_NEAR(miss.amount, 0.5, 1e-12);
     EXPECT_NEAR(miss.time, 0.5, 1e-12);
@@ -86,7 +86,7 @@ TEST(Verify, NamesEachKindOfMiss) {
   {
     Phase<2, 1> phase = thrust();
     phase.bound_integral("way", speed, at_most(0.75));
-    const VerifiedMiss miss = verify(problem_of(phase), plan).summary.between_nodes;
+    const Verification::Miss miss = verify(problem_of(phase), plan).summary.between_nodes;
     EXPECT_EQ(miss.term, "integral 'way'");
     EXPECT_NEAR(miss.amount, 0.25, 1e-9);
   }
@@ -117,7 +117,7 @@ TEST(Verify, ChecksOpenWindows) {
   for (const double to : {0.5, 1.0}) {
     Phase<2, 1> phase = thrust();
     phase.keep("slow", speed, at_most(1.2), Window{.to = to});
-    const VerifiedMiss miss = verify(problem_of(phase), thrust_plan()).summary.between_nodes;
+    const Verification::Miss miss = verify(problem_of(phase), thrust_plan()).summary.between_nodes;
     EXPECT_NEAR(miss.amount, to > 0.5 ? 0.8 : 0.0, 1e-12);
   }
 }
@@ -173,16 +173,17 @@ TEST(Verify, ScalesFindingsWithUnits) {
   const OptimalControlProblem ocp = past_pillar(1.0, false, 0.0);
   const Solution s = solve(ocp);
   const Plan plan = plan_of(ocp, s.trajectory);
-  const VerifiedMiss first = verify(ocp, plan).summary.between_nodes;
+  const Verification::Miss first = verify(ocp, plan).summary.between_nodes;
   EXPECT_GT(first.amount, 1e-3) << s.message;
   for (const double unit : {1e-6, 1e-3, 1e3, 1e6}) {
     Plan scaled = plan;
-    for (PlannedInterval& i : scaled.intervals) {
+    for (Plan::Interval& i : scaled.intervals) {
       i.state /= unit;
       i.coefficients /= unit;
       i.end_state /= unit;
     }
-    const VerifiedMiss miss = verify(past_pillar(unit, false, 0.0), scaled).summary.between_nodes;
+    const Verification::Miss miss =
+        verify(past_pillar(unit, false, 0.0), scaled).summary.between_nodes;
     // Violations below a tenth of the absolute tolerance need not be found.
     EXPECT_NEAR(miss.amount * unit, first.amount, 2e-3 * first.amount + 1e-7 * unit) << unit;
     if (miss.amount > 1e-6) {

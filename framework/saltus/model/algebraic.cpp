@@ -40,7 +40,7 @@ int reduced(const Arguments& sizes, int nz, int column) {
 
 }  // namespace
 
-AlgebraicSolution::AlgebraicSolution(int equations, int arguments, int entry_count)
+AlgebraicEquations::Solution::Solution(int equations, int arguments, int entry_count)
     : argument(arguments),
       entries(entry_count),
       slope(equations),
@@ -129,13 +129,13 @@ std::shared_ptr<const AlgebraicEquations> AlgebraicEquations::separate(
   return separated;
 }
 
-bool AlgebraicEquations::evaluate(AlgebraicSolution& s) const {
+bool AlgebraicEquations::evaluate(AlgebraicEquations::Solution& s) const {
   equations_.jacobian(s.argument.data(), s.residual.data(), s.entries.data());
   return finite(s.residual);
 }
 
 double AlgebraicEquations::size_of(const std::vector<double>& step,
-                                   const AlgebraicSolution& s) const {
+                                   const AlgebraicEquations::Solution& s) const {
   const double* z = s.argument.data() + 1 + sizes_.nx;
   double size = 0.0;
   for (int j = 0; j < count(); ++j) {
@@ -145,7 +145,7 @@ double AlgebraicEquations::size_of(const std::vector<double>& step,
   return size;
 }
 
-bool AlgebraicEquations::is_last(const AlgebraicSolution& s) const {
+bool AlgebraicEquations::is_last(const AlgebraicEquations::Solution& s) const {
   const double* z = s.argument.data() + 1 + sizes_.nx;
   for (int j = 0; j < count(); ++j)
     if (std::abs(s.step[j]) >
@@ -154,7 +154,8 @@ bool AlgebraicEquations::is_last(const AlgebraicSolution& s) const {
   return true;
 }
 
-AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolution& s) const {
+AlgebraicEquations::Status AlgebraicEquations::solve(const double* argument,
+                                                     AlgebraicEquations::Solution& s) const {
   const int nz = count(), first = 1 + sizes_.nx;
   double* z = s.argument.data() + first;
   std::copy_n(argument, first, s.argument.begin());
@@ -169,12 +170,14 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
   };
   if (!evaluate(s)) {
     worst_equation();
-    return AlgebraicStatus::not_finite;
+    return AlgebraicEquations::Status::not_finite;
   }
   std::fill(s.largest.begin(), s.largest.end(), 0.0);
   bool is_small = false;
   for (int k = 0; k < max_corrections; ++k) {
-    if (const AlgebraicStatus status = factor(s); status != AlgebraicStatus::solved) return status;
+    if (const AlgebraicEquations::Status status = factor(s);
+        status != AlgebraicEquations::Status::solved)
+      return status;
     s.step = s.residual;
     s.slope.solve(s.step.data());
     const double size = size_of(s.step, s);
@@ -187,36 +190,39 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
       for (int j = 0; j < nz; ++j) z[j] = s.before[j] - fraction * s.step[j];
       const bool evaluated = evaluate(s);
       is_small = evaluated && size <= converged_correction;
-      if (evaluated && (affine_ || (is_small && is_last(s)))) return AlgebraicStatus::solved;
+      if (evaluated && (affine_ || (is_small && is_last(s))))
+        return AlgebraicEquations::Status::solved;
       if (evaluated) {
         s.next_step = s.residual;
         s.slope.solve(s.next_step.data());
         if (size_of(s.next_step, s) <= (1.0 - 0.25 * fraction) * size) break;
       }
       if (fraction < shortest_step) {
-        if (is_small) return AlgebraicStatus::solved;
+        if (is_small) return AlgebraicEquations::Status::solved;
         worst_equation();
-        return evaluated ? AlgebraicStatus::no_solution : AlgebraicStatus::not_finite;
+        return evaluated ? AlgebraicEquations::Status::no_solution
+                         : AlgebraicEquations::Status::not_finite;
       }
     }
   }
-  if (is_small) return AlgebraicStatus::solved;
+  if (is_small) return AlgebraicEquations::Status::solved;
   worst_equation();
-  return AlgebraicStatus::no_solution;
+  return AlgebraicEquations::Status::no_solution;
 }
 
-AlgebraicStatus AlgebraicEquations::factor(AlgebraicSolution& s) const {
+AlgebraicEquations::Status AlgebraicEquations::factor(AlgebraicEquations::Solution& s) const {
   const int nz = count(), first = 1 + sizes_.nx;
   for (int i = 0; i < nz; ++i) std::fill_n(s.slope.row(i), nz, 0.0);
   equations_.jacobian_pattern().for_each([&](int i, int column, int e) {
     if (column >= first && column < first + nz) s.slope.row(i)[column - first] = s.entries[e];
   });
-  if (s.slope.factor()) return AlgebraicStatus::solved;
+  if (s.slope.factor()) return AlgebraicEquations::Status::solved;
   s.equation = s.slope.singular_row();
-  return s.equation < 0 ? AlgebraicStatus::not_finite : AlgebraicStatus::singular;
+  return s.equation < 0 ? AlgebraicEquations::Status::not_finite
+                        : AlgebraicEquations::Status::singular;
 }
 
-void AlgebraicEquations::differentiate(AlgebraicSolution& s) const {
+void AlgebraicEquations::differentiate(AlgebraicEquations::Solution& s) const {
   const int columns = sizes_.size();
   std::fill(s.direct.begin(), s.direct.end(), 0.0);
   equations_.jacobian_pattern().for_each([&](int i, int column, int e) {
@@ -287,14 +293,14 @@ class Eliminated final : public FunctionBody {
 
   void value(const double* a, double* y) const override {
     const Pool::Loan work = lend();
-    AlgebraicSolution& s = work->solution;
+    AlgebraicEquations::Solution& s = work->solution;
     if (!place(a, s)) return spoil(y, outputs());
     extended_.value(s.argument.data(), y);
   }
 
   void jacobian(const double* a, double* y, double* entries) const override {
     const Pool::Loan work = lend();
-    AlgebraicSolution& s = work->solution;
+    AlgebraicEquations::Solution& s = work->solution;
     if (!differentiate(a, s)) {
       spoil(y, outputs());
       return spoil(entries, jacobian_pattern_.entries());
@@ -315,7 +321,7 @@ class Eliminated final : public FunctionBody {
                Curvature curvature) const override {
     if (hessian_pattern_.entries() == 0) return;
     const Pool::Loan work = lend();
-    AlgebraicSolution& s = work->solution;
+    AlgebraicEquations::Solution& s = work->solution;
     if (!differentiate(a, s)) return spoil(entries, hessian_pattern_.entries());
     const int n = inputs();
     double *values = work->values.data(), *product = work->product.data();
@@ -343,7 +349,7 @@ class Eliminated final : public FunctionBody {
 
  private:
   struct Workspace {
-    AlgebraicSolution solution;
+    AlgebraicEquations::Solution solution;
     std::vector<double> values;       // entries of derivatives of F or g
     std::vector<double> product;      // F'' T, rows of (t | x z | u | p); or a row of F'
     std::vector<double> multipliers;  // mu
@@ -388,24 +394,25 @@ class Eliminated final : public FunctionBody {
   }
 
   // Writes (t | x z | u | p). If z is not read, it keeps its guess.
-  bool place(const double* a, AlgebraicSolution& s) const {
-    if (reads_z_) return equations_->solve(a, s) == AlgebraicStatus::solved;
+  bool place(const double* a, AlgebraicEquations::Solution& s) const {
+    if (reads_z_) return equations_->solve(a, s) == AlgebraicEquations::Status::solved;
     std::copy_n(a, first_, s.argument.begin());
     std::copy_n(equations_->start().data(), nz_, s.argument.begin() + first_);
     std::copy_n(a + first_, inputs() - first_, s.argument.begin() + first_ + nz_);
     return true;
   }
 
-  bool differentiate(const double* a, AlgebraicSolution& s) const {
+  bool differentiate(const double* a, AlgebraicEquations::Solution& s) const {
     if (!place(a, s)) return false;
     if (!reads_z_) return true;
-    if (equations_->factor(s) != AlgebraicStatus::solved) return false;
+    if (equations_->factor(s) != AlgebraicEquations::Status::solved) return false;
     equations_->differentiate(s);
     return true;
   }
 
   // row += factor * (derivative of entry `column` of (t | x z | u | p)).
-  void add_row(const AlgebraicSolution& s, int column, double factor, double* row) const {
+  void add_row(const AlgebraicEquations::Solution& s, int column, double factor,
+               double* row) const {
     if (const int a = reduced(equations_->sizes(), nz_, column); a >= 0) {
       row[a] += factor;
       return;
@@ -415,7 +422,7 @@ class Eliminated final : public FunctionBody {
   }
 
   void find_multipliers(const double* weights, Workspace& work) const {
-    const AlgebraicSolution& s = work.solution;
+    const AlgebraicEquations::Solution& s = work.solution;
     extended_.jacobian(s.argument.data(), work.outputs.data(), work.values.data());
     std::fill(work.multipliers.begin(), work.multipliers.end(), 0.0);
     extended_.jacobian_pattern().for_each([&](int r, int c, int e) {
@@ -488,7 +495,7 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
     throw DefinitionError(
         fmt::format("consistent_start() takes (t, x, u, p) with {} entries, but {} are given.",
                     equations.sizes().size(), argument.size()));
-  AlgebraicSolution s = equations.new_solution();
+  AlgebraicEquations::Solution s = equations.new_solution();
   const VectorXd given = argument;
   ConsistentStart result;
   result.status = equations.solve(given.data(), s);
@@ -501,7 +508,7 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
   const std::string which =
       fmt::format("algebraic equation {} of {}, counted from 0,", std::max(0, result.equation), nz);
   switch (result.status) {
-    case AlgebraicStatus::solved: {
+    case AlgebraicEquations::Status::solved: {
       int moved = 0;
       (result.z - equations.start()).cwiseAbs().maxCoeff(&moved);
       result.message = fmt::format(
@@ -510,16 +517,16 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
           t, moved, result.z[moved], equations.start()[moved]);
       break;
     }
-    case AlgebraicStatus::not_finite:
+    case AlgebraicEquations::Status::not_finite:
       result.message = fmt::format("{} is not finite at t = {:.6g} s", which, t);
       break;
-    case AlgebraicStatus::singular:
+    case AlgebraicEquations::Status::singular:
       result.message = fmt::format(
           "{} does not determine an algebraic state at t = {:.6g} s: g_z is singular there, so the "
           "index exceeds 1",
           which, t);
       break;
-    case AlgebraicStatus::no_solution:
+    case AlgebraicEquations::Status::no_solution:
       result.message = fmt::format(
           "the algebraic equations have no solution near the guess at t = {:.6g} s: {} has the "
           "residual {:.3g}",

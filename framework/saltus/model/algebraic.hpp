@@ -50,36 +50,36 @@ struct FormulaWithAlgebraic {
   }
 };
 
-/// Outcome of a solve for the algebraic states.
-enum class AlgebraicStatus {
-  solved,
-  not_finite,   ///< an equation is infinite or NaN
-  singular,     ///< an equation does not determine z given the others: the index exceeds 1
-  no_solution,  ///< Newton's method does not converge to a root
-};
-
-/// z at one argument and the data for its derivatives. Created by
-/// AlgebraicEquations::new_solution().
-struct AlgebraicSolution {
-  /// Allocates for these numbers of equations, arguments and Jacobian entries.
-  AlgebraicSolution(int equations, int arguments, int entries);
-
-  std::vector<double> argument;  ///< (t | x z | u | p)
-  std::vector<double> entries;   ///< Jacobian of g at the argument
-  DenseLu slope;                 ///< factors of g_z, after AlgebraicEquations::factor()
-  std::vector<double> direct;    ///< dz / d (t | x | u | p), row-major, after differentiate()
-  int equation = -1;             ///< index of the equation that failed, or -1
-
-  // Workspace of Newton's method and of compositions with it.
-  std::vector<double> residual, step, next_step, before;  ///< one number per equation
-  std::vector<double> largest;                            ///< largest |z| so far
-};
-
 /// The equations 0 = g(t, x, z, u, p), one for each entry of z. z is the solution that damped
 /// Newton iterations reach from a given start. It depends on (t, x, u, p) only, not on earlier
 /// calls.
 class AlgebraicEquations {
  public:
+  /// Outcome of a solve for the algebraic states.
+  enum class Status {
+    solved,
+    not_finite,   ///< an equation is infinite or NaN
+    singular,     ///< an equation does not determine z given the others: the index exceeds 1
+    no_solution,  ///< Newton's method does not converge to a root
+  };
+
+  /// z at one argument and the data for its derivatives. Created by
+  /// AlgebraicEquations::new_solution().
+  struct Solution {
+    /// Allocates for these numbers of equations, arguments and Jacobian entries.
+    Solution(int equations, int arguments, int entries);
+
+    std::vector<double> argument;  ///< (t | x z | u | p)
+    std::vector<double> entries;   ///< Jacobian of g at the argument
+    DenseLu slope;                 ///< factors of g_z, after AlgebraicEquations::factor()
+    std::vector<double> direct;    ///< dz / d (t | x | u | p), row-major, after differentiate()
+    int equation = -1;             ///< index of the equation that failed, or -1
+
+    // Workspace of Newton's method and of compositions with it.
+    std::vector<double> residual, step, next_step, before;  ///< one number per equation
+    std::vector<double> largest;                            ///< largest |z| so far
+  };
+
   /// `sizes` are those of (t | x | u | p). The entries of `start` are also the magnitudes of z,
   /// with 1 in place of zero. Throws DefinitionError with the equation if the sizes do not match or
   /// if g_z is structurally singular (index above 1).
@@ -99,7 +99,7 @@ class AlgebraicEquations {
   bool depends(int j, int argument) const { return depends_[j][argument] != 0; }
 
   /// Allocates a solution. solve(), factor() and differentiate() then do not allocate.
-  AlgebraicSolution new_solution() const {
+  Solution new_solution() const {
     return {count(), extended().size(), equations_.jacobian_pattern().entries()};
   }
   /// The same equations with a separate() function. Returns the argument if its function needs no
@@ -107,17 +107,17 @@ class AlgebraicEquations {
   static std::shared_ptr<const AlgebraicEquations> separate(
       const std::shared_ptr<const AlgebraicEquations>& equations);
   /// Solves for z at (t | x | u | p), to rounding error.
-  AlgebraicStatus solve(const double* argument, AlgebraicSolution& solution) const;
+  Status solve(const double* argument, Solution& solution) const;
   /// Factors g_z. Call it after solve().
-  AlgebraicStatus factor(AlgebraicSolution& solution) const;
+  Status factor(Solution& solution) const;
   /// Computes dz / d (t | x | u | p). Call it after factor().
-  void differentiate(AlgebraicSolution& solution) const;
+  void differentiate(Solution& solution) const;
 
  private:
   void find_dependencies();
-  bool evaluate(AlgebraicSolution& solution) const;
-  double size_of(const std::vector<double>& step, const AlgebraicSolution& solution) const;
-  bool is_last(const AlgebraicSolution& solution) const;  // the step of each z converged
+  bool evaluate(Solution& solution) const;
+  double size_of(const std::vector<double>& step, const Solution& solution) const;
+  bool is_last(const Solution& solution) const;  // the step of each z converged
 
   Arguments sizes_;
   Function equations_;
@@ -146,14 +146,14 @@ Function algebraic_state(std::shared_ptr<const AlgebraicEquations> equations, in
 
 /// Algebraic states consistent with one argument (t | x | u | p).
 struct ConsistentStart {
-  AlgebraicStatus status = AlgebraicStatus::solved;  ///< outcome of the solve
-  VectorXd z;                                        ///< the solution, or the last iterate
-  VectorXd residual;                                 ///< g at z
-  int equation = -1;                                 ///< the equation that fails, or -1
+  AlgebraicEquations::Status status = AlgebraicEquations::Status::solved;  ///< outcome of the solve
+  VectorXd z;           ///< the solution, or the last iterate
+  VectorXd residual;    ///< g at z
+  int equation = -1;    ///< the equation that fails, or -1
   std::string message;  ///< one sentence, including the distance of z from the given start
 
   /// True if consistent states were found.
-  bool found() const { return status == AlgebraicStatus::solved; }
+  bool found() const { return status == AlgebraicEquations::Status::solved; }
 };
 /// Solves the equations at `argument`. Allocates. Throws DefinitionError if the size is wrong.
 ConsistentStart consistent_start(const AlgebraicEquations& equations, const VectorRef& argument);

@@ -34,9 +34,9 @@ MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& g, const Ve
 }
 
 // `unit` converts the entry to the scale of the comparison.
-DerivativeEntry compare(int row, int col, double exact, double difference, double rounding,
-                        double unit, bool in_pattern) {
-  DerivativeEntry entry{row, col, exact, difference, 0.0, in_pattern, 0};
+DerivativeReport::Entry compare(int row, int col, double exact, double difference, double rounding,
+                                double unit, bool in_pattern) {
+  DerivativeReport::Entry entry{row, col, exact, difference, 0.0, in_pattern, 0};
   const double gap = std::abs(exact - difference);
   entry.error = std::isfinite(gap)
                     ? unit * std::max(0.0, gap - rounding) / std::max(1.0, unit * std::abs(exact))
@@ -44,14 +44,14 @@ DerivativeEntry compare(int row, int col, double exact, double difference, doubl
   return entry;
 }
 
-void note(const DerivativeEntry& entry, double tolerance, DerivativeEntry& worst,
-          std::vector<DerivativeEntry>& failures) {
+void note(const DerivativeReport::Entry& entry, double tolerance, DerivativeReport::Entry& worst,
+          std::vector<DerivativeReport::Entry>& failures) {
   if (worst.row < 0 || entry.error > worst.error) worst = entry;
   if (entry.error > tolerance) failures.push_back(entry);
 }
 
 void sort_and_judge(DerivativeReport& report) {
-  const auto worse = [](const DerivativeEntry& a, const DerivativeEntry& b) {
+  const auto worse = [](const DerivativeReport::Entry& a, const DerivativeReport::Entry& b) {
     return a.error > b.error;
   };
   std::stable_sort(report.jacobian_failures.begin(), report.jacobian_failures.end(), worse);
@@ -64,14 +64,14 @@ std::string name_of(int index, const std::vector<std::string>& names, const char
   return fmt::format("{}[{}]", symbol, index);
 }
 
-std::string table(const std::string& title, const std::vector<DerivativeEntry>& failures,
+std::string table(const std::string& title, const std::vector<DerivativeReport::Entry>& failures,
                   const DerivativeReport& report, bool second) {
   constexpr std::size_t most = 10;
   std::string text =
       fmt::format("{}: {} wrong\n  {:>18} {:>18} {:>15} {:>15} {:>9}\n", title, failures.size(),
                   second ? "input" : "output", "input", "function", "difference", "error");
   for (std::size_t k = 0; k < std::min(most, failures.size()); ++k) {
-    const DerivativeEntry& e = failures[k];
+    const DerivativeReport::Entry& e = failures[k];
     text += fmt::format(
         "  {:>18} {:>18} {:>15.8g} {:>15.8g} {:>9.1e}{}{}\n",
         second ? name_of(e.row, report.input_names, "z") : name_of(e.row, report.output_names, "y"),
@@ -148,12 +148,12 @@ DerivativeReport check_derivatives(const Function& function, const VectorRef& lo
     for (int j = 0; j < z.size(); ++j)  // uniform_real_distribution differs between libraries
       z[j] = lower[j] + (upper[j] - lower[j]) * (random() / 4294967296.0);
     DerivativeReport one = check_derivatives(function, z, options);
-    const auto merge = [&](DerivativeEntry& worst, DerivativeEntry& candidate,
-                           std::vector<DerivativeEntry>& failures,
-                           std::vector<DerivativeEntry>& more) {
+    const auto merge = [&](DerivativeReport::Entry& worst, DerivativeReport::Entry& candidate,
+                           std::vector<DerivativeReport::Entry>& failures,
+                           std::vector<DerivativeReport::Entry>& more) {
       candidate.point = k;
       if (worst.row < 0 || candidate.error > worst.error) worst = candidate;
-      for (DerivativeEntry& entry : more) {
+      for (DerivativeReport::Entry& entry : more) {
         entry.point = k;
         failures.push_back(entry);
       }

@@ -30,28 +30,31 @@ struct DerivativeCheckOptions {
   std::vector<std::string> input_names = {}, output_names = {};
 };
 
-/// One entry of a derivative. For a Hessian, row >= col are both inputs.
-struct DerivativeEntry {
-  int row = -1;             ///< output, or row of the Hessian
-  int col = -1;             ///< input
-  double exact = 0.0;       ///< value from the function; 0 outside its pattern
-  double difference = 0.0;  ///< value from finite differences
-  double error = 0.0;       ///< scaled like the tolerance; infinite if a value is not finite
-  bool in_pattern = true;   ///< true if the declared pattern contains the entry
-  int point = 0;            ///< index of the test point
-};
-
 /// Result of check_derivatives().
 struct DerivativeReport {
-  bool ok = true;                                 ///< all entries are within the tolerance
-  int points = 1;                                 ///< number of test points
-  std::optional<std::uint32_t> seed;              ///< seed of random points
-  double tolerance = 0.0;                         ///< accepted relative error
-  DerivativeEntry worst_jacobian, worst_hessian;  ///< entries with the largest error
+  /// One entry of a derivative. For a Hessian, row >= col are both inputs.
+  struct Entry {
+    int row = -1;             ///< output, or row of the Hessian
+    int col = -1;             ///< input
+    double exact = 0.0;       ///< value from the function; 0 outside its pattern
+    double difference = 0.0;  ///< value from finite differences
+    double error = 0.0;       ///< scaled like the tolerance; infinite if a value is not finite
+    bool in_pattern = true;   ///< true if the declared pattern contains the entry
+    int point = 0;            ///< index of the test point
+  };
+
+  bool ok = true;                       ///< all entries are within the tolerance
+  int points = 1;                       ///< number of test points
+  std::optional<std::uint32_t> seed;    ///< seed of random points
+  double tolerance = 0.0;               ///< accepted relative error
+  Entry worst_jacobian, worst_hessian;  ///< entries with the largest error
   /// All entries outside the tolerance, worst first.
-  std::vector<DerivativeEntry> jacobian_failures, hessian_failures;
+  std::vector<Entry> jacobian_failures, hessian_failures;
   std::vector<std::string> input_names, output_names;  ///< from the options
 };
+/// Deprecated name.
+using DerivativeEntry [[deprecated("use DerivativeReport::Entry; removed in 0.4")]] =
+    DerivativeReport::Entry;
 
 /// Checks the derivatives at z. Entries outside the patterns must have zero differences. At a kink,
 /// such as abs at 0, differences are invalid: choose another point.

@@ -2,15 +2,15 @@
 
 namespace saltus {
 
-const char* describe(EventKind kind) {
+const char* describe(HybridEvent::Kind kind) {
   switch (kind) {
-    case EventKind::crosses:
+    case HybridEvent::Kind::crosses:
       return "crosses";
-    case EventKind::jumps:
+    case HybridEvent::Kind::jumps:
       return "jumps";
-    case EventKind::slides:
+    case HybridEvent::Kind::slides:
       return "slides";
-    case EventKind::leaves:
+    case HybridEvent::Kind::leaves:
       return "leaves";
   }
   return "unknown kind of event";

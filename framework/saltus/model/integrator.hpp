@@ -166,26 +166,28 @@ using IntegratorChoice = std::shared_ptr<const IntegratorScheme>;
 // Interface of integrators with events: a record of the events, and a mode that persists between
 // intervals.
 
-/// Effect of an event inside an interval.
-enum class EventKind {
-  crosses,  ///< the dynamics change, the state is continuous
-  jumps,    ///< the state is reset
-  slides,   ///< sliding begins
-  leaves,   ///< sliding ends
-};
-/// Text for messages.
-const char* describe(EventKind kind);
-
 /// A recorded event.
 struct HybridEvent {
+  /// Effect of an event inside an interval.
+  enum class Kind {
+    crosses,  ///< the dynamics change, the state is continuous
+    jumps,    ///< the state is reset
+    slides,   ///< sliding begins
+    leaves,   ///< sliding ends
+  };
+
   double time = 0.0;                          ///< s
-  EventKind kind = EventKind::crosses;        ///< effect of the event
+  Kind kind = Kind::crosses;                  ///< effect of the event
   std::string name, mode_before, mode_after;  ///< name of the event and modes before and after it
   VectorXd before, after;                     ///< states x-, x+
   /// d time / d w of the interval (x0 | c | p | t0 | h). In a simulation: d time / d (x0 | p) of
   /// the whole simulation.
   VectorXd time_derivative;
 };
+/// Deprecated name.
+using EventKind [[deprecated("use HybridEvent::Kind; removed in 0.4")]] = HybridEvent::Kind;
+/// Text for messages.
+const char* describe(HybridEvent::Kind kind);
 
 /// An integrator that locates events inside an interval and continues after them.
 class EventIntegrator : public Integrator {

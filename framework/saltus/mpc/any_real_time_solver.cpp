@@ -30,17 +30,17 @@ std::unique_ptr<RealTimeSolver> iteration(NonlinearProgram& program, const RealT
 
 }  // namespace
 
-const std::vector<std::pair<std::string, TickMethod>>& tick_methods() {
-  static const std::vector<std::pair<std::string, TickMethod>> methods{
-      {"step", TickMethod::step}, {"optimum", TickMethod::optimum}};
+const std::vector<std::pair<std::string, RealTimeChoice::Method>>& tick_methods() {
+  static const std::vector<std::pair<std::string, RealTimeChoice::Method>> methods{
+      {"step", RealTimeChoice::Method::step}, {"optimum", RealTimeChoice::Method::optimum}};
   return methods;
 }
 
 std::unique_ptr<RealTimeSolver> make_real_time_solver(MultipleShooting& shooting,
                                                       const RealTimeChoice& choice) {
   if (choice.solver == SolverChoice::ipopt) return whole_solve_by_ipopt(shooting.nlp(), choice);
-  return choice.method == TickMethod::optimum ? whole_solve_by_sqp(choice)
-                                              : iteration(shooting.nlp(), choice);
+  return choice.method == RealTimeChoice::Method::optimum ? whole_solve_by_sqp(choice)
+                                                          : iteration(shooting.nlp(), choice);
 }
 
 RecedingHorizonController make_controller(MultipleShooting shooting, const RealTimeChoice& choice,

@@ -17,23 +17,23 @@
 
 namespace saltus {
 
-/// Method of a tick.
-enum class TickMethod {
-  step,    ///< real-time iteration: one quadratic model, prepared before the measurement
-  optimum  ///< full solve after the measurement, without a limit on its duration
-};
-/// Names in settings, for Settings::choice().
-const std::vector<std::pair<std::string, TickMethod>>& tick_methods();
-
 /// Options that every solver of a control loop supports.
 struct RealTimeChoice {
+  /// Method of a tick.
+  enum class Method {
+    step,    ///< real-time iteration: one quadratic model, prepared before the measurement
+    optimum  ///< full solve after the measurement, without a limit on its duration
+  };
+
   SolverChoice solver = SolverChoice::riccati;  ///< solver of the program of a tick
-  TickMethod method = TickMethod::step;         ///< Ipopt always solves to the optimum
+  Method method = Method::step;                 ///< Ipopt always solves to the optimum
   double tolerance = 1e-8;                      ///< of the quadratic model, or scaled KKT error
   int max_iterations = 0;                       ///< per tick; 0: the default of the solver
   /// See RealTimeIterationOptions::kernels; other methods ignore it.
   std::span<const qp::RiccatiKernel> kernels = {};
 };
+/// Names in settings, for Settings::choice().
+const std::vector<std::pair<std::string, RealTimeChoice::Method>>& tick_methods();
 /// For the program of this transcription only. Throws DefinitionError if the program does not fit
 /// the solver.
 std::unique_ptr<RealTimeSolver> make_real_time_solver(MultipleShooting& shooting,

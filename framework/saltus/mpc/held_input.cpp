@@ -12,7 +12,7 @@
 namespace saltus {
 
 HeldInput::HeldInput(int pieces, int largest_input) : pieces_(pieces) {
-  for (InputPiece& piece : pieces_) piece.values = VectorXd::Zero(largest_input);
+  for (HeldInput::Piece& piece : pieces_) piece.values = VectorXd::Zero(largest_input);
 }
 
 void HeldInput::refuse(std::size_t i) const {
@@ -22,7 +22,8 @@ void HeldInput::refuse(std::size_t i) const {
 }
 
 bool HeldInput::all_finite() const {
-  return std::all_of(begin(), end(), [](const InputPiece& p) { return p.input().allFinite(); });
+  return std::all_of(begin(), end(),
+                     [](const HeldInput::Piece& p) { return p.input().allFinite(); });
 }
 
 HeldInput held_input_for(const MultipleShooting& shooting) {
@@ -45,7 +46,7 @@ void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double 
     const PhaseDefinition& phase = shooting.problem().phases()[j];
     const int nu = phase.sizes.nu, first = layout.input(j, k);
     const bool linear = phase.input_shape() == InputShape::linear;
-    InputPiece& piece = held.add();
+    HeldInput::Piece& piece = held.add();
     piece.start = at;
     piece.length = length;
     piece.size = nu;
@@ -60,7 +61,7 @@ void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double 
     const int d = layout.duration(j);
     const double T = d < 0 ? grid.reference_duration(j) : w[d] * phase.nominal_duration;
     for (int k = 0; k < grid.intervals(j); ++k) {
-      const GridInterval& interval = grid.interval(j, k);
+      const Grid::Interval& interval = grid.interval(j, k);
       if (interval.is_empty()) continue;
       last_phase = j;
       last_interval = k;

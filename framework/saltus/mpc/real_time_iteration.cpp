@@ -40,9 +40,9 @@ class Iteration final : public RealTimeSolver {
     if (stages_ != nullptr && is_valid_) stages_->fill();
   }
 
-  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      WallClock::time_point deadline) noexcept override {
-    TickResult result;
+  RealTimeSolver::Result feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                                  WallClock::time_point deadline) noexcept override {
+    RealTimeSolver::Result result;
     linearise(program);
     if (!is_valid_) {
       result.status = SolveStatus::evaluation_failed;

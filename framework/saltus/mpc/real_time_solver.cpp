@@ -22,8 +22,8 @@ class FullSolve final : public RealTimeSolver {
 
   void prepare(NonlinearProgram&, const NlpPoint&) noexcept override {}
 
-  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      WallClock::time_point deadline) noexcept override try {
+  RealTimeSolver::Result feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                                  WallClock::time_point deadline) noexcept override try {
     solver_->set_deadline(deadline);
     const Quantities quantities = quantities_of(program);
     ScaledResult r = solve_presolved(*solver_, program, point, [&](NonlinearProgram& reduced) {
@@ -37,7 +37,7 @@ class FullSolve final : public RealTimeSolver {
   } catch (const DefinitionError&) {
     return {};     // an invalid problem
   } catch (...) {  // exception of a formula
-    TickResult failed;
+    RealTimeSolver::Result failed;
     failed.status = SolveStatus::evaluation_failed;
     return failed;
   }

@@ -340,12 +340,12 @@ void RecedingHorizonController::check_plan() noexcept {
   const WallClock::time_point begin = WallClock::now();
   try {
     NonlinearProgram& nlp = shooting_->nlp();
-    const KktResidual residual = check_(nlp, plan_);
+    const KktCheck::Residual residual = check_(nlp, plan_);
     if (nlp.objective(plan_.w.data(), tick_.objective)) {
       tick_.kkt = residual.scaled();
       tick_.violation = residual.feasibility;
       if (scale_) {
-        const KktResidual in_scale = check_(nlp, plan_, *scale_);
+        const KktCheck::Residual in_scale = check_(nlp, plan_, *scale_);
         tick_.kkt = std::max(tick_.kkt, in_scale.scaled());
         tick_.violation = std::max(tick_.violation, in_scale.feasibility);
       }
@@ -371,7 +371,7 @@ RecedingHorizonController::Judge RecedingHorizonController::solve(const VectorRe
                          shift_->is_same_horizon(shooting_->program(), plan_.w);
   point_ = restarts() ? initial_ : as_it_was ? plan_ : guess_;
   const bool warm = last_plan_ == Plan::solved && !restarts();
-  const TickResult r = solver_->feedback(nlp, point_, warm, deadline);
+  const RealTimeSolver::Result r = solver_->feedback(nlp, point_, warm, deadline);
   const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&
                         point_.lambda.allFinite() && point_.z.allFinite();
   tick_.iterations = r.iterations;
@@ -452,7 +452,7 @@ Solution RecedingHorizonController::report() {
     result.is_proved_infeasible =
         !result.contradiction && is_proved_infeasible(shooting_->nlp(), result.point.w);
   }
-  const KktResidual kkt = result.kkt;
+  const KktCheck::Residual kkt = result.kkt;
   Solution solution = shooting_->interpret(std::move(result));
   if (measurement_ == Measurement::not_finite) {
     solution.message = "the measurement is not a number";

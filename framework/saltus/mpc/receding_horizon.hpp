@@ -24,21 +24,21 @@ namespace saltus {
 
 class MultipleShooting;
 
-/// A constant input during [start, start + length).
-struct InputPiece {
-  double start = 0.0;   ///< absolute time in seconds
-  double length = 0.0;  ///< duration in seconds
-  int size = 0;         ///< dimension of the input
-  VectorXd values;      ///< sized for the largest phase; the first `size` entries are valid
-
-  /// The input of dimension `size`.
-  Eigen::VectorBlock<const VectorXd> input() const { return values.head(size); }
-};
-
 /// Pieces that cover one tick without gaps, in order. There is one piece, or more if an event falls
 /// inside the tick. The capacity is fixed. Empty before the first tick and after a move.
 class HeldInput {
  public:
+  /// A constant input during [start, start + length).
+  struct Piece {
+    double start = 0.0;   ///< absolute time in seconds
+    double length = 0.0;  ///< duration in seconds
+    int size = 0;         ///< dimension of the input
+    VectorXd values;      ///< sized for the largest phase; the first `size` entries are valid
+
+    /// The input of dimension `size`.
+    Eigen::VectorBlock<const VectorXd> input() const { return values.head(size); }
+  };
+
   HeldInput() = default;
   HeldInput(const HeldInput& other) = default;
   HeldInput& operator=(const HeldInput& other) = default;
@@ -60,28 +60,28 @@ class HeldInput {
   /// True if there is no piece.
   bool empty() const { return count_ == 0; }
   /// Piece i. Throws DefinitionError if it does not exist.
-  const InputPiece& operator[](std::size_t i) const {
+  const Piece& operator[](std::size_t i) const {
     if (i >= count_) refuse(i);
     return pieces_[i];
   }
   /// The last piece. Throws DefinitionError if there is none.
-  const InputPiece& back() const { return (*this)[count_ - 1]; }
+  const Piece& back() const { return (*this)[count_ - 1]; }
   /// First piece.
-  std::vector<InputPiece>::const_iterator begin() const { return pieces_.begin(); }
+  std::vector<Piece>::const_iterator begin() const { return pieces_.begin(); }
   /// Past-the-end iterator.
-  std::vector<InputPiece>::const_iterator end() const {
+  std::vector<Piece>::const_iterator end() const {
     return pieces_.begin() + static_cast<std::ptrdiff_t>(count_);
   }
 
   /// Removes all pieces.
   void clear() { count_ = 0; }
   /// Appends a piece to fill in. Throws DefinitionError if the capacity is exhausted.
-  InputPiece& add() {
+  Piece& add() {
     if (count_ >= pieces_.size()) refuse(count_);
     return pieces_[count_++];
   }
   /// The last piece, mutable. Throws DefinitionError if there is none.
-  InputPiece& last() {
+  Piece& last() {
     if (count_ == 0) refuse(0);
     return pieces_[count_ - 1];
   }
@@ -91,9 +91,11 @@ class HeldInput {
  private:
   [[noreturn]] void refuse(std::size_t i) const;
 
-  std::vector<InputPiece> pieces_;
+  std::vector<Piece> pieces_;
   std::size_t count_ = 0;
 };
+/// Deprecated name.
+using InputPiece [[deprecated("use HeldInput::Piece; removed in 0.4")]] = HeldInput::Piece;
 
 /// Allocates enough pieces for a tick of any length.
 HeldInput held_input_for(const MultipleShooting& shooting);
@@ -171,7 +173,7 @@ struct ControlTick {
   // a model was solved (see `check`), they are infinite until the check, and if formulas fail
   // there.
   double objective = infinity;  ///< cost of the plan
-  double kkt = infinity;        ///< scaled residual, see KktResidual
+  double kkt = infinity;        ///< scaled residual, see KktCheck::Residual
   double violation = infinity;  ///< largest violation of a row or bound, in scaled variables
   // Wall-clock times in seconds.
   double preparation = 0.0;  ///< duration of prepare(), called ahead or within the tick

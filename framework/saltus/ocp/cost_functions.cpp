@@ -414,7 +414,7 @@ Function change_costs(const VectorXd& weights) {
 }
 
 Function cost_function(const Term& term) {
-  return term.kind == TermKind::least_squares
+  return term.kind == Term::Kind::least_squares
              ? least_squares_cost(term.function, term.weight, term.reference)
              : term.function;
 }

@@ -11,7 +11,7 @@
 namespace saltus {
 namespace {
 
-bool is_entry_of(const ParameterBlock& block, std::string_view name) {
+bool is_entry_of(const PhaseDefinition::ParameterBlock& block, std::string_view name) {
   return name.size() > block.name.size() && name.starts_with(block.name) &&
          name[block.name.size()] == '.' && !block.entries.empty();
 }
@@ -26,7 +26,7 @@ std::vector<std::string> names_of(std::span<const ParameterEntry> entries) {
 [[noreturn]] void throw_unknown_name(const OptimalControlProblem& problem, std::string_view name) {
   std::vector<std::string> data;
   for (const PhaseDefinition& phase : problem.phases())
-    for (const ParameterBlock& block : phase.parameters) {
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
       if (is_entry_of(block, name)) {
         const std::vector<std::string> entries = names_of(block.entries);
         const std::string_view entry = name.substr(block.name.size() + 1);
@@ -44,15 +44,17 @@ std::vector<std::string> names_of(std::span<const ParameterEntry> entries) {
 
 }  // namespace
 
-std::optional<ParameterRange> find_parameter(const PhaseDefinition& phase, std::string_view name) {
+std::optional<OptimalControlProblem::ParameterRange> find_parameter(const PhaseDefinition& phase,
+                                                                    std::string_view name) {
   int first = 0;
-  for (const ParameterBlock& block : phase.parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
     if (block.name == name)
-      return ParameterRange{first, static_cast<int>(block.value.size()), &block};
+      return OptimalControlProblem::ParameterRange{first, static_cast<int>(block.value.size()),
+                                                   &block};
     if (is_entry_of(block, name))
       for (const ParameterEntry& entry : block.entries)
         if (name.substr(block.name.size() + 1) == entry.name)
-          return ParameterRange{first + entry.first, entry.size(), &block};
+          return OptimalControlProblem::ParameterRange{first + entry.first, entry.size(), &block};
     first += static_cast<int>(block.value.size());
   }
   return std::nullopt;
@@ -62,10 +64,10 @@ void check_data(const OptimalControlProblem& problem, std::string_view name, int
                 std::span<const ParameterEntry> entries) {
   bool found = false;
   for (const PhaseDefinition& phase : problem.phases()) {
-    const std::optional<ParameterRange> range = find_parameter(phase, name);
+    const std::optional<OptimalControlProblem::ParameterRange> range = find_parameter(phase, name);
     if (!range) continue;
     found = true;
-    const ParameterBlock& block = *range->block;
+    const PhaseDefinition::ParameterBlock& block = *range->block;
     if (block.unknown)
       throw DefinitionError(
           fmt::format("parameter '{}' is an unknown: the solver determines it", name));

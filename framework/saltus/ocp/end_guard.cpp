@@ -38,7 +38,7 @@ class SeededPoints {
       z[a.u(i)] = within(u[i] + spread * phase_.nominal_input[i] * symmetric(),
                          whole(phase_.input_bounds, i));
     int p = 0;
-    for (const ParameterBlock& block : phase_.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase_.parameters)
       for (int i = 0; i < block.value.size(); ++i, ++p)
         // Data change between solves and have no bounds.
         z[a.p(p)] = within(block.value[i] + block.nominal[i] * symmetric(),
@@ -56,9 +56,9 @@ class SeededPoints {
     if (last == infinity) last = std::max(first, 0.0) + room;
     return first + 0.5 * (1.0 + symmetric()) * (last - first);
   }
-  static Bounds whole(const std::vector<ComponentBounds>& list, int component) {
+  static Bounds whole(const std::vector<PhaseDefinition::ComponentBounds>& list, int component) {
     Bounds all;
-    for (const ComponentBounds& b : list)
+    for (const PhaseDefinition::ComponentBounds& b : list)
       if (b.component == component && b.window.is_whole()) {
         all.lower = std::max(all.lower, b.bounds.lower);
         all.upper = std::min(all.upper, b.bounds.upper);
@@ -77,15 +77,15 @@ class SeededPoints {
 
 }  // namespace
 
-bool GuardRate::grazes() const { return !(std::abs(value) > grazing_fraction * scale); }
+bool EndGuard::Rate::grazes() const { return !(std::abs(value) > grazing_fraction * scale); }
 
-GuardRate guard_rate(const PhaseDefinition& phase, const Function& dynamics, const Function& guard,
-                     const VectorRef& z) {
+EndGuard::Rate guard_rate(const PhaseDefinition& phase, const Function& dynamics,
+                          const Function& guard, const VectorRef& z) {
   const Arguments& a = phase.sizes;
   const VectorXd f = dynamics(z);
   const MatrixXd slopes = guard.dense_jacobian(z);
   const Eigen::RowVectorXd g_x = slopes.row(0).segment(a.x(), a.nx);
-  GuardRate rate;
+  EndGuard::Rate rate;
   rate.value = slopes(0, a.t()) + g_x * f;
   rate.scale =
       std::abs(slopes(0, a.t())) + g_x.transpose().cwiseProduct(phase.nominal_state).norm() *
@@ -116,7 +116,7 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
   for (int i = 0; i < tried; ++i) {
     const VectorXd z = points.next();
     for (const Function& field : fields) {
-      const GuardRate rate = guard_rate(phase, field, guard.guard, z);
+      const EndGuard::Rate rate = guard_rate(phase, field, guard.guard, z);
       if (!std::isfinite(rate.value) || !std::isfinite(rate.scale)) continue;  // outside its domain
       ++finite;
       if (std::abs(rate.value) > rounding * rate.scale) ++moving;

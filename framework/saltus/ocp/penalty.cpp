@@ -29,14 +29,15 @@ double cost(const Penalty& penalty, double v) {
 // |v - r|. The minimum is at r = v up to the threshold and at r = threshold above it. The quadratic
 // part uses the free variable, so it always has curvature, and one variable serves both sides of a
 // row.
-PenaltySlacks penalty_slacks(const Penalty& penalty) {
+Penalty::Slacks penalty_slacks(const Penalty& penalty) {
   switch (penalty.kind) {
     case Penalty::L1:
       return {{penalty.weight, false}};
     case Penalty::L2:
       return {{penalty.weight, true}};
     case Penalty::Huber:
-      return {{penalty.weight * penalty.threshold, false}, SlackCost{penalty.weight, true}};
+      return {{penalty.weight * penalty.threshold, false},
+              Penalty::SlackCost{penalty.weight, true}};
   }
   return {};
 }

@@ -130,21 +130,21 @@ class Phase {
   /// Keeps the formula within bounds during the window. One Bounds applies to all rows.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), TermDomain::running,
+    add_constraint(d_, std::move(name), Term::Domain::running,
                    erased("term", name, std::move(formula)), {bounds}, std::move(window),
                    std::nullopt);
     return *this;
   }
   /// Same as above for a Function of z = (t | x | u | p) that is not a C++ formula.
   Phase& keep(std::string name, Function function, Bounds bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), TermDomain::running, std::move(function), {bounds},
+    add_constraint(d_, std::move(name), Term::Domain::running, std::move(function), {bounds},
                    std::move(window), std::nullopt);
     return *this;
   }
   /// Same as above with one Bounds per row.
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), TermDomain::running,
+    add_constraint(d_, std::move(name), Term::Domain::running,
                    erased("term", name, std::move(formula)), std::move(bounds), std::move(window),
                    std::nullopt);
     return *this;
@@ -153,7 +153,7 @@ class Phase {
   /// (ocp/term.hpp). The solution reports the largest violation.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
-    add_constraint(d_, std::move(name), TermDomain::running,
+    add_constraint(d_, std::move(name), Term::Domain::running,
                    erased("term", name, std::move(formula)), {bounds}, std::move(window),
                    std::move(penalty));
     return *this;
@@ -162,7 +162,7 @@ class Phase {
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
               Penalty penalty) {
-    add_constraint(d_, std::move(name), TermDomain::running,
+    add_constraint(d_, std::move(name), Term::Domain::running,
                    erased("term", name, std::move(formula)), std::move(bounds), std::move(window),
                    std::move(penalty));
     return *this;
@@ -179,7 +179,7 @@ class Phase {
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    add_constraint(d_, std::move(name), TermDomain::phase_end,
+    add_constraint(d_, std::move(name), Term::Domain::phase_end,
                    erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
     return *this;
   }
@@ -187,7 +187,7 @@ class Phase {
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    add_constraint(d_, std::move(name), TermDomain::phase_end,
+    add_constraint(d_, std::move(name), Term::Domain::phase_end,
                    erased("term", name, std::move(formula)), std::move(bounds), {},
                    std::move(penalty));
     return *this;
@@ -203,7 +203,7 @@ class Phase {
   template <class F>
   Phase& begin_with(std::string name, F formula, std::vector<Bounds> bounds,
                     std::optional<Penalty> penalty = std::nullopt) {
-    add_constraint(d_, std::move(name), TermDomain::phase_start,
+    add_constraint(d_, std::move(name), Term::Domain::phase_start,
                    erased("term", name, std::move(formula)), std::move(bounds), {},
                    std::move(penalty));
     return *this;
@@ -237,7 +237,7 @@ class Phase {
   Phase& minimise(std::string name, F formula, Window window = {}) {
     static_assert(returns_rows<F, 1>,
                   "a cost must return a scalar; track() takes a vector and squares it");
-    add_cost(d_, std::move(name), TermDomain::running, erased("term", name, std::move(formula)),
+    add_cost(d_, std::move(name), Term::Domain::running, erased("term", name, std::move(formula)),
              std::move(window));
     return *this;
   }
@@ -246,7 +246,7 @@ class Phase {
   Phase& minimise_at_end(std::string name, F formula) {
     static_assert(returns_rows<F, 1>,
                   "a cost must return a scalar; track_at_end() takes a vector and squares it");
-    add_cost(d_, std::move(name), TermDomain::phase_end, erased("term", name, std::move(formula)),
+    add_cost(d_, std::move(name), Term::Domain::phase_end, erased("term", name, std::move(formula)),
              {});
     return *this;
   }
@@ -255,8 +255,8 @@ class Phase {
   Phase& minimise_at_start(std::string name, F formula) {
     static_assert(returns_rows<F, 1>,
                   "a cost must return a scalar; track_at_start() takes a vector and squares it");
-    add_cost(d_, std::move(name), TermDomain::phase_start, erased("term", name, std::move(formula)),
-             {});
+    add_cost(d_, std::move(name), Term::Domain::phase_start,
+             erased("term", name, std::move(formula)), {});
     return *this;
   }
   /// Adds the integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
@@ -264,7 +264,7 @@ class Phase {
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
-    add_least_squares(d_, std::move(name), TermDomain::running,
+    add_least_squares(d_, std::move(name), Term::Domain::running,
                       erased("term", name, std::move(residual)), weights, std::move(window),
                       std::move(reference));
     return *this;
@@ -273,7 +273,7 @@ class Phase {
   template <class F>
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
-    add_least_squares(d_, std::move(name), TermDomain::phase_end,
+    add_least_squares(d_, std::move(name), Term::Domain::phase_end,
                       erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }
@@ -281,7 +281,7 @@ class Phase {
   template <class F>
   Phase& track_at_start(std::string name, F residual, const VectorXd& weights,
                         Reference reference = {}) {
-    add_least_squares(d_, std::move(name), TermDomain::phase_start,
+    add_least_squares(d_, std::move(name), Term::Domain::phase_start,
                       erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }

@@ -31,8 +31,8 @@ void check_bounds(const PhaseDefinition& phase, const std::string& what, const B
 }
 
 void check_components(const PhaseDefinition& phase, const char* what, int size,
-                      const std::vector<ComponentBounds>& bounds) {
-  for (const ComponentBounds& b : bounds) {
+                      const std::vector<PhaseDefinition::ComponentBounds>& bounds) {
+  for (const PhaseDefinition::ComponentBounds& b : bounds) {
     if (b.component < 0 || b.component >= size)
       fail(phase, fmt::format("there is no {} {}; the phase has {}, counted from 0", what,
                               b.component, size));
@@ -85,12 +85,12 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
     fail(phase, term,
          fmt::format("the formula takes {} arguments, the phase has {}", term.function.inputs(),
                      phase.sizes.size()));
-  if (term.domain != TermDomain::running &&
+  if (term.domain != Term::Domain::running &&
       depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu))
     fail(phase, term,
          "it applies at one end of the phase and reads an input, but inputs belong to intervals; "
          "use keep(), minimise() or track() instead");
-  if (term.kind == TermKind::constraint) {
+  if (term.kind == Term::Kind::constraint) {
     if (static_cast<int>(term.bounds.size()) != m)
       fail(phase, term,
            fmt::format("the formula has {} rows, but {} bounds were given", m, term.bounds.size()));
@@ -101,9 +101,9 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
                          term.bounds[i].upper, i));
     if (const std::string error = term.soft ? describe_error(*term.soft) : ""; !error.empty())
       fail(phase, term, error);
-  } else if (term.kind == TermKind::cost && m != 1) {
+  } else if (term.kind == Term::Kind::cost && m != 1) {
     fail(phase, term, fmt::format("a cost must be a scalar, but the formula has {} rows", m));
-  } else if (term.kind == TermKind::least_squares) {
+  } else if (term.kind == Term::Kind::least_squares) {
     check_weight(phase, term);
   }
 }
@@ -118,7 +118,7 @@ PhaseDefinition& PhaseDefinition::operator=(PhaseDefinition&& other) noexcept = 
 PhaseDefinition::~PhaseDefinition() = default;
 
 double PhaseDefinition::nominal_parameter(int i) const {
-  for (const ParameterBlock& block : parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : parameters) {
     if (i < block.nominal.size()) return block.nominal[i];
     i -= static_cast<int>(block.nominal.size());
   }
@@ -169,7 +169,7 @@ void PhaseDefinition::check(const Bounds& start) const {
 
   int np = 0;
   std::set<std::string> block_names;
-  for (const ParameterBlock& block : parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : parameters) {
     np += static_cast<int>(block.value.size());
     if (!block_names.insert(block.name).second)
       fail(*this, fmt::format("parameter '{}' is declared twice", block.name));
@@ -246,18 +246,18 @@ void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equat
   phase.dynamics = eliminate(phase.algebraic.dynamics, phase.algebraic.equations);
 }
 
-void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
-                Window&& window) {
+void add_bounds(std::vector<PhaseDefinition::ComponentBounds>& all, int component,
+                const Bounds& bounds, Window&& window) {
   all.push_back({component, without_sentinels(bounds), std::move(window)});
 }
 
-void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+void add_constraint(PhaseDefinition& phase, std::string&& name, Term::Domain domain,
                     Function&& function, std::vector<Bounds>&& bounds, Window&& window,
                     std::optional<Penalty>&& penalty) {
   if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
   for (Bounds& b : bounds) b = without_sentinels(b);
   phase.terms.push_back({.name = std::move(name),
-                         .kind = TermKind::constraint,
+                         .kind = Term::Kind::constraint,
                          .domain = domain,
                          .function = std::move(function),
                          .bounds = std::move(bounds),
@@ -269,8 +269,8 @@ void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domai
 
 void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
                    Crossing crossing) {
-  add_constraint(phase, std::string(event), TermDomain::phase_end, Function(guard), {exactly(0.0)},
-                 {}, std::nullopt);
+  add_constraint(phase, std::string(event), Term::Domain::phase_end, Function(guard),
+                 {exactly(0.0)}, {}, std::nullopt);
   phase.end_guards.push_back({std::move(event), std::move(guard), crossing});
 }
 
@@ -278,8 +278,8 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
                    double at_nodes) {
   std::vector<std::string> known;
   for (const Term& t : phase.terms)
-    if (t.kind == TermKind::constraint) known.push_back(t.name);
-  for (const ComponentBounds& b : phase.state_bounds)
+    if (t.kind == Term::Kind::constraint) known.push_back(t.name);
+  for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds)
     known.push_back(fmt::format("bounds of state {}", b.component));
   if (std::ranges::find(known, term) == known.end())
     fail(phase, fmt::format("allow() names '{}', which is not a constraint declared before{}", term,
@@ -295,10 +295,10 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
   phase.allowances.push_back({std::move(term), between_nodes, at_nodes});
 }
 
-void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
+void add_cost(PhaseDefinition& phase, std::string&& name, Term::Domain domain, Function&& function,
               Window&& window) {
   phase.terms.push_back({.name = std::move(name),
-                         .kind = TermKind::cost,
+                         .kind = Term::Kind::cost,
                          .domain = domain,
                          .function = std::move(function),
                          .bounds = {},
@@ -307,11 +307,11 @@ void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Fun
                          .window = std::move(window)});
 }
 
-void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+void add_least_squares(PhaseDefinition& phase, std::string&& name, Term::Domain domain,
                        Function&& residual, const VectorXd& weights, Window&& window,
                        Reference&& reference) {
   phase.terms.push_back({.name = std::move(name),
-                         .kind = TermKind::least_squares,
+                         .kind = Term::Kind::least_squares,
                          .domain = domain,
                          .function = std::move(residual),
                          .bounds = {},
@@ -327,7 +327,7 @@ void add_parameter(PhaseDefinition& phase, std::string&& name, const VectorXd& v
 }
 
 void make_unknown(PhaseDefinition& phase, const Bounds& bounds, double magnitude) {
-  ParameterBlock& block = phase.parameters.back();
+  PhaseDefinition::ParameterBlock& block = phase.parameters.back();
   block.unknown = true;
   block.bounds.assign(block.value.size(), without_sentinels(bounds));
   block.nominal.setConstant(magnitude);

@@ -63,51 +63,35 @@ struct PhaseDefinition;
 
 /// The guard that ends a phase.
 struct EndGuard {
+  /// Rate of a guard along the trajectory, in the guard's units per second.
+  struct Rate {
+    double value = 0.0;  ///< g_t + g_x f
+    /// Scale of the rate: |g_t| + |g_x N| |N^-1 f| with the nominal states N.
+    double scale = 0.0;
+
+    /// Below this fraction of the scale, the crossing counts as grazing: errors of the state would
+    /// be amplified a million times in the event time.
+    static constexpr double grazing_fraction = 1e-6;
+    /// True if the rate is too small, i.e. the guard touches zero without crossing.
+    bool grazes() const;
+  };
+
   std::string event;                      ///< name for messages and tables
   Function guard;                         ///< z = (t | x | u | p) -> one number; must not read u
   Crossing crossing = Crossing::falling;  ///< direction of the zero crossing
 };
+/// Deprecated name.
+using GuardRate [[deprecated("use EndGuard::Rate; removed in 0.4")]] = EndGuard::Rate;
 
-/// Rate of a guard along the trajectory, in the guard's units per second.
-struct GuardRate {
-  double value = 0.0;  ///< g_t + g_x f
-  /// Scale of the rate: |g_t| + |g_x N| |N^-1 f| with the nominal states N.
-  double scale = 0.0;
-
-  /// Below this fraction of the scale, the crossing counts as grazing: errors of the state would be
-  /// amplified a million times in the event time.
-  static constexpr double grazing_fraction = 1e-6;
-  /// True if the rate is too small, i.e. the guard touches zero without crossing.
-  bool grazes() const;
-};
 /// Rate at z = (t | x- | u | p) of the phase, with the dynamics active there. Allocates.
-GuardRate guard_rate(const PhaseDefinition& phase, const Function& dynamics, const Function& guard,
-                     const VectorRef& z);
+EndGuard::Rate guard_rate(const PhaseDefinition& phase, const Function& dynamics,
+                          const Function& guard, const VectorRef& z);
 
 /// Throws DefinitionError with phase and event if the guard cannot end the phase. This is so if the
 /// duration is fixed, if the guard is not a scalar, or if no dynamics of any mode move the guard in
 /// the declared direction. The last check samples seeded points around the guesses within the
 /// bounds. `start` bounds the start time of the phase, s.
 void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const Bounds& start);
-
-/// A named block of parameters of a phase. Blocks with the same name in several phases are the same
-/// parameter.
-struct ParameterBlock {
-  std::string name;            ///< identifies the block across phases
-  VectorXd value;              ///< data, or the initial guess of an unknown
-  bool unknown = false;        ///< true: determined by the solver
-  std::vector<Bounds> bounds;  ///< bounds of an unknown
-  VectorXd nominal;            ///< magnitudes for scaling
-  /// Names of the entries if a struct declared the block. They have static storage duration.
-  std::span<const ParameterEntry> entries = {};
-};
-
-/// Bounds on one component of the input or state within a window.
-struct ComponentBounds {
-  int component = 0;   ///< index of the state or input
-  Bounds bounds;       ///< allowed values
-  Window window = {};  ///< where the bounds are active
-};
 
 /// An integral along the phase, limited at the end of the phase. The same name in several phases is
 /// one integral that continues from phase to phase.
@@ -116,13 +100,6 @@ struct IntegralConstraint {
   Function integrand;      ///< z = (t | x | u | p) -> scalar
   Limits limits;           ///< limits of the integral
   double magnitude = 1.0;  ///< for scaling, positive
-};
-
-/// Tolerances of a path constraint that replace the defaults, in the units of the term.
-struct Allowance {
-  std::string term;            ///< name of the term, or "bounds of state 0"
-  double between_nodes = 0.0;  ///< tolerance between the nodes
-  double at_nodes = 0.0;       ///< tolerance at the nodes; 0: the default (GridAccuracy::rows)
 };
 
 /// Shape of the inputs within an interval.
@@ -134,6 +111,32 @@ enum class InputParametrisation {
 
 /// All declarations of a phase, with sizes at run time.
 struct PhaseDefinition {
+  /// A named block of parameters of a phase. Blocks with the same name in several phases are the
+  /// same parameter.
+  struct ParameterBlock {
+    std::string name;            ///< identifies the block across phases
+    VectorXd value;              ///< data, or the initial guess of an unknown
+    bool unknown = false;        ///< true: determined by the solver
+    std::vector<Bounds> bounds;  ///< bounds of an unknown
+    VectorXd nominal;            ///< magnitudes for scaling
+    /// Names of the entries if a struct declared the block. They have static storage duration.
+    std::span<const ParameterEntry> entries = {};
+  };
+
+  /// Bounds on one component of the input or state within a window.
+  struct ComponentBounds {
+    int component = 0;   ///< index of the state or input
+    Bounds bounds;       ///< allowed values
+    Window window = {};  ///< where the bounds are active
+  };
+
+  /// Tolerances of a path constraint that replace the defaults, in the units of the term.
+  struct Allowance {
+    std::string term;            ///< name of the term, or "bounds of state 0"
+    double between_nodes = 0.0;  ///< tolerance between the nodes
+    double at_nodes = 0.0;       ///< tolerance at the nodes; 0: the default (GridAccuracy::rows)
+  };
+
   PhaseDefinition();
   PhaseDefinition(const PhaseDefinition& other);
   PhaseDefinition(PhaseDefinition&& other) noexcept;
@@ -191,6 +194,12 @@ struct PhaseDefinition {
   /// bounds the start time of the phase, s.
   void check(const Bounds& start = exactly(0.0)) const;
 };
+/// Deprecated name.
+using ParameterBlock [[deprecated("use PhaseDefinition::ParameterBlock; removed in 0.4")]] =
+    PhaseDefinition::ParameterBlock;
+/// Deprecated name.
+using ComponentBounds [[deprecated("use PhaseDefinition::ComponentBounds; removed in 0.4")]] =
+    PhaseDefinition::ComponentBounds;
 
 // Implementation of the methods of Phase, compiled once. Moved arguments are passed by reference,
 // because each temporary would add a destructor call to every problem definition.
@@ -203,10 +212,10 @@ void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, F
 void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equations,
                    const VectorXd& guess);
 /// Appends bounds after checking them.
-void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
-                Window&& window);
+void add_bounds(std::vector<PhaseDefinition::ComponentBounds>& all, int component,
+                const Bounds& bounds, Window&& window);
 /// Appends a constraint. A single Bounds applies to all rows of the function.
-void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+void add_constraint(PhaseDefinition& phase, std::string&& name, Term::Domain domain,
                     Function&& function, std::vector<Bounds>&& bounds, Window&& window,
                     std::optional<Penalty>&& penalty);
 /// Appends a soft constraint on a component of x (first = sizes.x()) or u (first = sizes.u()) under
@@ -223,13 +232,13 @@ void add_allowance(PhaseDefinition& phase, std::string&& term, double between_no
 void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
                    Crossing crossing);
 /// Appends a cost after checking it.
-void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
+void add_cost(PhaseDefinition& phase, std::string&& name, Term::Domain domain, Function&& function,
               Window&& window);
 /// Appends a constraint on one algebraic state.
 void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
                           Window&& window, std::optional<Penalty>&& penalty = std::nullopt);
 /// Appends the cost 1/2 (residual - reference)' diag(weights) (residual - reference).
-void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+void add_least_squares(PhaseDefinition& phase, std::string&& name, Term::Domain domain,
                        Function&& residual, const VectorXd& weights, Window&& window,
                        Reference&& reference);
 /// Appends a block of parameters after checking it.

@@ -79,7 +79,7 @@ void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& b
   if (component < 0 || component >= equations.count())
     fail(phase, fmt::format("there is no algebraic state {}; the phase has {}, counted from 0",
                             component, equations.count()));
-  add_constraint(phase, free_name(phase, "algebraic state", component), TermDomain::running,
+  add_constraint(phase, free_name(phase, "algebraic state", component), Term::Domain::running,
                  algebraic_state(phase.algebraic.equations, component), {bounds}, std::move(window),
                  std::move(penalty));
 }
@@ -89,7 +89,7 @@ void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int co
   if (component < 0 || component >= count)
     fail(phase, fmt::format("there is no {} {}; the phase has {}, counted from 0", what, component,
                             count));
-  add_constraint(phase, free_name(phase, what, component), TermDomain::running,
+  add_constraint(phase, free_name(phase, what, component), Term::Domain::running,
                  Function(std::make_shared<const Entry>(phase.sizes.size(), first + component)),
                  {bounds}, std::move(window), std::move(penalty));
 }

@@ -125,7 +125,7 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
   });
   // An unknown keeps its bounds from removed phases.
   for (PhaseDefinition& phase : rest.phases_)
-    for (ParameterBlock& block : phase.parameters)
+    for (PhaseDefinition::ParameterBlock& block : phase.parameters)
       for (int i = 0; block.unknown && i < block.value.size(); ++i)
         block.bounds[i] = bounds_of_unknown(block.name, i);
   rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
@@ -177,7 +177,7 @@ bool OptimalControlProblem::set_penalty_weight(std::string_view weight_name, dou
 Bounds OptimalControlProblem::bounds_of_unknown(const std::string& name, int i) const {
   Bounds all;
   for (const PhaseDefinition& phase : phases_)
-    for (const ParameterBlock& block : phase.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
       if (block.unknown && block.name == name) {
         if (i < 0 || i >= static_cast<int>(block.bounds.size()))
           throw DefinitionError(
@@ -289,9 +289,9 @@ void OptimalControlProblem::check() const {
     start = {start.lower + phase.duration.lower, start.upper + phase.duration.upper};
     for (const Term& term : phase.terms)
       check_window(phase, term.window, schedule_, "term '" + term.name + "'");
-    for (const ComponentBounds& b : phase.input_bounds)
+    for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds)
       check_window(phase, b.window, schedule_, fmt::format("input {}", b.component));
-    for (const ComponentBounds& b : phase.state_bounds)
+    for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds)
       check_window(phase, b.window, schedule_, fmt::format("state {}", b.component));
   }
   for (std::size_t j = 1; j < phases_.size(); ++j)
@@ -345,12 +345,12 @@ void OptimalControlProblem::check_start() const {
 
 void OptimalControlProblem::check_parameters() const {
   struct Known {
-    const ParameterBlock* block;
+    const PhaseDefinition::ParameterBlock* block;
     const PhaseDefinition* phase;
   };
   std::map<std::string, Known> blocks;
   for (const PhaseDefinition& phase : phases_)
-    for (const ParameterBlock& block : phase.parameters) {
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
       const auto [it, is_new] = blocks.emplace(block.name, Known{&block, &phase});
       if (is_new) continue;
       const auto& [other, other_phase] = it->second;

@@ -32,6 +32,13 @@ enum class CostRule {
 /// One or more phases in order. Copies are independent but share the immutable formulas.
 class OptimalControlProblem {
  public:
+  /// The range of p of one phase that a name refers to.
+  struct ParameterRange {
+    int first = 0, size = 0;  ///< index of the first number, and number of entries
+    const PhaseDefinition::ParameterBlock* block =
+        nullptr;  ///< the declared block, owned by the phase
+  };
+
   OptimalControlProblem(const OptimalControlProblem& other);
   OptimalControlProblem(OptimalControlProblem&& other) noexcept;
   OptimalControlProblem& operator=(const OptimalControlProblem& other);
@@ -184,16 +191,15 @@ class OptimalControlProblem {
   CostRule cost_rule_ = CostRule::integrated;
   Bounds total_time_;
 };
+/// Deprecated name.
+using ParameterRange [[deprecated("use OptimalControlProblem::ParameterRange; removed in 0.4")]] =
+    OptimalControlProblem::ParameterRange;
 
 // Sets data by the name of a parameter block ("road") or of one entry ("road.slope").
 
-/// The range of p of one phase that a name refers to.
-struct ParameterRange {
-  int first = 0, size = 0;                ///< index of the first number, and number of entries
-  const ParameterBlock* block = nullptr;  ///< the declared block, owned by the phase
-};
 /// Returns nullopt if the phase has no such block or entry. Does not allocate.
-std::optional<ParameterRange> find_parameter(const PhaseDefinition& phase, std::string_view name);
+std::optional<OptimalControlProblem::ParameterRange> find_parameter(const PhaseDefinition& phase,
+                                                                    std::string_view name);
 
 /// Throws DefinitionError unless `name` is data of the problem with `size` numbers. If the block
 /// has named entries, they must match `entries` (empty: no check). The message lists the valid

@@ -40,15 +40,16 @@ bool any_reads(const std::vector<Function>& functions, int input) {
   return std::ranges::any_of(functions, [&](const Function& f) { return f.reads(input); });
 }
 
-bool is_bounded(const std::vector<ComponentBounds>& bounds, int component) {
-  return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
+bool is_bounded(const std::vector<PhaseDefinition::ComponentBounds>& bounds, int component) {
+  return std::ranges::any_of(bounds, [&](const PhaseDefinition::ComponentBounds& b) {
     return b.component == component && !b.bounds.is_free();
   });
 }
 
 // True if the bounds fix the component throughout the phase.
-bool is_fixed_by_bounds(const std::vector<ComponentBounds>& bounds, int component) {
-  return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
+bool is_fixed_by_bounds(const std::vector<PhaseDefinition::ComponentBounds>& bounds,
+                        int component) {
+  return std::ranges::any_of(bounds, [&](const PhaseDefinition::ComponentBounds& b) {
     return b.component == component && b.bounds.is_equality() && b.window.is_whole();
   });
 }
@@ -86,7 +87,7 @@ class Warnings {
     if (reads_any(f, a.x(), a.nx) || reads_any(f, a.u(), a.nu)) return true;
     if (free_times_ && f.reads(a.t())) return true;
     int p = a.p();
-    for (const ParameterBlock& block : phase.parameters) {
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
       const int size = static_cast<int>(block.value.size());
       if (block.unknown && reads_any(f, p, size)) return true;
       p += size;
@@ -104,13 +105,13 @@ class Warnings {
   void check_term_warnings(const PhaseDefinition& phase, const Term& term) {
     if (reads_decisions(phase, term.function)) return;
     const auto where = fmt::format("phase '{}', term '{}'", phase.name, term.name);
-    if (term.kind == TermKind::constraint) {
+    if (term.kind == Term::Kind::constraint) {
       add("{}: it depends on no state, input or unknown, so no trajectory can influence it", where);
       return;
     }
     // The integral of a constant minimises time if the duration is free.
     const bool is_zero = is_constant_zero(term.function);
-    if (!is_zero && term.domain == TermDomain::running && free_times_) return;
+    if (!is_zero && term.domain == Term::Domain::running && free_times_) return;
     if (is_zero)
       add("{}: this cost is zero for every trajectory (a quotient of integers such as 1 / 2 is 0: "
           "write 0.5)",
@@ -127,7 +128,7 @@ class Warnings {
     for (const PhaseDefinition& phase : problem_.phases()) {
       if (phase.input_change_weight.size() > 0) return;
       for (const Term& term : phase.terms)
-        if (term.kind != TermKind::constraint || term.soft) return;
+        if (term.kind != Term::Kind::constraint || term.soft) return;
       for (const IntegralConstraint& integral : phase.integrals)
         if (integral.limits.soft) return;
       if (phase.has_free_duration() && phase.sizes.nu > 0 && phase.end_guards.empty() && !undecided)
@@ -224,7 +225,7 @@ class Warnings {
       else if (problem_.closing())
         exit = &problem_.closing()->map;
       int p = 0;
-      for (const ParameterBlock& block : phase.parameters) {
+      for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
         for (int i = p; i < p + block.value.size(); ++i) {
           const int in_jump = 1 + phase.sizes.nx + i;  // z = (t | x- | p)
           if (any_reads(functions, phase.sizes.p(i)) || is_linked(phase, 2 + phase.sizes.nx + i) ||
@@ -235,7 +236,7 @@ class Warnings {
       }
     }
     for (const PhaseDefinition& phase : problem_.phases())
-      for (const ParameterBlock& block : phase.parameters)
+      for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
         if (block.value.size() > 0 && !read.contains(block.name) && told.insert(block.name).second)
           add("phase '{}': no formula reads parameter '{}'", phase.name, block.name);
   }

@@ -25,6 +25,22 @@ namespace saltus {
 /// variables, valid parameters. Everything else (variables, curvature, weights on the grid, stages,
 /// reports) follows from these.
 struct Penalty {
+  /// Cost of one slack variable s: weight s or weight/2 s^2.
+  struct SlackCost {
+    double weight = 0.0;        ///< factor of s or of s^2 / 2
+    bool is_quadratic = false;  ///< true: weight/2 s^2
+  };
+
+  /// A penalty in terms of slack variables. Its cost is the minimum cost of slacks that satisfy
+  ///
+  ///     lower <= g + s_below - s_above + r <= upper,   s_below, s_above >= 0,
+  ///
+  /// r is free. Some penalties do not need r.
+  struct Slacks {
+    SlackCost side;                                ///< cost of s_below and of s_above
+    std::optional<SlackCost> free = std::nullopt;  ///< cost of r; empty: no r
+  };
+
   /// Cost as a function of the violation v.
   enum Kind {
     L1,    ///< weight v: exact, i.e. no violation if the weight exceeds the multiplier
@@ -36,6 +52,10 @@ struct Penalty {
   std::string name = {};   ///< name by which the weight can be changed between solves
   double threshold = 0.0;  ///< for Huber, in units of v
 };
+/// Deprecated name.
+using SlackCost [[deprecated("use Penalty::SlackCost; removed in 0.4")]] = Penalty::SlackCost;
+/// Deprecated name.
+using PenaltySlacks [[deprecated("use Penalty::Slacks; removed in 0.4")]] = Penalty::Slacks;
 /// A penalty with a name, so that its weight can be changed between solves.
 inline Penalty soft(std::string name, double weight, Penalty::Kind kind = Penalty::L1) {
   return {kind, weight, std::move(name)};
@@ -51,23 +71,8 @@ double cost(const Penalty& penalty, double violation);
 /// Describes invalid parameters. Empty if they are valid.
 std::string describe_error(const Penalty& penalty);
 
-/// Cost of one slack variable s: weight s or weight/2 s^2.
-struct SlackCost {
-  double weight = 0.0;        ///< factor of s or of s^2 / 2
-  bool is_quadratic = false;  ///< true: weight/2 s^2
-};
-
-/// A penalty in terms of slack variables. Its cost is the minimum cost of slacks that satisfy
-///
-///     lower <= g + s_below - s_above + r <= upper,   s_below, s_above >= 0,
-///
-/// r is free. Some penalties do not need r.
-struct PenaltySlacks {
-  SlackCost side;                                ///< cost of s_below and of s_above
-  std::optional<SlackCost> free = std::nullopt;  ///< cost of r; empty: no r
-};
 /// Slack variables of a penalty and their costs.
-PenaltySlacks penalty_slacks(const Penalty& penalty);
+Penalty::Slacks penalty_slacks(const Penalty& penalty);
 
 // Limits of a quantity of the whole problem, an integral or a link: bounds, or a penalty outside
 // them.
@@ -145,24 +150,25 @@ class Reference {
   MatrixXd values_;
 };
 
-/// Role of a term in the problem.
-enum class TermKind {
-  constraint,     ///< bounds on the formula
-  cost,           ///< the formula itself, a scalar
-  least_squares,  ///< 1/2 (r - ref)' W (r - ref) with r the formula
-};
-/// Where a term applies.
-enum class TermDomain {
-  running,      ///< within its window
-  phase_start,  ///< once, at x+ of the first instant
-  phase_end     ///< once, at x- of the last instant
-};
-
 /// A cost or constraint of a phase, sizes at run time.
 struct Term {
+  /// Role of a term in the problem.
+  enum class Kind {
+    constraint,     ///< bounds on the formula
+    cost,           ///< the formula itself, a scalar
+    least_squares,  ///< 1/2 (r - ref)' W (r - ref) with r the formula
+  };
+
+  /// Where a term applies.
+  enum class Domain {
+    running,      ///< within its window
+    phase_start,  ///< once, at x+ of the first instant
+    phase_end     ///< once, at x- of the last instant
+  };
+
   std::string name;                            ///< name for messages and results
-  TermKind kind = TermKind::cost;              ///< cost or constraint
-  TermDomain domain = TermDomain::running;     ///< running, at the start or at the end
+  Kind kind = Kind::cost;                      ///< cost or constraint
+  Domain domain = Domain::running;             ///< running, at the start or at the end
   Function function;                           ///< z = (t | x | u | p)
   std::vector<Bounds> bounds;                  ///< constraints: one per output
   std::optional<Penalty> soft = std::nullopt;  ///< empty: hard constraint
@@ -170,5 +176,9 @@ struct Term {
   Reference reference;  ///< least_squares: the reference
   Window window = {};   ///< running terms: where the term applies
 };
+/// Deprecated name.
+using TermKind [[deprecated("use Term::Kind; removed in 0.4")]] = Term::Kind;
+/// Deprecated name.
+using TermDomain [[deprecated("use Term::Domain; removed in 0.4")]] = Term::Domain;
 
 }  // namespace saltus

@@ -27,9 +27,9 @@ inline bool is_after_start(const std::optional<Instant>& limit) {
 template <class Visit>
 void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
   for (const Term& t : phase.terms) visit(t.window, [&] { return "term '" + t.name + "'"; });
-  for (const ComponentBounds& b : phase.input_bounds)
+  for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds)
     visit(b.window, [&] { return fmt::format("input {}", b.component); });
-  for (const ComponentBounds& b : phase.state_bounds)
+  for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds)
     visit(b.window, [&] { return fmt::format("state {}", b.component); });
 }
 

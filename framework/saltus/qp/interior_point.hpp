@@ -56,8 +56,9 @@ class InteriorPoint {
     if (first.status != QpStatus::numerical_failure) return first;
     constexpr double far_from_the_sides = 1.0;
     QpOptions other = options;
-    other.start =
-        !warm && options.start == QpStart::least_squares ? QpStart::guess : QpStart::least_squares;
+    other.start = !warm && options.start == QpOptions::Start::least_squares
+                      ? QpOptions::Start::guess
+                      : QpOptions::Start::least_squares;
     other.start_barrier = std::max(options.start_barrier, far_from_the_sides);
     other.max_iterations = std::max(0, options.max_iterations - first.iterations);
     std::fill_n(point_.v.data(), system.variables(), 0.0);
@@ -178,7 +179,7 @@ class InteriorPoint {
       residuals_.reset(system);
       return true;
     }
-    if (options.start == QpStart::least_squares) {
+    if (options.start == QpOptions::Start::least_squares) {
       weigh_sides(system, row_size_);
       const bool factored = inertia_.correct([&](double shift) {
         system.set_shift(shift);

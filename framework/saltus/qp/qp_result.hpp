@@ -20,15 +20,15 @@ enum class QpStatus {
 /// Describes the status in one sentence.
 const char* describe(QpStatus status);
 
-/// Starting point of a cold start.
-enum class QpStart {
-  least_squares,  ///< needs no guess; costs about as much as one iteration
-  guess,          ///< at the given point, whose active set should be close to the optimal one
-};
-
 /// Options of a quadratic program solver.
 struct QpOptions {
-  QpStart start = QpStart::least_squares;  ///< start of the iteration
+  /// Starting point of a cold start.
+  enum class Start {
+    least_squares,  ///< needs no guess; costs about as much as one iteration
+    guess,          ///< at the given point, whose active set should be close to the optimal one
+  };
+
+  Start start = Start::least_squares;  ///< start of the iteration
   double tolerance = 1e-8;   ///< largest KKT residual: stationarity, feasibility, complementarity
   int max_iterations = 100;  ///< iteration limit
   /// Barrier parameter for a start at a guess, in units of the cost.
@@ -39,6 +39,8 @@ struct QpOptions {
   /// False: the Hessian may be indefinite, and the solver looks for a local solution.
   bool convex = true;
 };
+/// Deprecated name.
+using QpStart [[deprecated("use QpOptions::Start; removed in 0.4")]] = QpOptions::Start;
 
 /// Result of a quadratic program solve.
 struct QpResult {

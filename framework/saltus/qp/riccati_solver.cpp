@@ -74,7 +74,7 @@ class RiccatiSolver final : public StageQpSolver {
       result.status = QpStatus::invalid_problem;
     // An optimum has evaluated residuals; other iterates may have extrapolated ones.
     if (result.status != QpStatus::optimal) {
-      const StageQpResidual residual = kkt_residual(qp, point);
+      const StageQp::Residual residual = kkt_residual(qp, point);
       result.residual = residual.largest();
       result.violation = residual.feasibility;
     }

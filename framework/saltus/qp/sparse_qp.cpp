@@ -39,12 +39,12 @@ double objective(const SparseQp& qp, const VectorXd& w) {
   return sum;
 }
 
-double SparseQpResidual::largest() const {
+double SparseQp::Residual::largest() const {
   return std::max({stationarity, feasibility, complementarity});
 }
 
-SparseQpResidual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point) {
-  SparseQpResidual worst;
+SparseQp::Residual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point) {
+  SparseQp::Residual worst;
   // The function does not allocate and cannot hold a whole gradient, which the patterns fill by
   // rows. It therefore visits the matrices once per block of variables.
   constexpr int block = 256;

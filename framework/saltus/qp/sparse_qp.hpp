@@ -14,6 +14,15 @@ namespace saltus {
 /// min 1/2 w'Hw + gradient'w + constant subject to lower <= w <= upper and row_lower <= J w <=
 /// row_upper. The patterns are fixed; all values may change between solves.
 struct SparseQp {
+  /// First-order optimality residuals: largest absolute entries, zero at the optimum.
+  struct Residual {
+    double stationarity = 0.0;     ///< gradient of the Lagrangian
+    double feasibility = 0.0;      ///< rows and bounds
+    double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
+    /// The largest of the three.
+    double largest() const;
+  };
+
   SparsityPattern hessian_pattern;              ///< lower triangle
   SparsityPattern row_pattern;                  ///< rows x variables
   VectorXd hessian, rows;                       ///< values in the order of their patterns
@@ -27,20 +36,15 @@ struct SparseQp {
   /// Number of variables.
   int variables() const { return static_cast<int>(gradient.size()); }
 };
+/// Deprecated name.
+using SparseQpResidual [[deprecated("use SparseQp::Residual; removed in 0.4")]] =
+    SparseQp::Residual;
 
 /// Cost at w.
 double objective(const SparseQp& qp, const VectorXd& w);
 
-/// First-order optimality residuals: largest absolute entries, zero at the optimum.
-struct SparseQpResidual {
-  double stationarity = 0.0;     ///< gradient of the Lagrangian
-  double feasibility = 0.0;      ///< rows and bounds
-  double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
-  /// The largest of the three.
-  double largest() const;
-};
 /// Computes the residual from the data of the program alone. Does not allocate.
-SparseQpResidual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point);
+SparseQp::Residual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point);
 
 /// A solver for programs with the patterns it was made for. It does not allocate after
 /// construction.

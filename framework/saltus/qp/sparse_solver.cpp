@@ -27,7 +27,7 @@ class SparseQpSolver : public QpSolver {
     options.warm_barrier = std::max(options_.warm_barrier, warm_barrier) / system_.cost_unit();
     QpResult result = method_.solve(system_, options, deadline_, warm);
     system_.unload_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
-    const SparseQpResidual residual = kkt_residual(qp, point);
+    const SparseQp::Residual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point.w);
     result.residual = residual.largest();
     result.violation = residual.feasibility;

@@ -86,7 +86,7 @@ StageQp::StageQp(const std::vector<StageCapacity>& capacity) {
     s.x_upper = VectorXd::Constant(c.nx, infinity);
     s.u_lower = VectorXd::Constant(c.nu, -infinity);
     s.u_upper = VectorXd::Constant(c.nu, infinity);
-    for (const RowGroupCapacity& g : c.groups) {
+    for (const StageCapacity::RowGroup& g : c.groups) {
       RowGroup& group = s.groups.emplace_back();
       group.columns.reserve(g.columns);
       group.M = MatrixXd::Zero(g.rows, g.columns);
@@ -116,12 +116,12 @@ double objective(const StageQp& qp, const StagePoint& point) {
   return sum;
 }
 
-double StageQpResidual::largest() const {
+double StageQp::Residual::largest() const {
   return std::max({stationarity, feasibility, complementarity});
 }
 
-StageQpResidual kkt_residual(const StageQp& qp, const StagePoint& point) {
-  StageQpResidual worst;
+StageQp::Residual kkt_residual(const StageQp& qp, const StagePoint& point) {
+  StageQp::Residual worst;
   const int N = qp.intervals();
   for (int k = 0; k <= N; ++k) {
     const Stage& s = qp.stages[k];

@@ -59,20 +59,33 @@ struct Stage {
   int resultant_size = 0;
 };
 
-/// Capacity of a group of rows.
-struct RowGroupCapacity {
-  int rows = 0, columns = 0;  ///< maximum sizes
-  bool soft = false;          ///< may be violated at a cost
-};
 /// Capacity of a stage.
 struct StageCapacity {
-  int nx = 0, nu = 0;                    ///< states and inputs
-  std::vector<RowGroupCapacity> groups;  ///< capacities in the order of Stage::groups
+  /// Capacity of a group of rows.
+  struct RowGroup {
+    int rows = 0, columns = 0;  ///< maximum sizes
+    bool soft = false;          ///< may be violated at a cost
+  };
+
+  int nx = 0, nu = 0;            ///< states and inputs
+  std::vector<RowGroup> groups;  ///< capacities in the order of Stage::groups
 };
+/// Deprecated name.
+using RowGroupCapacity [[deprecated("use StageCapacity::RowGroup; removed in 0.4")]] =
+    StageCapacity::RowGroup;
 
 /// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, and the bounds
 /// and rows of every stage. The last stage N may have inputs and rows but no successor.
 struct StageQp {
+  /// First-order optimality residuals: largest absolute entries, zero at the optimum.
+  struct Residual {
+    double stationarity = 0.0;     ///< gradient of the Lagrangian
+    double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
+    double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
+    /// The largest of the three.
+    double largest() const;
+  };
+
   std::vector<Stage> stages;  ///< N + 1 stages
   bool fixed_start = true;    ///< x_0 = start; otherwise x_0 is free within its bounds and rows
   VectorXd start;             ///< x_0 if it is fixed
@@ -84,6 +97,8 @@ struct StageQp {
   /// Number of intervals, N.
   int intervals() const { return static_cast<int>(stages.size()) - 1; }
 };
+/// Deprecated name.
+using StageQpResidual [[deprecated("use StageQp::Residual; removed in 0.4")]] = StageQp::Residual;
 
 /// A primal-dual point. Multipliers are positive if the upper side of their row or bound is active,
 /// negative if the lower side is. Vectors have at least the current size.
@@ -106,16 +121,8 @@ struct StagePoint {
 /// Cost at the point, including penalties of violated soft rows.
 double objective(const StageQp& qp, const StagePoint& point);
 
-/// First-order optimality residuals: largest absolute entries, zero at the optimum.
-struct StageQpResidual {
-  double stationarity = 0.0;     ///< gradient of the Lagrangian
-  double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
-  double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
-  /// The largest of the three.
-  double largest() const;
-};
 /// Computes the residual from the data of the program alone. Does not allocate.
-StageQpResidual kkt_residual(const StageQp& qp, const StagePoint& point);
+StageQp::Residual kkt_residual(const StageQp& qp, const StagePoint& point);
 
 // Interface of solvers of quadratic programs in stages.
 

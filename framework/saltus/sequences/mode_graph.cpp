@@ -126,7 +126,7 @@ ModeGraph& ModeGraph::costs(CostRule rule) {
   return *this;
 }
 
-ModeGraph& ModeGraph::at_end(std::string name, Function formula, TermKind kind, Bounds bounds) {
+ModeGraph& ModeGraph::at_end(std::string name, Function formula, Term::Kind kind, Bounds bounds) {
   end_terms_.push_back({std::move(name), std::move(formula), kind, bounds});
   return *this;
 }
@@ -174,7 +174,7 @@ int ModeGraph::entries_of(int mode) const {
   return it == entries_.end() ? std::numeric_limits<int>::max() : it->second;
 }
 
-bool ModeGraph::may_append(std::span<const int> path, int mode, ModeHistory before) const {
+bool ModeGraph::may_append(std::span<const int> path, int mode, ModeGraph::History before) const {
   const int length = static_cast<int>(path.size());
   const int last = length > 0 ? path.back() : before.mode;
   if (last < 0 ? !may_begin(mode) : !may_follow(last, mode)) return false;
@@ -207,10 +207,10 @@ PhaseDefinition ModeGraph::with_end(PhaseDefinition phase) const {
                       "which may be the last, has {}",
                       name_, term.name, term.formula.inputs() - 1, phase.name, phase.sizes.nx));
     Function wide = widened(term.formula, phase.sizes.size());
-    if (term.kind == TermKind::cost)
-      add_cost(phase, std::string(term.name), TermDomain::phase_end, std::move(wide), {});
+    if (term.kind == Term::Kind::cost)
+      add_cost(phase, std::string(term.name), Term::Domain::phase_end, std::move(wide), {});
     else
-      add_constraint(phase, std::string(term.name), TermDomain::phase_end, std::move(wide),
+      add_constraint(phase, std::string(term.name), Term::Domain::phase_end, std::move(wide),
                      {term.bounds}, {}, std::nullopt);
   }
   return phase;

@@ -49,15 +49,15 @@ inline ModeSet only(int mode) { return ModeSet{1} << mode; }
 /// True if the set contains exactly one mode.
 inline bool is_single(ModeSet set) { return (set & (set - 1)) == 0; }
 
-/// The mode active before a path and its duration in phases. -1: none.
-struct ModeHistory {
-  int mode = -1;   ///< the active mode, or -1
-  int phases = 0;  ///< phases since it was entered
-};
-
 /// The graph of modes and transitions that is searched.
 class ModeGraph {
  public:
+  /// The mode active before a path and its duration in phases. -1: none.
+  struct History {
+    int mode = -1;   ///< the active mode, or -1
+    int phases = 0;  ///< phases since it was entered
+  };
+
   /// `name` appears in messages.
   explicit ModeGraph(std::string name = "modes");
 
@@ -116,13 +116,14 @@ class ModeGraph {
   template <int nx, class F>
   ModeGraph& minimise_at_end(std::string name, F formula) {
     static_assert(ReturnsRows<F, 1, nx, 0, 0>, "a cost must return a scalar");
-    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), TermKind::cost, {});
+    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), Term::Kind::cost,
+                  {});
   }
   /// Adds a constraint of (t, x) at the end of the last mode, whichever it is.
   template <int nx, class F>
   ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)),
-                  TermKind::constraint, bounds);
+                  Term::Kind::constraint, bounds);
   }
 
   // --- queries
@@ -161,7 +162,7 @@ class ModeGraph {
   /// True if a cost or constraint at the end depends on the end time.
   bool end_reads_time() const;
   /// True if transitions, dwell and number of entries allow `mode` after the path.
-  bool may_append(std::span<const int> path, int mode, ModeHistory before) const;
+  bool may_append(std::span<const int> path, int mode, History before) const;
   /// Names of the modes of a path, for messages.
   std::vector<std::string> names_of(std::span<const int> path) const;
 
@@ -192,7 +193,7 @@ class ModeGraph {
  private:
   ModeGraph& transition_when(std::string from, std::string to, std::string event, Function guard,
                              Crossing crossing, Jump jump);
-  ModeGraph& at_end(std::string name, Function formula, TermKind kind, Bounds bounds);
+  ModeGraph& at_end(std::string name, Function formula, Term::Kind kind, Bounds bounds);
   PhaseDefinition with_end(PhaseDefinition phase) const;
   OptimalControlProblem begin() const;
   void check_names() const;
@@ -220,7 +221,7 @@ class ModeGraph {
   struct EndTerm {
     std::string name;
     Function formula;  // function of (t | x)
-    TermKind kind;
+    Term::Kind kind;
     Bounds bounds;
   };
   std::vector<EndTerm> end_terms_;

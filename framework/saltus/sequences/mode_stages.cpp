@@ -131,7 +131,7 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
     if (mode.input_parametrisation == InputParametrisation::piecewise_linear_continuous)
       unfit("has inputs that are continuous across phases");
     if (!mode.switching.modes.empty()) unfit("has events inside");
-    for (const ParameterBlock& block : mode.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : mode.parameters)
       if (block.unknown) unfit("has unknown parameters");
     if (mode.dynamics.reads(0)) unfit("has dynamics that depend on time");
     for (const Term& term : mode.terms)
@@ -446,7 +446,7 @@ StageQp ModeStages::capacity(int phases, bool fixed_start) {
   const SetStage& everything = of(all_, false);
   include(everything.stage);
   // Any of the modes may be the last one, whose rows have the most columns.
-  for (RowGroupCapacity& group : most.groups) {
+  for (StageCapacity::RowGroup& group : most.groups) {
     for (const RowGroup& g : everything.stage.groups) group.rows = std::max(group.rows, g.rows + 1);
     group.columns = most.nx + most.nu;
   }

@@ -107,11 +107,11 @@ class Enumeration {
       }
     }
     const bool interrupted = stopped || WallClock::now() >= deadline_;
-    best_.guarantee = !sign_violation_.empty() ? Guarantee::contradicted
-                      : interrupted            ? Guarantee::incomplete
-                      : best_.found()          ? Guarantee::enumerated
-                      : all_proved_            ? Guarantee::infeasible
-                                               : Guarantee::inconclusive;
+    best_.guarantee = !sign_violation_.empty() ? SequenceResult::Guarantee::contradicted
+                      : interrupted            ? SequenceResult::Guarantee::incomplete
+                      : best_.found()          ? SequenceResult::Guarantee::enumerated
+                      : all_proved_            ? SequenceResult::Guarantee::infeasible
+                                               : SequenceResult::Guarantee::inconclusive;
     best_.message = fmt::format(
         "{}; {}{} programs were solved, {} prefixes were excluded, and for {} sequences the solver "
         "found no solution",

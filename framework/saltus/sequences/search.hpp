@@ -20,22 +20,6 @@ namespace saltus {
 
 // Options and result of a search over sequences of modes.
 
-/// Guarantee for the best sequence.
-enum class Guarantee {
-  optimal,     ///< the gap is closed: no allowed sequence costs less than lower_bound
-  bounded,     ///< the gap is open: no allowed sequence costs less than lower_bound
-  enumerated,  ///< each allowed sequence was solved to a local optimum or excluded by a prefix;
-               ///< better local optima may exist
-  incomplete,  ///< the search stopped early; unexplored sequences may be better
-  infeasible,  ///< no sequence is feasible: each was excluded by its times, or for convex programs
-               ///< by a Farkas proof
-  inconclusive,  ///< no sequence was found, but not all were proved infeasible; or the found
-                 ///< sequence was not confirmed
-  contradicted,  ///< the search and the solve of a sequence disagree; the message has both numbers
-};
-/// One sentence about the guarantee.
-const char* describe(Guarantee guarantee);
-
 /// Options of a search over sequences.
 struct SearchOptions {
   int phases = 0;   ///< exact number of phases, a horizon in samples; 0: see at_most
@@ -67,6 +51,21 @@ struct SearchOptions {
 
 /// Result of a search over sequences.
 struct SequenceResult {
+  /// Guarantee for the best sequence.
+  enum class Guarantee {
+    optimal,       ///< the gap is closed: no allowed sequence costs less than lower_bound
+    bounded,       ///< the gap is open: no allowed sequence costs less than lower_bound
+    enumerated,    ///< each allowed sequence was solved to a local optimum or excluded by a prefix;
+                   ///< better local optima may exist
+    incomplete,    ///< the search stopped early; unexplored sequences may be better
+    infeasible,    ///< no sequence is feasible: each was excluded by its times, or for convex
+                   ///< programs by a Farkas proof
+    inconclusive,  ///< no sequence was found, but not all were proved infeasible; or the found
+                   ///< sequence was not confirmed
+    contradicted,  ///< the search and the solve of a sequence disagree; the message has both
+                   ///< numbers
+  };
+
   Guarantee guarantee = Guarantee::infeasible;  ///< guarantee for the sequence
   std::vector<std::string> sequence;            ///< names of the modes; empty: none was found
   std::vector<int> modes;                       ///< indices of the modes
@@ -93,6 +92,8 @@ struct SequenceResult {
   /// Gap relative to the cost, or to least_cost if that is larger. Infinite without a bound.
   double gap() const;
 };
+/// One sentence about the guarantee.
+const char* describe(SequenceResult::Guarantee guarantee);
 
 /// Throws DefinitionError if the graph or the options are invalid (ModeGraph::check()). Set
 /// SearchOptions::phases, or at_most for modes of free duration.

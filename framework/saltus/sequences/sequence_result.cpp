@@ -5,21 +5,21 @@
 
 namespace saltus {
 
-const char* describe(Guarantee guarantee) {
+const char* describe(SequenceResult::Guarantee guarantee) {
   switch (guarantee) {
-    case Guarantee::optimal:
+    case SequenceResult::Guarantee::optimal:
       return "no other sequence costs less, within the requested gap";
-    case Guarantee::bounded:
+    case SequenceResult::Guarantee::bounded:
       return "no sequence costs less than the bound, but the gap to it is open";
-    case Guarantee::enumerated:
+    case SequenceResult::Guarantee::enumerated:
       return "every allowed sequence was solved to a local optimum or excluded by a prefix";
-    case Guarantee::incomplete:
+    case SequenceResult::Guarantee::incomplete:
       return "the search stopped early: unexplored sequences may cost less";
-    case Guarantee::infeasible:
+    case SequenceResult::Guarantee::infeasible:
       return "no sequence is feasible";
-    case Guarantee::inconclusive:
+    case SequenceResult::Guarantee::inconclusive:
       return "inconclusive: no sequence was confirmed, and not all were proved infeasible";
-    case Guarantee::contradicted:
+    case SequenceResult::Guarantee::contradicted:
       return "the search and a solve of a sequence contradict each other";
   }
   return "unknown";

@@ -326,11 +326,12 @@ void SequenceSearch::check(const VectorRef& state) const {
     throw DefinitionError(fmt::format("modes '{}': the state is not finite", graph_.name()));
 }
 
-SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before) {
+SequenceResult SequenceSearch::solve(const VectorRef& state, ModeGraph::History before) {
   return solve(state, before, graph_.start_time());
 }
 
-SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before, double time) {
+SequenceResult SequenceSearch::solve(const VectorRef& state, ModeGraph::History before,
+                                     double time) {
   check(state);
   const auto begin = WallClock::now();
   begin_at(time);
@@ -346,7 +347,7 @@ SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
   const double time = time_ + graph_.mode(0).duration.lower;
   if (best_.empty()) return solve(state, before_, time);
   const int applied = best_.front();
-  const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};
+  const ModeGraph::History before{applied, before_.mode == applied ? before_.phases + 1 : 1};
   if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before, time);
   const auto begin = WallClock::now();
   std::vector<Node> leaves = reusable_leaves();
@@ -518,10 +519,10 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   best_point_ = best_point;
   best.sequence = graph_.names_of(best.modes);
   const bool closed_gap = best.found() && best.gap() <= relative_gap() * (1.0 + relative_gap());
-  best.guarantee = closed_gap                ? Guarantee::optimal
-                   : stopped || best.found() ? Guarantee::bounded
-                   : gave_up                 ? Guarantee::inconclusive
-                                             : Guarantee::infeasible;
+  best.guarantee = closed_gap                ? SequenceResult::Guarantee::optimal
+                   : stopped || best.found() ? SequenceResult::Guarantee::bounded
+                   : gave_up                 ? SequenceResult::Guarantee::inconclusive
+                                             : SequenceResult::Guarantee::infeasible;
   finish(best);
   best.cpu_seconds = 1e-6 * (thread_microseconds() - cpu_begin);
   best.solver_seconds = solver_seconds_;
@@ -533,7 +534,8 @@ void SequenceSearch::finish(SequenceResult& result) {
   const int N = options_.phases;
   result.message = describe(result.guarantee);
   if (!result.found()) {
-    if (options_.confirm && result.guarantee == Guarantee::infeasible) confirm_infeasible(result);
+    if (options_.confirm && result.guarantee == SequenceResult::Guarantee::infeasible)
+      confirm_infeasible(result);
     return;
   }
   for (int k = 0; k <= N; ++k)
@@ -576,7 +578,7 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
     return;
   }
   if (is_optimum || s.status == SolveStatus::infeasible) {
-    result.guarantee = Guarantee::contradicted;
+    result.guarantee = SequenceResult::Guarantee::contradicted;
     result.message = fmt::format(
         "{}: it found a cost of {:.9g} and bounds all sequences by {:.9g}, but the sequence that "
         "it found {}; please report this problem",
@@ -586,7 +588,7 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
     leaves_.clear();
     best_.clear();
   } else {
-    result.guarantee = Guarantee::inconclusive;
+    result.guarantee = SequenceResult::Guarantee::inconclusive;
     result.message = fmt::format(
         "inconclusive: the search found a cost of {:.9g} and bounds all sequences by {:.9g}, but "
         "the sequence could not be confirmed: {}",
@@ -626,7 +628,7 @@ void SequenceSearch::confirm_infeasible(SequenceResult& result) {
   for (const std::vector<int>& path : sample_sequences(tried_sequences)) {
     Solution s = solve_sequence(path);
     if (!s.ok() && s.status != SolveStatus::coarse_grid) continue;
-    result.guarantee = Guarantee::contradicted;
+    result.guarantee = SequenceResult::Guarantee::contradicted;
     result.message = fmt::format(
         "{}: it excluded every sequence (bound infinity), but {} costs {:.9g} when solved "
         "separately; please report this problem",

@@ -36,10 +36,10 @@ class SequenceSearch {
   /// Solves from `state` at the graph's start time, without earlier results. The mode of `before`
   /// may continue or end. Throws DefinitionError if the state has the wrong size or is not finite,
   /// like solve_next().
-  SequenceResult solve(const VectorRef& state, ModeHistory before = {});
+  SequenceResult solve(const VectorRef& state, ModeGraph::History before = {});
   /// Same as above for a different start time in seconds, which conditions at the end may depend
   /// on.
-  SequenceResult solve(const VectorRef& state, ModeHistory before, double time);
+  SequenceResult solve(const VectorRef& state, ModeGraph::History before, double time);
   /// Solves one phase later, after the first mode of the last result was applied and led to
   /// `state`. Reuses the tree of the last solve. Without one, or with limits on ends or entries, it
   /// works like solve(), because sequences excluded before may now be allowed. After a solve that
@@ -55,7 +55,7 @@ class SequenceSearch {
   /// The graph that is searched.
   const ModeGraph& graph() const { return graph_; }
   /// The mode applied before the horizon of the last solve.
-  ModeHistory before() const { return before_; }
+  ModeGraph::History before() const { return before_; }
   /// Start time of the horizon of the last solve, s.
   double time() const { return time_; }
 
@@ -133,8 +133,8 @@ class SequenceSearch {
   VectorXd start_;  // scaled
   double time_;     // start of the horizon, s
   WallClock::time_point deadline_ = WallClock::time_point::max();
-  ModeHistory before_;        // mode applied before the horizon
-  std::vector<Node> leaves_;  // leaves that cover all sequences of the last solve
+  ModeGraph::History before_;  // mode applied before the horizon
+  std::vector<Node> leaves_;   // leaves that cover all sequences of the last solve
   std::vector<int> best_;
   double solver_seconds_ = 0.0;  // time of this solve
   std::shared_ptr<const StagePoint> best_point_;

@@ -19,13 +19,13 @@ namespace {
 // The answer of any controller to a measurement.
 struct Answer {
   const HeldInput* input = nullptr;
-  std::optional<LoopTick> tick = LoopTick{};  // empty: not recorded
+  std::optional<LoopLog::Tick> tick = LoopLog::Tick{};  // empty: not recorded
 };
 struct ControlCalls {
   std::string name;
   double period = 0.0;
   std::function<Answer(double t, const VectorRef& measured)> answer;
-  std::function<LoopPlan()> plan = {};         ///< returns the last plan; empty: no plans
+  std::function<LoopLog::Plan()> plan = {};    ///< returns the last plan; empty: no plans
   std::function<void(double t)> prepare = {};  ///< work before the measurement
   std::function<double()> end = {};            ///< end of the motion, s
   MissRecord* misses = nullptr;                ///< set if the problem is known
@@ -211,11 +211,11 @@ class Loop {
       return stop(fmt::format("the controller's input at t = {:.4g} s is not finite", t));
     while (!commands_.empty() && commands_.back().start >= t + disturbances_.input_delay)
       commands_.pop_back();
-    for (const InputPiece& piece : *answer.input)
+    for (const HeldInput::Piece& piece : *answer.input)
       commands_.push_back({piece.start + disturbances_.input_delay, piece.input()});
     if (controller_.plan && options_.plan_every > 0 && k % options_.plan_every == 0) {
       try {
-        LoopPlan plan = controller_.plan();
+        LoopLog::Plan plan = controller_.plan();
         if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
       } catch (...) {  // formulas, as in the tick: nothing to keep
       }
@@ -223,7 +223,7 @@ class Loop {
     return true;
   }
 
-  void note(LoopTick tick, double t, const VectorXd& measured) {
+  void note(LoopLog::Tick tick, double t, const VectorXd& measured) {
     tick.time = t;
     tick.measured = measured;
     if (tick.provenance) {
@@ -331,23 +331,23 @@ void expect_fit(const PhaseDefinition& phase, const LoopPlant& plant) {
 }
 
 Answer answer_of(const ControlTick& tick) {
-  return {&tick.input, LoopTick{tick.time,
-                                {},
-                                tick.provenance,
-                                tick.status,
-                                {},
-                                tick.iterations,
-                                tick.objective,
-                                tick.kkt,
-                                tick.violation,
-                                tick.seconds,
-                                tick.preparation,
-                                tick.check}};
+  return {&tick.input, LoopLog::Tick{tick.time,
+                                     {},
+                                     tick.provenance,
+                                     tick.status,
+                                     {},
+                                     tick.iterations,
+                                     tick.objective,
+                                     tick.kkt,
+                                     tick.violation,
+                                     tick.seconds,
+                                     tick.preparation,
+                                     tick.check}};
 }
 
 // Called between ticks, and only after a failed one.
 void keep_unmet(const ControlTick& tick, const MultipleShooting& shooting,
-                const LoopOptions& options, std::vector<UnmetTick>& unmet) {
+                const LoopOptions& options, std::vector<LoopLog::UnmetTick>& unmet) {
   if (tick.status == SolveStatus::infeasible && static_cast<int>(unmet.size()) < options.keep_unmet)
     unmet.push_back({tick.time, current_problem(shooting), shooting.options()});
 }
@@ -359,8 +359,8 @@ void tell_misses(LoopLog& log) {
 }
 
 // States and inputs at the nodes.
-LoopPlan plan_of(const ControlTick& tick, const OptimalControlProblem& problem,
-                 const Solution& solution) {
+LoopLog::Plan plan_of(const ControlTick& tick, const OptimalControlProblem& problem,
+                      const Solution& solution) {
   return {tick.time, record(problem, solution.trajectory, 1).samples};
 }
 
@@ -370,7 +370,7 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
                              const LoopOptions& options) {
   expect_fit(controller.problem().phases().front(), plant);
   const ControlTick* last = nullptr;
-  std::vector<UnmetTick> unmet;
+  std::vector<LoopLog::UnmetTick> unmet;
   const auto answer = [&](double t, const VectorRef& measured) {
     last = &controller.tick(t, measured);
     keep_unmet(*last, controller.shooting(), options, unmet);
@@ -382,7 +382,7 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
   const auto prepare = [&](double t) { controller.prepare(t); };
   const auto plan = [&] {
     return last->provenance == Provenance::fallback
-               ? LoopPlan{}
+               ? LoopLog::Plan{}
                : plan_of(*last, controller.problem(), controller.report());
   };
   LoopLog log =
@@ -515,7 +515,7 @@ LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
                       std::function<bool(const HybridEvent&)> ends_phase) {
   expect_fit(controller.definition(), plant);
   const ControlTick* last = nullptr;
-  std::vector<UnmetTick> unmet;
+  std::vector<LoopLog::UnmetTick> unmet;
   const auto answer = [&](double t, const VectorRef& measured) {
     if (plant.phase() != controller.phase()) controller.enter(plant.phase(), plant.entered_at());
     last = &controller.tick(t, measured);
@@ -526,7 +526,7 @@ LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
   };
   const auto plan = [&] {
     return last->provenance == Provenance::fallback
-               ? LoopPlan{}
+               ? LoopLog::Plan{}
                : plan_of(*last, controller.rest(), controller.report());
   };
   LoopOptions until_over = options;
@@ -596,7 +596,7 @@ LoopLog simulate_law(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions
   HeldInput held;
   const auto answer = [&](double t, const VectorRef& measured) {
     held = HeldInput(1, plant.inputs());  // a later phase of the plant may have more of them
-    InputPiece& piece = held.add();
+    HeldInput::Piece& piece = held.add();
     piece.start = t;
     piece.length = options.period;
     piece.size = plant.inputs();

@@ -62,7 +62,7 @@ struct LoopOptions {
   int keep_unmet = 0;
   Disturbances disturbances = {};  ///< differences between the plant and the model
   /// Tolerances of the problem's hard constraints; larger violations appear in LoopLog::misses.
-  MissTolerance tolerance = {};
+  MissRecord::Tolerance tolerance = {};
   /// Column names with units: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};
   /// Called before every tick with the measured state, to set data, references and event times.
@@ -86,7 +86,7 @@ class LoopController {
   virtual const HeldInput& tick(double t, const VectorRef& measured) = 0;
   /// Record of the last tick for the log. Empty: nothing is recorded, for example between the ticks
   /// of a planner that runs at a multiple of the period. Called after every tick.
-  virtual std::optional<LoopTick> last_tick() { return LoopTick{}; }
+  virtual std::optional<LoopLog::Tick> last_tick() { return LoopLog::Tick{}; }
   /// Name for messages and results.
   virtual std::string name() const = 0;
 };

@@ -9,7 +9,7 @@ const char* name_of(ProblemChange::Side side) {
   return side == ProblemChange::Side::lower ? "lower" : "upper";
 }
 
-JsonObject object_of(const Shortage& s) {
+JsonObject object_of(const Explanation::Shortage& s) {
   return JsonObject()
       .text("kind", s.kind)
       .text("phase", s.phase)
@@ -23,9 +23,11 @@ JsonObject object_of(const Shortage& s) {
       .number("bound", s.bound);
 }
 
-std::string json_of(const Shortage& s) { return object_of(s).text("text", s.text()).str(); }
+std::string json_of(const Explanation::Shortage& s) {
+  return object_of(s).text("text", s.text()).str();
+}
 
-std::string json_of(const SoftShortage& s) {
+std::string json_of(const Explanation::SoftShortage& s) {
   return object_of(s.missed)
       .number("price", s.price)
       .number("weight", s.weight)
@@ -47,7 +49,7 @@ std::string json_of(const ProblemChange& c) {
       .str();
 }
 
-std::string json_of(const Remedy& r) {
+std::string json_of(const Explanation::Remedy& r) {
   return JsonObject()
       .text("text", r.text)
       .raw("changes", json_list(r.changes, [](const ProblemChange& c) { return json_of(c); }))
@@ -63,13 +65,14 @@ std::string explanation_json(const Explanation& explanation) {
   return JsonObject()
       .text("status", describe(explanation.status))
       .number("relaxation", explanation.relaxation)
-      .raw("missing",
-           json_list(explanation.shortages, [](const Shortage& s) { return json_of(s); }))
-      .raw("gives_way",
-           json_list(explanation.gives_way, [](const SoftShortage& s) { return json_of(s); }))
+      .raw("missing", json_list(explanation.shortages,
+                                [](const Explanation::Shortage& s) { return json_of(s); }))
+      .raw("gives_way", json_list(explanation.gives_way,
+                                  [](const Explanation::SoftShortage& s) { return json_of(s); }))
       .text("gives_way_to", explanation.gives_way_to)
       .number("cost", explanation.cost)
-      .raw("remedies", json_list(explanation.remedies, [](const Remedy& r) { return json_of(r); }))
+      .raw("remedies",
+           json_list(explanation.remedies, [](const Explanation::Remedy& r) { return json_of(r); }))
       .number("seconds", explanation.seconds)
       .str();
 }

@@ -125,7 +125,7 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem,
   IntervalProblem interval = interval_problem_of(phase);
   VectorXd parameters(phase.sizes.np);
   Eigen::Index at = 0;
-  for (const ParameterBlock& block : phase.parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
     parameters.segment(at, block.value.size()) = block.value;
     at += block.value.size();
   }

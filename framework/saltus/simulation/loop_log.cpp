@@ -33,7 +33,7 @@ const VectorXd& LoopLog::final_state() const {
 }
 
 int LoopLog::count(Provenance provenance) const {
-  return static_cast<int>(std::count_if(ticks.begin(), ticks.end(), [&](const LoopTick& tick) {
+  return static_cast<int>(std::count_if(ticks.begin(), ticks.end(), [&](const LoopLog::Tick& tick) {
     return tick.provenance == provenance;
   }));
 }
@@ -44,7 +44,7 @@ std::string LoopLog::ticks_csv() const {
                                    "violation",  "solve time [s]", "check time [s]"};
   for (const std::string& state : recording.state_columns()) columns.push_back("measured " + state);
   CsvTable table(columns);
-  for (const LoopTick& tick : ticks) {
+  for (const LoopLog::Tick& tick : ticks) {
     table.number(tick.time);
     if (tick.provenance) {
       table.word(describe(*tick.provenance)).word(describe(tick.status)).integer(tick.iterations);
@@ -71,7 +71,7 @@ std::string LoopLog::plans_csv() const {
     return std::span(v.data(), static_cast<std::size_t>(v.size()));
   };
   CsvTable table(columns);
-  for (const LoopPlan& plan : plans)
+  for (const LoopLog::Plan& plan : plans)
     for (const Sample& s : plan.samples) {
       table.number(plan.made_at).number(s.time).word(s.mode);
       table.numbers(span_of(s.state), states.size()).numbers(span_of(s.input), inputs.size());

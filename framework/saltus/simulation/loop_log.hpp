@@ -30,23 +30,23 @@ struct LoopMiss {
   bool at_end = false;     ///< constraint at the start or end of a phase, not along it
 };
 
-/// Tolerances per row: `relative` times the largest of 1, the violated bound of the row and its
-/// nominal value. `of_term` overrides the tolerance of named terms; a loop throws DefinitionError
-/// for a name that no phase has and for tolerances that are negative or NaN.
-struct MissTolerance {
-  double relative = 1e-6;                      ///< relative tolerance
-  std::map<std::string, double> of_term = {};  ///< tolerances of named terms, in their units
-  /// Tolerance of a row of this term.
-  double of(const std::string& term, const Bounds& bounds, double nominal = 1.0) const;
-};
-
 /// Follows a motion through the phases of a problem and records violations. Formulas that throw
 /// count as an infinite violation.
 class MissRecord {
  public:
+  /// Tolerances per row: `relative` times the largest of 1, the violated bound of the row and its
+  /// nominal value. `of_term` overrides the tolerance of named terms; a loop throws DefinitionError
+  /// for a name that no phase has and for tolerances that are negative or NaN.
+  struct Tolerance {
+    double relative = 1e-6;                      ///< relative tolerance
+    std::map<std::string, double> of_term = {};  ///< tolerances of named terms, in their units
+    /// Tolerance of a row of this term.
+    double of(const std::string& term, const Bounds& bounds, double nominal = 1.0) const;
+  };
+
   /// `problem` must outlive the record. `parameters` returns the current p of a phase. With
   /// `recedes` the horizon moves along: no phase ends, and windows count from each instant.
-  MissRecord(const OptimalControlProblem& problem, MissTolerance tolerance,
+  MissRecord(const OptimalControlProblem& problem, Tolerance tolerance,
              std::function<VectorXd(int phase)> parameters, bool recedes);
 
   /// Starts the first phase.
@@ -68,10 +68,10 @@ class MissRecord {
              bool at_end);
   void judge(const Term& term, double t, const VectorXd& z, bool at_end);
   VectorXd argument(double t, const VectorXd& state, const VectorXd& input) const;
-  void judge_once(TermDomain domain, double t, const VectorXd& state, const VectorXd& input);
+  void judge_once(Term::Domain domain, double t, const VectorXd& state, const VectorXd& input);
 
   const OptimalControlProblem& problem_;
-  MissTolerance tolerance_;
+  Tolerance tolerance_;
   std::function<VectorXd(int)> parameters_;
   bool recedes_;
   int phase_ = 0;
@@ -133,47 +133,47 @@ void save(const OptimalControlProblem& problem, const Trajectory& plan, const st
 void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
           std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
 
-/// A tick of the controller: its measurement and its answer.
-struct LoopTick {
-  double time = 0.0;  ///< start of the tick in seconds
-  VectorXd measured;  ///< the state with noise and delay
-  /// Source of the input; empty for a feedback law, whose following fields are unset too.
-  std::optional<Provenance> provenance;
-  SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
-  std::string message;                                ///< reason why there is no plan, if known
-  int iterations = 0;                                 ///< iterations of the solver
-  double objective = 0.0;                             ///< cost of the plan; infinite: no plan
-  double kkt = 0.0;                                   ///< scaled KKT residual
-  double violation = 0.0;                             ///< largest violation of the constraints
-  double seconds = 0.0;      ///< wall-clock time from the measurement to the input
-  double preparation = 0.0;  ///< wall-clock time before the measurement
-  double check = 0.0;        ///< wall-clock time after the input, see ControlTick
-};
-
-/// Plan of a tick: states and inputs at its nodes.
-struct LoopPlan {
-  double made_at = 0.0;         ///< time of the tick in seconds
-  std::vector<Sample> samples;  ///< nodes of the plan
-};
-
-/// A tick whose constraints could not be satisfied, with the problem of the controller, for
-/// explain() (saltus/solve/explain.hpp) after the run.
-struct UnmetTick {
-  double time = 0.0;              ///< time of the tick in seconds
-  OptimalControlProblem problem;  ///< from the measured state, with the data of the tick
-  ShootingOptions shooting;       ///< its grid and integrator
-};
-
 /// Result of a closed-loop run.
 struct LoopLog {
+  /// A tick of the controller: its measurement and its answer.
+  struct Tick {
+    double time = 0.0;  ///< start of the tick in seconds
+    VectorXd measured;  ///< the state with noise and delay
+    /// Source of the input; empty for a feedback law, whose following fields are unset too.
+    std::optional<Provenance> provenance;
+    SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
+    std::string message;                                ///< reason why there is no plan, if known
+    int iterations = 0;                                 ///< iterations of the solver
+    double objective = 0.0;                             ///< cost of the plan; infinite: no plan
+    double kkt = 0.0;                                   ///< scaled KKT residual
+    double violation = 0.0;                             ///< largest violation of the constraints
+    double seconds = 0.0;      ///< wall-clock time from the measurement to the input
+    double preparation = 0.0;  ///< wall-clock time before the measurement
+    double check = 0.0;        ///< wall-clock time after the input, see ControlTick
+  };
+
+  /// Plan of a tick: states and inputs at its nodes.
+  struct Plan {
+    double made_at = 0.0;         ///< time of the tick in seconds
+    std::vector<Sample> samples;  ///< nodes of the plan
+  };
+
+  /// A tick whose constraints could not be satisfied, with the problem of the controller, for
+  /// explain() (saltus/solve/explain.hpp) after the run.
+  struct UnmetTick {
+    double time = 0.0;              ///< time of the tick in seconds
+    OptimalControlProblem problem;  ///< from the measured state, with the data of the tick
+    ShootingOptions shooting;       ///< its grid and integrator
+  };
+
   bool completed = false;  ///< the plant reached the end, or `until` ended the run
   /// A sentence that names the largest violation, if any.
   std::string message;
   std::string controller, plant;  ///< names
   double period = 0.0;            ///< control period in seconds
   Recording recording;            ///< motion of the plant, with its actual inputs
-  std::vector<LoopTick> ticks;    ///< one per tick
-  std::vector<LoopPlan> plans;    ///< plans that were stored
+  std::vector<Tick> ticks;        ///< one per tick
+  std::vector<Plan> plans;        ///< plans that were stored
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
   LoopStatistics statistics;      ///< statistics of a receding horizon controller for this run
   /// Hard constraints of the controller's problem that the motion violates by more than their
@@ -203,5 +203,9 @@ struct LoopLog {
   /// plans.csv. Creates the folder. Throws InputError naming the file that cannot be written.
   void write(const std::string& folder) const;
 };
+/// Deprecated name.
+using LoopTick [[deprecated("use LoopLog::Tick; removed in 0.4")]] = LoopLog::Tick;
+/// Deprecated name.
+using LoopPlan [[deprecated("use LoopLog::Plan; removed in 0.4")]] = LoopLog::Plan;
 
 }  // namespace saltus

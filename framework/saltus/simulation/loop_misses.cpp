@@ -30,7 +30,8 @@ bool is_in_force(const Window& window, const Schedule& schedule, double phase_st
          std::ranges::find(window.modes, schedule.mode_at(t + same_instant)) != window.modes.end();
 }
 
-double MissTolerance::of(const std::string& term, const Bounds& bounds, double nominal) const {
+double MissRecord::Tolerance::of(const std::string& term, const Bounds& bounds,
+                                 double nominal) const {
   if (const auto it = of_term.find(term); it != of_term.end()) return it->second;
   double size = std::max(1.0, std::abs(nominal));
   for (const double side : {bounds.lower, bounds.upper})
@@ -43,7 +44,7 @@ std::string describe(const LoopMiss& miss) {
                      miss.phase, miss.term, miss.amount, miss.time, miss.tolerance);
 }
 
-MissRecord::MissRecord(const OptimalControlProblem& problem, MissTolerance tolerance,
+MissRecord::MissRecord(const OptimalControlProblem& problem, MissRecord::Tolerance tolerance,
                        std::function<VectorXd(int)> parameters, bool recedes)
     : problem_(problem),
       tolerance_(std::move(tolerance)),
@@ -114,17 +115,17 @@ void MissRecord::judge(const Term& term, double t, const VectorXd& z, bool at_en
   for (int i = 0; i < value.size(); ++i) judge(term.name, t, value[i], term.bounds[i], 1.0, at_end);
 }
 
-void MissRecord::judge_once(TermDomain domain, double t, const VectorXd& state,
+void MissRecord::judge_once(Term::Domain domain, double t, const VectorXd& state,
                             const VectorXd& input) {
   const VectorXd z = argument(t, state, input);
   for (const Term& term : definition().terms)
-    if (term.domain == domain && term.kind == TermKind::constraint && !term.soft)
+    if (term.domain == domain && term.kind == Term::Kind::constraint && !term.soft)
       judge(term, t, z, true);
 }
 
 void MissRecord::begin(double t, const VectorXd& state, const VectorXd& input) {
   begin_ = entered_ = t;
-  if (!recedes_) judge_once(TermDomain::phase_start, t, state, input);
+  if (!recedes_) judge_once(Term::Domain::phase_start, t, state, input);
 }
 
 void MissRecord::look(double t, const VectorXd& state, const VectorXd& input) {
@@ -132,12 +133,12 @@ void MissRecord::look(double t, const VectorXd& state, const VectorXd& input) {
   const PhaseDefinition& phase = definition();
   const VectorXd z = argument(t, state, input);
   for (const Term& term : phase.terms)
-    if (term.kind == TermKind::constraint && term.domain == TermDomain::running && !term.soft &&
+    if (term.kind == Term::Kind::constraint && term.domain == Term::Domain::running && !term.soft &&
         is_in_force(term.window, t))
       judge(term, t, z, false);
-  const auto bounds = [&](const std::vector<ComponentBounds>& all, const char* what,
-                          const VectorXd& values, const VectorXd& nominal) {
-    for (const ComponentBounds& b : all)
+  const auto bounds = [&](const std::vector<PhaseDefinition::ComponentBounds>& all,
+                          const char* what, const VectorXd& values, const VectorXd& nominal) {
+    for (const PhaseDefinition::ComponentBounds& b : all)
       if (b.component < values.size() && is_in_force(b.window, t))
         judge(fmt::format("{} {}", what, b.component), t, values[b.component], b.bounds,
               b.component < nominal.size() ? nominal[b.component] : 1.0, false);
@@ -148,7 +149,7 @@ void MissRecord::look(double t, const VectorXd& state, const VectorXd& input) {
 
 void MissRecord::end_phase(const HybridEvent& event, const VectorXd& input) {
   if (is_over_ || recedes_) return;
-  judge_once(TermDomain::phase_end, event.time, event.before, input);
+  judge_once(Term::Domain::phase_end, event.time, event.before, input);
   const auto judge_time = [&](const char* what, double value, const Bounds& bounds) {
     judge(what, event.time, value, {bounds.lower - late, bounds.upper + late}, 1.0, true);
   };
@@ -160,7 +161,7 @@ void MissRecord::end_phase(const HybridEvent& event, const VectorXd& input) {
   }
   ++phase_;
   entered_ = event.time;
-  judge_once(TermDomain::phase_start, event.time, event.after, input);
+  judge_once(Term::Domain::phase_start, event.time, event.after, input);
 }
 
 std::vector<LoopMiss> MissRecord::misses() const {

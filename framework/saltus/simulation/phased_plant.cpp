@@ -20,13 +20,13 @@ namespace {
 constexpr double at_once = 1e-16;
 
 bool is_running_cost(const Term& term) {
-  return term.kind != TermKind::constraint && term.domain == TermDomain::running;
+  return term.kind != Term::Kind::constraint && term.domain == Term::Domain::running;
 }
 
 VectorXd given_parameters(const PhaseDefinition& phase) {
   VectorXd p(phase.sizes.np);
   Eigen::Index at = 0;
-  for (const ParameterBlock& block : phase.parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
     p.segment(at, block.value.size()) = block.value;
     at += block.value.size();
   }
@@ -246,11 +246,11 @@ bool PhasedPlant::is_in_force(const Window& window, double t) const {
   return saltus::is_in_force(window, problem_.schedule(), entered_, t);
 }
 
-void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
+void PhasedPlant::count_once(Term::Domain domain, const VectorRef& input) {
   const VectorXd z = argument(input);
   for (const Term& term : definition().terms) {
     if (term.domain != domain) continue;
-    if (term.kind != TermKind::constraint) {
+    if (term.kind != Term::Kind::constraint) {
       cost_ += cost_function(term)(z)[0];
     } else if (!term.soft) {
       const VectorXd value = term.function(z);
@@ -264,14 +264,14 @@ void PhasedPlant::check_path_constraints(const VectorRef& input) {
   const VectorXd z = argument(input);
   const PhaseDefinition& phase = definition();
   for (const Term& term : phase.terms) {
-    if (term.kind != TermKind::constraint || term.domain != TermDomain::running || term.soft ||
+    if (term.kind != Term::Kind::constraint || term.domain != Term::Domain::running || term.soft ||
         !is_in_force(term.window, time()))
       continue;
     const VectorXd value = term.function(z);
     for (int i = 0; i < value.size(); ++i)
       note(on_the_way_, {phase.name, term.name, time(), beyond(value[i], term.bounds[i])});
   }
-  for (const ComponentBounds& b : phase.state_bounds)
+  for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds)
     if (is_in_force(b.window, time()))
       note(on_the_way_, {phase.name, fmt::format("bounds of state {}", b.component), time(),
                          beyond(state_[b.component], b.bounds)});
@@ -280,13 +280,13 @@ void PhasedPlant::check_path_constraints(const VectorRef& input) {
 void PhasedPlant::begin_phase(const VectorRef& input) {
   has_begun_ = true;
   entered_ = time();
-  count_once(TermDomain::phase_start, input);
+  count_once(Term::Domain::phase_start, input);
   if (definition().end_guards.empty()) return;
   passed_guard_ = passed_guard_ || is_leaving(input);
 }
 
 void PhasedPlant::end_phase(const VectorRef& input) {
-  count_once(TermDomain::phase_end, input);
+  count_once(Term::Domain::phase_end, input);
   const PhaseDefinition& ended = definition();
   HybridEvent event;
   event.time = time();
@@ -300,7 +300,7 @@ void PhasedPlant::end_phase(const VectorRef& input) {
     const Jump& jump = problem_.jumps()[phase_ + 1];
     event.after = jump.apply(time(), state_, phases_[phase_].parameters);
     if (jump.map) {
-      event.kind = EventKind::jumps;
+      event.kind = HybridEvent::Kind::jumps;
       if (ended.end_guards.empty()) event.name = jump.name;
     }
     state_ = event.after;

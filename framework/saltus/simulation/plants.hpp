@@ -240,7 +240,7 @@ class PhasedPlant final : public LoopPlant {
   void end_phase(const VectorRef& input);
   void begin_phase(const VectorRef& input);
   bool is_in_force(const Window& window, double t) const;
-  void count_once(TermDomain domain, const VectorRef& input);
+  void count_once(Term::Domain domain, const VectorRef& input);
   void check_path_constraints(const VectorRef& input);
 
   OptimalControlProblem problem_;

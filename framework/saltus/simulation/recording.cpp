@@ -28,7 +28,7 @@ std::span<const double> span_of(const VectorXd& values) {
 
 // Events inside a shooting interval of a phase with events. `mode` is the mode at its start; -1:
 // determined by the state.
-std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const TrajectoryPiece& piece,
+std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const Trajectory::Piece& piece,
                                        const VectorXd& parameters, int mode) {
   VectorXd w(integrator.arguments().size()), end(integrator.outputs());
   w << piece.state, piece.coefficients, parameters, piece.start, piece.length;
@@ -53,9 +53,10 @@ HybridEvent end_of_phase(const OptimalControlProblem& problem, int phase, double
   const std::string& next = problem.phases()[phase + 1].name;
   std::string name = ended.end_guards.empty() ? "" : ended.end_guards.front().event;
   if (name.empty()) name = jump.map ? jump.name : "switch";
-  return {
-      time, jump.map ? EventKind::jumps : EventKind::crosses, name, ended.name, next, before, after,
-      {}};
+  return {time,  jump.map ? HybridEvent::Kind::jumps : HybridEvent::Kind::crosses,
+          name,  ended.name,
+          next,  before,
+          after, {}};
 }
 
 }  // namespace
@@ -128,7 +129,7 @@ void save(const OptimalControlProblem& problem, const Solution& plan, const std:
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
                  int samples_per_interval) {
   Recording recording;
-  const std::vector<TrajectoryPiece>& pieces = trajectory.pieces();
+  const std::vector<Trajectory::Piece>& pieces = trajectory.pieces();
   const Schedule& schedule = problem.schedule();
   const bool has_schedule = !schedule.events().empty();
   const auto scheduled_mode = [&](double t) {
@@ -150,7 +151,7 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
   };
   int sliding = -1;  // sliding mode at the end of the previous piece; -1: none
   for (std::size_t k = 0; k < pieces.size(); ++k) {
-    const TrajectoryPiece& piece = pieces[k];
+    const Trajectory::Piece& piece = pieces[k];
     const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
     EventIntegrator* const hybrid = event_integrator(piece.phase);
     std::vector<HybridEvent> inside;
@@ -197,7 +198,7 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
       if (event.time < trajectory.start_time() || event.time > trajectory.end_time()) continue;
       const VectorXd state = trajectory.state(event.time);
       recording.events.push_back({event.time,
-                                  EventKind::crosses,
+                                  HybridEvent::Kind::crosses,
                                   std::string(std::string_view(event.name)),
                                   schedule.mode(static_cast<int>(i)),
                                   schedule.mode(static_cast<int>(i) + 1),

@@ -72,7 +72,7 @@ class Checker {
     if (!options_.integrator) options_.integrator = runge_kutta4({.steps = 2});
   }
 
-  std::vector<CheckLine> run() {
+  std::vector<ProblemCheck::Line> run() {
     define();
     if (!shooting_) return std::move(lines_);
     guess_ = shooting_->initial_guess().w;
@@ -91,8 +91,9 @@ class Checker {
 
  private:
   void say(const char* aspect, const std::string& complaint, const std::string& praise) {
-    lines_.push_back({aspect, complaint.empty() ? CheckVerdict::good : CheckVerdict::doubtful,
-                      complaint.empty() ? praise : complaint});
+    lines_.push_back(
+        {aspect, complaint.empty() ? ProblemCheck::Verdict::good : ProblemCheck::Verdict::doubtful,
+         complaint.empty() ? praise : complaint});
   }
 
   // Transcribes the problem if its definition is valid.
@@ -185,15 +186,15 @@ class Checker {
   std::vector<VectorXd> points_of(int phase, double away) const {
     const PhaseDefinition& definition = problem_.phases()[phase];
     const Trajectory guess = shooting_->trajectory(guess_);
-    std::vector<const TrajectoryPiece*> pieces;
-    for (const TrajectoryPiece& piece : guess.pieces())
+    std::vector<const Trajectory::Piece*> pieces;
+    for (const Trajectory::Piece& piece : guess.pieces())
       if (piece.phase == phase) pieces.push_back(&piece);
     std::vector<VectorXd> points;
     const VectorXd& magnitudes = magnitudes_[phase];
     Random random(7);
     const auto noise = [&](int i) { return away * random.uniform(-1.0, 1.0) * magnitudes[i]; };
     for (int k = 0; k < points_per_phase && !pieces.empty(); ++k) {
-      const TrajectoryPiece& piece = *pieces[pieces.size() * k / points_per_phase];
+      const Trajectory::Piece& piece = *pieces[pieces.size() * k / points_per_phase];
       const Arguments& sizes = definition.sizes;
       VectorXd z(1 + sizes.nx + sizes.nu + sizes.np);
       z[0] = piece.start + noise(0);
@@ -219,7 +220,7 @@ class Checker {
       const DerivativeReport report = check_derivatives(
           f.function, z,
           {.tolerance = derivative_tolerance, .magnitudes = magnitudes.cwiseMin(1.0)});
-      const auto take = [&](const DerivativeEntry& e, bool second) {
+      const auto take = [&](const DerivativeReport::Entry& e, bool second) {
         // A single point may be close to a kink.
         if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
             !std::isfinite(e.difference))
@@ -235,8 +236,8 @@ class Checker {
           derivatives = fmt::format("{}: {} is {:.6g}, differences give {:.6g}", f.name, what,
                                     e.exact, e.difference);
       };
-      for (const DerivativeEntry& entry : report.jacobian_failures) take(entry, false);
-      for (const DerivativeEntry& entry : report.hessian_failures) take(entry, true);
+      for (const DerivativeReport::Entry& entry : report.jacobian_failures) take(entry, false);
+      for (const DerivativeReport::Entry& entry : report.hessian_failures) take(entry, true);
     }
   }
 
@@ -260,8 +261,8 @@ class Checker {
   // Arguments (t | x- | p) of a jump out of a phase, near the end of its guess.
   std::vector<VectorXd> ends_of(int phase, const Jump& jump, double away) const {
     const Trajectory guess = shooting_->trajectory(guess_);
-    const TrajectoryPiece* last = nullptr;
-    for (const TrajectoryPiece& piece : guess.pieces())
+    const Trajectory::Piece* last = nullptr;
+    for (const Trajectory::Piece& piece : guess.pieces())
       if (piece.phase == phase) last = &piece;
     std::vector<VectorXd> points;
     const VectorXd& magnitudes = magnitudes_[phase];
@@ -348,7 +349,7 @@ class Checker {
   void check_declared_bounds() {
     std::string complaint;
     const PhaseDefinition& first = problem_.phases().front();
-    for (const ComponentBounds& bounded : first.state_bounds) {
+    for (const PhaseDefinition::ComponentBounds& bounded : first.state_bounds) {
       const Bounds& start = problem_.start_bounds()[bounded.component];
       if (bounded.window.is_whole() && complaint.empty() &&
           (start.lower > bounded.bounds.upper || start.upper < bounded.bounds.lower))
@@ -384,10 +385,10 @@ class Checker {
       const auto of_phase = [&](const std::string& what) {
         return fmt::format("phase '{}', {}", phase.name, what);
       };
-      for (const ComponentBounds& b : phase.state_bounds)
+      for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds)
         look(b.bounds, phase.nominal_state[b.component],
              [&] { return of_phase(fmt::format("state {}", b.component)); });
-      for (const ComponentBounds& b : phase.input_bounds)
+      for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds)
         look(b.bounds, phase.nominal_input[b.component],
              [&] { return of_phase(fmt::format("input {}", b.component)); });
       for (const Term& term : phase.terms)
@@ -398,7 +399,7 @@ class Checker {
         for (const Bounds& b : integral.limits.bounds)
           look(b, integral.magnitude,
                [&] { return of_phase(fmt::format("integral '{}'", integral.name)); });
-      for (const ParameterBlock& block : phase.parameters)
+      for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
         for (std::size_t i = 0; i < block.bounds.size(); ++i)
           look(block.bounds[i], block.nominal[static_cast<int>(i)],
                [&] { return of_phase(fmt::format("unknown '{}', entry {}", block.name, i)); });
@@ -440,7 +441,7 @@ class Checker {
     const NonlinearProgram& nlp = shooting_->nlp();
     if (nlp.rows() > most_rows) {
       lines_.push_back(
-          {"ranks", CheckVerdict::unknown,
+          {"ranks", ProblemCheck::Verdict::unknown,
            fmt::format("{} rows are too many to factor; use fewer intervals", nlp.rows())});
       return;
     }
@@ -461,7 +462,8 @@ class Checker {
     const Solution plan = solve(*shooting_, *solver);
     const GridAccuracy& wanted = options_.accuracy;
     const bool is_known = plan.verification.has_value();
-    const VerifiedDefect defect = is_known ? plan.verification->defect : VerifiedDefect{};
+    const Verification::Defect defect =
+        is_known ? plan.verification->defect : Verification::Defect{};
     const std::string off = fmt::format(
         "integration error {:.1g} of the states' magnitude along a first solution", defect.sum);
     std::string coarse;
@@ -476,9 +478,9 @@ class Checker {
         plan.status == SolveStatus::unbounded || plan.status == SolveStatus::coarse_grid ||
         plan.status == SolveStatus::wrong_crossing;
     lines_.push_back({"reach",
-                      plan.ok()          ? CheckVerdict::good
-                      : is_known_failure ? CheckVerdict::doubtful
-                                         : CheckVerdict::unknown,
+                      plan.ok()          ? ProblemCheck::Verdict::good
+                      : is_known_failure ? ProblemCheck::Verdict::doubtful
+                                         : ProblemCheck::Verdict::unknown,
                       plan.ok() ? fmt::format("a first solve meets the constraints after {} "
                                               "iterations",
                                               plan.iterations)
@@ -490,16 +492,16 @@ class Checker {
   std::optional<MultipleShooting> shooting_;
   VectorXd guess_;
   std::vector<VectorXd> magnitudes_;  // of the arguments of each phase
-  std::vector<CheckLine> lines_;
+  std::vector<ProblemCheck::Line> lines_;
 };
 
-const char* describe(CheckVerdict verdict) {
+const char* describe(ProblemCheck::Verdict verdict) {
   switch (verdict) {
-    case CheckVerdict::good:
+    case ProblemCheck::Verdict::good:
       return "good";
-    case CheckVerdict::doubtful:
+    case ProblemCheck::Verdict::doubtful:
       return "DOUBTFUL";
-    case CheckVerdict::unknown:
+    case ProblemCheck::Verdict::unknown:
       return "unknown";
   }
   return "unknown";
@@ -508,12 +510,13 @@ const char* describe(CheckVerdict verdict) {
 }  // namespace
 
 bool ProblemCheck::ok() const {
-  return std::ranges::none_of(
-      lines, [](const CheckLine& line) { return line.verdict == CheckVerdict::doubtful; });
+  return std::ranges::none_of(lines, [](const ProblemCheck::Line& line) {
+    return line.verdict == ProblemCheck::Verdict::doubtful;
+  });
 }
 
-const CheckLine& ProblemCheck::line(const std::string& aspect) const {
-  const auto found = std::ranges::find(lines, aspect, &CheckLine::aspect);
+const ProblemCheck::Line& ProblemCheck::line(const std::string& aspect) const {
+  const auto found = std::ranges::find(lines, aspect, &ProblemCheck::Line::aspect);
   if (found == lines.end())
     throw DefinitionError(fmt::format("the check of '{}' has no line '{}'", problem, aspect));
   return *found;
@@ -521,7 +524,7 @@ const CheckLine& ProblemCheck::line(const std::string& aspect) const {
 
 std::string ProblemCheck::text() const {
   std::string text = problem + "\n";
-  for (const CheckLine& line : lines)
+  for (const ProblemCheck::Line& line : lines)
     text += fmt::format("  {:<12} {:<9} {}\n", line.aspect, describe(line.verdict), line.text);
   return text;
 }

@@ -13,30 +13,30 @@
 
 namespace saltus {
 
-/// Verdict of one line of a check.
-enum class CheckVerdict {
-  good,
-  doubtful,  ///< the aspect needs attention; the text says why
-  unknown    ///< could not be checked; the text says why
-};
-
-/// One aspect of a problem: "start", "derivatives", "sparsity", "jumps", "bounds", "scaling",
-/// "ranks", "integration", "reach", "definition".
-struct CheckLine {
-  std::string aspect;                         ///< aspect that was checked
-  CheckVerdict verdict = CheckVerdict::good;  ///< verdict of the aspect
-  std::string text;                           ///< a sentence with phase, term and time
-};
-
 /// A page of verdicts on a problem, made before it is solved.
 struct ProblemCheck {
-  std::string problem;           ///< name of the problem
-  std::vector<CheckLine> lines;  ///< one per aspect
+  /// Verdict of one line of a check.
+  enum class Verdict {
+    good,
+    doubtful,  ///< the aspect needs attention; the text says why
+    unknown    ///< could not be checked; the text says why
+  };
+
+  /// One aspect of a problem: "start", "derivatives", "sparsity", "jumps", "bounds", "scaling",
+  /// "ranks", "integration", "reach", "definition".
+  struct Line {
+    std::string aspect;               ///< aspect that was checked
+    Verdict verdict = Verdict::good;  ///< verdict of the aspect
+    std::string text;                 ///< a sentence with phase, term and time
+  };
+
+  std::string problem;      ///< name of the problem
+  std::vector<Line> lines;  ///< one per aspect
 
   /// True if no line is doubtful.
   bool ok() const;
   /// The line of the given aspect.
-  const CheckLine& line(const std::string& aspect) const;
+  const Line& line(const std::string& aspect) const;
   /// All lines with their verdicts.
   std::string text() const;
 };

@@ -70,65 +70,65 @@ std::string describe(const OptimalControlProblem& problem, const ProblemChange& 
 
 // Result of explain() as text and data: shortages, violated soft terms and remedies.
 
-/// Shortage of one side of a term over all its nodes: the amount by which its bound would have to
-/// move.
-struct Shortage {
-  /// "term", "state", "integral", "link", "closing" or "total time".
-  std::string kind = {};
-  std::string phase = {};  ///< empty if it belongs to no phase
-  std::string term = {};   ///< name; for the bounds of a state "state 1"
-  int component = 0;       ///< row of the term
-  ProblemChange::Side side = ProblemChange::Side::upper;  ///< violated side
-  double amount = 0.0;    ///< shortage in the term's own units, positive
-  double nominal = 1.0;   ///< nominal value of the term
-  double time = 0.0;      ///< time in seconds of the largest multiplier
-  double value = 0.0;     ///< value at that time
-  double bound = 0.0;     ///< violated bound at that time
-  bool is_exact = false;  ///< lower and upper bound are equal
-  /// True if the program is linear-quadratic and proved to be infeasible. Otherwise the shortage is
-  /// local to the guess.
-  bool is_certain = false;
-
-  /// "phase 'ride', term 'there'"
-  std::string name() const;
-  /// "2.5 too little at t = 2 s (2 where 4.5 is asked)"
-  std::string miss() const;
-  /// A sentence with name, amount, time, value and bound.
-  std::string text() const;
-};
-
-/// A row of a soft term that is violated at the optimum, and the reason.
-struct SoftShortage {
-  /// Largest violation at the optimum, on the side with the larger amount.
-  Shortage missed;
-  double price = 0.0;  ///< penalty of all violations of the row, both sides and all nodes
-  /// Least shortage if all violated soft terms are held to their bounds, in units of the term; 0:
-  /// it can hold. Empty: not known.
-  std::optional<double> least = {};
-  /// Cost of the problem with all violated soft terms made hard, if that is feasible.
-  std::optional<double> cost_if_held = {};
-  /// Weight of an L1 penalty that holds it, together with those of the other violated terms;
-  /// verified.
-  std::optional<double> weight_that_holds = {};
-  double weight = 0.0;  ///< current weight of its penalty
-
-  /// A sentence with name, amount, time and price.
-  std::string text() const;
-};
-
-/// Changes of the problem that make it feasible.
-struct Remedy {
-  std::vector<ProblemChange> changes;  ///< to be applied together
-  std::string text;  ///< "with the duration of phase 'ride' 2.6 s in place of 2 s"
-  /// Status of the changed problem. A remedy is valid only if that solve succeeded.
-  SolveStatus status = SolveStatus::invalid_problem;
-  double cost = 0.0;  ///< cost of the changed problem
-  /// Change relative to the previous value, or to its nominal magnitude if that is zero.
-  double effort = 0.0;
-};
-
 /// Result of explain().
 struct Explanation {
+  /// Shortage of one side of a term over all its nodes: the amount by which its bound would have to
+  /// move.
+  struct Shortage {
+    /// "term", "state", "integral", "link", "closing" or "total time".
+    std::string kind = {};
+    std::string phase = {};  ///< empty if it belongs to no phase
+    std::string term = {};   ///< name; for the bounds of a state "state 1"
+    int component = 0;       ///< row of the term
+    ProblemChange::Side side = ProblemChange::Side::upper;  ///< violated side
+    double amount = 0.0;    ///< shortage in the term's own units, positive
+    double nominal = 1.0;   ///< nominal value of the term
+    double time = 0.0;      ///< time in seconds of the largest multiplier
+    double value = 0.0;     ///< value at that time
+    double bound = 0.0;     ///< violated bound at that time
+    bool is_exact = false;  ///< lower and upper bound are equal
+    /// True if the program is linear-quadratic and proved to be infeasible. Otherwise the shortage
+    /// is local to the guess.
+    bool is_certain = false;
+
+    /// "phase 'ride', term 'there'"
+    std::string name() const;
+    /// "2.5 too little at t = 2 s (2 where 4.5 is asked)"
+    std::string miss() const;
+    /// A sentence with name, amount, time, value and bound.
+    std::string text() const;
+  };
+
+  /// A row of a soft term that is violated at the optimum, and the reason.
+  struct SoftShortage {
+    /// Largest violation at the optimum, on the side with the larger amount.
+    Shortage missed;
+    double price = 0.0;  ///< penalty of all violations of the row, both sides and all nodes
+    /// Least shortage if all violated soft terms are held to their bounds, in units of the term; 0:
+    /// it can hold. Empty: not known.
+    std::optional<double> least = {};
+    /// Cost of the problem with all violated soft terms made hard, if that is feasible.
+    std::optional<double> cost_if_held = {};
+    /// Weight of an L1 penalty that holds it, together with those of the other violated terms;
+    /// verified.
+    std::optional<double> weight_that_holds = {};
+    double weight = 0.0;  ///< current weight of its penalty
+
+    /// A sentence with name, amount, time and price.
+    std::string text() const;
+  };
+
+  /// Changes of the problem that make it feasible.
+  struct Remedy {
+    std::vector<ProblemChange> changes;  ///< to be applied together
+    std::string text;  ///< "with the duration of phase 'ride' 2.6 s in place of 2 s"
+    /// Status of the changed problem. A remedy is valid only if that solve succeeded.
+    SolveStatus status = SolveStatus::invalid_problem;
+    double cost = 0.0;  ///< cost of the changed problem
+    /// Change relative to the previous value, or to its nominal magnitude if that is zero.
+    double effort = 0.0;
+  };
+
   /// Status of the elastic program. Other values explain something only if it is optimal.
   SolveStatus status = SolveStatus::invalid_problem;
   /// Sum of the amounts over their nominal values.

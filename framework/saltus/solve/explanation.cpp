@@ -10,13 +10,13 @@ namespace {
 std::string remedies_text(const Explanation& explanation, const char* first) {
   std::string text;
   const std::string next = fmt::format("{:>{}}", "or ", std::string_view(first).size());
-  for (const Remedy& remedy : explanation.remedies)
+  for (const Explanation::Remedy& remedy : explanation.remedies)
     text += (text.empty() ? first : next) + remedy.text + "\n";
   return text;
 }
 
 // States whether the term can hold and at what cost; follows its sentence.
-std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
+std::string why_text(const Explanation::SoftShortage& soft, const Explanation& explanation) {
   if (!soft.least) return "";
   if (*soft.least > 0.0)
     return fmt::format("  it cannot hold: at least {:.4g} is missing\n", *soft.least);
@@ -33,7 +33,7 @@ std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
 
 }  // namespace
 
-std::string Shortage::name() const {
+std::string Explanation::Shortage::name() const {
   const std::string place = phase.empty() ? "" : fmt::format("phase '{}', ", phase);
   if (kind == "total time") return term;
   if (kind == "closing") return fmt::format("closing, state {}", component);
@@ -42,7 +42,7 @@ std::string Shortage::name() const {
                      component > 0 ? fmt::format(", row {}", component) : "");
 }
 
-std::string Shortage::miss() const {
+std::string Explanation::Shortage::miss() const {
   const bool is_low = side == ProblemChange::Side::lower;
   return fmt::format("{:.4g} too {} at t = {:.4g} s ({:.6g} where {}{:.6g} is required)", amount,
                      is_low ? "little" : "much", time, value,
@@ -52,12 +52,12 @@ std::string Shortage::miss() const {
                      bound);
 }
 
-std::string Shortage::text() const {
+std::string Explanation::Shortage::text() const {
   return fmt::format("{} {}: {}", name(),
                      is_certain ? "cannot be met" : "was not met near the guess", miss());
 }
 
-std::string SoftShortage::text() const {
+std::string Explanation::SoftShortage::text() const {
   return fmt::format("{} is soft and violated: {}, at a cost of {:.4g}", missed.name(),
                      missed.miss(), price);
 }
@@ -68,13 +68,14 @@ std::string Explanation::text() const {
         "the smallest relaxation is unknown: {}{}\n", describe(status),
         status == SolveStatus::evaluation_failed ? "; check(problem) shows where" : "");
   std::string text;
-  for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
+  for (const Explanation::Shortage& shortage : shortages) text += shortage.text() + "\n";
   if (!shortages.empty() && !events_in.empty())
     text += fmt::format("{}\n", saltus::events_hint(events_in));
   if (!shortages.empty()) return text + remedies_text(*this, "it would be feasible ");
   text = gives_way.empty() ? "the constraints can be met near the guess\n"
                            : "the hard constraints can be met near the guess\n";
-  for (const SoftShortage& soft : gives_way) text += soft.text() + "\n" + why_text(soft, *this);
+  for (const Explanation::SoftShortage& soft : gives_way)
+    text += soft.text() + "\n" + why_text(soft, *this);
   return text + remedies_text(*this, "it would hold ");
 }
 

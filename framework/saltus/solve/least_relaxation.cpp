@@ -145,7 +145,7 @@ RelaxedConstraints relaxed_constraints(LeastRelaxation& relaxed) {
     }
   }
   std::ranges::stable_sort(gives.shortages, std::ranges::greater{},
-                           [](const Shortage& s) { return s.amount / s.nominal; });
+                           [](const Explanation::Shortage& s) { return s.amount / s.nominal; });
   return gives;
 }
 

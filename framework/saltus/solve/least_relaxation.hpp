@@ -52,9 +52,9 @@ LeastRelaxation least_relaxation(
 
 /// Relaxed constraints of a least relaxation.
 struct RelaxedConstraints {
-  std::vector<Shortage> shortages;     ///< largest first, relative to nominal values
-  std::vector<ProblemChange> changes;  ///< moves of bounds that make the problem feasible
-  bool can_change = true;              ///< `changes` covers all shortages: a closing cannot change
+  std::vector<Explanation::Shortage> shortages;  ///< largest first, relative to nominal values
+  std::vector<ProblemChange> changes;            ///< moves of bounds that make the problem feasible
+  bool can_change = true;  ///< `changes` covers all shortages: a closing cannot change
 };
 /// Collects the relaxed constraints. Rows that repeat each other, as in hulls of fixed size, are
 /// listed once.

@@ -59,7 +59,7 @@ class Collector {
       const PhaseDefinition& phase = program_.problem().phases()[j];
       for (std::size_t t = 0; t < phase.terms.size(); ++t) {
         const Term& term = phase.terms[t];
-        if (term.kind != TermKind::constraint || term.soft) continue;
+        if (term.kind != Term::Kind::constraint || term.soft) continue;
         for (int i = 0; i < term.function.outputs(); ++i) {
           NegotiableConstraint& asked = begin("term", Kind::term, j, term.name, i);
           for (const shooting::RowInstance& instance : program_.row_instances())

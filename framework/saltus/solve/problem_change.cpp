@@ -35,9 +35,9 @@ void visit_bounds(std::vector<Bounds>& bounds, int rows, const ProblemChange& ch
   if (i < bounds.size()) visit_side(bounds[i], change.side, visit);
 }
 
-void visit_component(std::vector<ComponentBounds>& all, const ProblemChange& change,
-                     const Visit& visit) {
-  for (ComponentBounds& b : all)
+void visit_component(std::vector<PhaseDefinition::ComponentBounds>& all,
+                     const ProblemChange& change, const Visit& visit) {
+  for (PhaseDefinition::ComponentBounds& b : all)
     if (b.component == change.component) visit_side(b.bounds, change.side, visit);
 }
 
@@ -45,7 +45,8 @@ void visit_parameter(OptimalControlProblem& problem, const ProblemChange& change
                      const Visit& visit) {
   // blocks with one name are one parameter
   for (std::size_t j = 0; j < problem.phases().size(); ++j)
-    for (ParameterBlock& block : problem.editable_phase(static_cast<int>(j)).parameters) {
+    for (PhaseDefinition::ParameterBlock& block :
+         problem.editable_phase(static_cast<int>(j)).parameters) {
       if (block.name != change.name || change.component >= block.value.size()) continue;
       if (block.unknown) {
         visit_bounds(block.bounds, static_cast<int>(block.value.size()), change, visit);
@@ -75,7 +76,7 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
   switch (change.kind) {
     case Kind::term:
       for (Term& term : phase.terms)
-        if (term.kind == TermKind::constraint && term.name == change.name)
+        if (term.kind == Term::Kind::constraint && term.name == change.name)
           visit_bounds(term.bounds, term.function.outputs(), change, visit);
       return;
     case Kind::state:
@@ -121,7 +122,7 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
 // "'tick.com'[1]", or "'slope'" for a single number.
 std::string name_of_entry(const OptimalControlProblem& problem, const ProblemChange& change) {
   for (const PhaseDefinition& phase : problem.phases())
-    for (const ParameterBlock& block : phase.parameters) {
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
       if (block.name != change.name) continue;
       for (const ParameterEntry& entry : block.entries) {
         const int i = change.component - entry.first;

@@ -42,7 +42,7 @@ class RemedySearch {
         solves_(solves),
         motion_(relaxed.trajectory()) {}
 
-  std::vector<Remedy> run(int most) {
+  std::vector<Explanation::Remedy> run(int most) {
     candidates_ = find_candidates(problem_, relaxed_, [this] { return solves_.is_late(); });
     try_events();
     std::erase_if(candidates_,
@@ -172,7 +172,7 @@ class RemedySearch {
   void carry_out(const std::vector<ProblemChange>& changes, double effort) {
     for (const double margin : margins) {
       if (solves_.is_late()) return;
-      Remedy remedy;
+      Explanation::Remedy remedy;
       remedy.effort = effort;
       OptimalControlProblem better = problem_;
       try {
@@ -201,13 +201,15 @@ class RemedySearch {
   SolveBudget& solves_;
   Trajectory motion_;  // trajectory of the least relaxation
   std::vector<Candidate> candidates_;
-  std::vector<Remedy> remedies_;
+  std::vector<Explanation::Remedy> remedies_;
 };
 
 }  // namespace
 
-std::vector<Remedy> find_remedies(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                  const RelaxedConstraints& gives, int most, SolveBudget& solves) {
+std::vector<Explanation::Remedy> find_remedies(const OptimalControlProblem& problem,
+                                               LeastRelaxation& relaxed,
+                                               const RelaxedConstraints& gives, int most,
+                                               SolveBudget& solves) {
   return RemedySearch(problem, relaxed, gives, solves).run(most);
 }
 

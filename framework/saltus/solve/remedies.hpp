@@ -11,7 +11,9 @@ namespace saltus {
 /// Returns at most `most` changes of one number each, least effort first, and then the shortages
 /// themselves. The multipliers give the rate at which the relaxation decreases with a number. Each
 /// change is made and the changed problem solved; changes that fail are not reported.
-std::vector<Remedy> find_remedies(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
-                                  const RelaxedConstraints& gives, int most, SolveBudget& solves);
+std::vector<Explanation::Remedy> find_remedies(const OptimalControlProblem& problem,
+                                               LeastRelaxation& relaxed,
+                                               const RelaxedConstraints& gives, int most,
+                                               SolveBudget& solves);
 
 }  // namespace saltus

@@ -76,7 +76,7 @@ class Sensitivities {
     const ShootingProgram& program = relaxed_.shooting->program();
     const PhaseDefinition& phase = problem_.phases()[j];
     std::set<int> bounded;
-    for (const ComponentBounds& b : phase.input_bounds)
+    for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds)
       if (!b.bounds.is_equality()) bounded.insert(b.component);  // equal bounds stay equal
     const int coefficients = program.integrators()[j]->arguments().nc;
     for (const int i : bounded) {
@@ -98,7 +98,7 @@ class Sensitivities {
       if (layout.duration(j) >= 0)
         ask_variables({Kind::duration, j}, {layout.duration(j)}, phase.nominal_duration);
       int p = 0;
-      for (const ParameterBlock& block : phase.parameters)
+      for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
         for (int i = 0; i < block.value.size(); ++i, ++p)
           if (block.unknown && unknowns.insert({block.name, i}).second)
             ask_variables({Kind::parameter, j, block.name, i}, {layout.parameter(j, p)},
@@ -176,7 +176,7 @@ class Sensitivities {
                        [&](ProblemData& data, double d) { data.durations[j] += d; }),
             T);
       }
-      for (const ParameterBlock& block : phase.parameters)
+      for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
         for (int i = 0; i < block.value.size(); ++i)
           if (!block.unknown && seen.insert({block.name, i}).second && !is_late_())
             add_entry_candidate(j, block, i);
@@ -184,11 +184,11 @@ class Sensitivities {
   }
 
   // Blocks with one name are one parameter in all phases.
-  void add_entry_candidate(int j, const ParameterBlock& block, int i) {
+  void add_entry_candidate(int j, const PhaseDefinition::ParameterBlock& block, int i) {
     const auto move = [&](ProblemData& data, double d) {
       for (std::size_t other = 0; other < problem_.phases().size(); ++other) {
         int first = 0;
-        for (const ParameterBlock& b : problem_.phases()[other].parameters) {
+        for (const PhaseDefinition::ParameterBlock& b : problem_.phases()[other].parameters) {
           if (b.name == block.name && i < b.value.size()) data.parameters[other][first + i] += d;
           first += static_cast<int>(b.value.size());
         }

@@ -20,7 +20,8 @@
 namespace saltus {
 namespace {
 
-void check(const OptimalControlProblem& problem, const StartingPoint& start, std::size_t number) {
+void check(const OptimalControlProblem& problem, const SeveralSolutions::Start& start,
+           std::size_t number) {
   const std::size_t phases = problem.phases().size();
   const auto fail = [&](const std::string& what) {
     throw DefinitionError(fmt::format("solve_from: start {}: {}", number, what));
@@ -50,7 +51,7 @@ void check(const OptimalControlProblem& problem, const StartingPoint& start, std
     check_guess(start.inputs[j], problem.phases()[j].sizes.nu, j, "inputs");
 }
 
-NlpPoint point_of(const MultipleShooting& shooting, const StartingPoint& start) {
+NlpPoint point_of(const MultipleShooting& shooting, const SeveralSolutions::Start& start) {
   NlpPoint point =
       start.trajectory ? shooting.guess_from(*start.trajectory) : shooting.initial_guess();
   const Grid& grid = shooting.grid();
@@ -86,7 +87,7 @@ double size_of(double magnitude) { return magnitude >= least_size ? magnitude : 
 
 // Without nominal magnitudes, the size of a variable is the largest value of its quantity in both.
 bool is_same(const Solution& a, const Solution& b, const Quantities& undeclared,
-             const SeveralStartsOptions& options) {
+             const SeveralSolutions::Options& options) {
   const double cost = size_of(std::max(std::abs(a.cost), std::abs(b.cost)));
   if (std::abs(a.cost - b.cost) > options.same_cost * cost) return false;
   VectorXd difference = (a.point.w - b.point.w).cwiseAbs();
@@ -102,8 +103,8 @@ bool is_same(const Solution& a, const Solution& b, const Quantities& undeclared,
 }  // namespace
 
 SeveralSolutions solve_from(const OptimalControlProblem& problem,
-                            const std::vector<StartingPoint>& starts,
-                            const SeveralStartsOptions& options) {
+                            const std::vector<SeveralSolutions::Start>& starts,
+                            const SeveralSolutions::Options& options) {
   problem.check();
   if (starts.empty()) throw DefinitionError("solve_from: there is no start");
   for (std::size_t i = 0; i < starts.size(); ++i) check(problem, starts[i], i);

@@ -22,7 +22,7 @@ constexpr double room = 1.02;
 
 // A program row of a soft term with its slack variables (-1: none).
 struct SoftRow {
-  Shortage name;  // kind, phase, term, component
+  Explanation::Shortage name;  // kind, phase, term, component
   const Penalty* penalty = nullptr;
   int row = 0;
   int below = -1, above = -1, free = -1;
@@ -30,8 +30,8 @@ struct SoftRow {
 };
 
 template <class Instance>
-SoftRow soft_row(const Instance& instance, int i, Shortage name, const Penalty* penalty,
-                 const shooting::GridPoint& point) {
+SoftRow soft_row(const Instance& instance, int i, Explanation::Shortage name,
+                 const Penalty* penalty, const shooting::GridPoint& point) {
   name.component = i;
   return {std::move(name),
           penalty,
@@ -58,7 +58,7 @@ std::vector<SoftRow> soft_rows(const ShootingProgram& program) {
     const Limits& limits = program.limits_of(instance);
     if (!limits.soft) continue;
     const PhaseDefinition& phase = problem.phases()[instance.phase];
-    Shortage name;
+    Explanation::Shortage name;
     if (instance.link >= 0)
       name = {.kind = "link", .term = problem.links()[instance.link].name};
     else
@@ -70,10 +70,10 @@ std::vector<SoftRow> soft_rows(const ShootingProgram& program) {
   return rows;
 }
 
-bool is_same_term(const Shortage& a, const Shortage& b) {
+bool is_same_term(const Explanation::Shortage& a, const Explanation::Shortage& b) {
   return a.kind == b.kind && a.phase == b.phase && a.term == b.term;
 }
-bool is_same_row(const Shortage& a, const Shortage& b) {
+bool is_same_row(const Explanation::Shortage& a, const Explanation::Shortage& b) {
   return is_same_term(a, b) && a.component == b.component;
 }
 
@@ -98,10 +98,10 @@ VectorXd nominal_rows(ShootingProgram& program, const std::vector<SoftRow>& rows
 
 // Rows that repeat each other, as in hulls of fixed size, are violated alike: they are listed once
 // with the price of all.
-void merge_repeats(std::vector<SoftShortage>& all) {
-  std::vector<SoftShortage> merged;
-  for (SoftShortage& s : all) {
-    const auto twin = std::ranges::find_if(merged, [&](const SoftShortage& other) {
+void merge_repeats(std::vector<Explanation::SoftShortage>& all) {
+  std::vector<Explanation::SoftShortage> merged;
+  for (Explanation::SoftShortage& s : all) {
+    const auto twin = std::ranges::find_if(merged, [&](const Explanation::SoftShortage& other) {
       return is_same_term(s.missed, other.missed) && s.missed.side == other.missed.side &&
              s.missed.time == other.missed.time && s.missed.bound == other.missed.bound &&
              s.missed.amount > 0.0 &&
@@ -121,10 +121,11 @@ void merge_repeats(std::vector<SoftShortage>& all) {
 // Calls edit(penalty or none) for every term in `soft`.
 template <class Edit>
 OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
-                                     const std::vector<SoftShortage>& soft, const Edit& edit) {
+                                     const std::vector<Explanation::SoftShortage>& soft,
+                                     const Edit& edit) {
   OptimalControlProblem result = problem;
-  const auto visit = [&](std::optional<Penalty>& penalty, const Shortage& name) {
-    for (const SoftShortage& s : soft)
+  const auto visit = [&](std::optional<Penalty>& penalty, const Explanation::Shortage& name) {
+    for (const Explanation::SoftShortage& s : soft)
       if (penalty && is_same_term(s.missed, name)) edit(penalty, s);
   };
   for (int j = 0; j < static_cast<int>(problem.phases().size()); ++j) {
@@ -146,8 +147,8 @@ OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
 // The cost that increases most if all violated terms are held.
 std::string largest_cost_increase(const Solution& free, const Solution& held) {
   std::map<std::pair<std::string, std::string>, double> grown;
-  for (const CostContribution& c : held.costs) grown[{c.phase, c.term}] += c.value;
-  for (const CostContribution& c : free.costs)
+  for (const Solution::CostContribution& c : held.costs) grown[{c.phase, c.term}] += c.value;
+  for (const Solution::CostContribution& c : free.costs)
     if (const auto other = grown.find({c.phase, c.term}); other != grown.end())
       other->second -= c.value;
   const auto most = std::ranges::max_element(grown, {}, [](const auto& g) { return g.second; });
@@ -182,9 +183,10 @@ class SoftTerms {
     const OptimalControlProblem held = with_hard_terms(problem_, soft_);
     // Hard terms stay hard: only the violated soft terms are relaxed.
     solves_.is_negotiable = [&](const NegotiableConstraint& asked) {
-      const Shortage name{.kind = asked.kind,
-                          .phase = asked.has_phase ? held.phases()[asked.phase].name : "",
-                          .term = asked.name};
+      const Explanation::Shortage name{
+          .kind = asked.kind,
+          .phase = asked.has_phase ? held.phases()[asked.phase].name : "",
+          .term = asked.name};
       return std::ranges::any_of(soft_,
                                  [&](const auto& s) { return is_same_term(s.missed, name); });
     };
@@ -192,9 +194,9 @@ class SoftTerms {
     if (!relaxed.ok()) return;
     const RelaxedConstraints gives =
         relaxed.is_needed() ? relaxed_constraints(relaxed) : RelaxedConstraints{};
-    for (SoftShortage& s : soft_) s.least = 0.0;
-    for (const Shortage& shortage : gives.shortages)
-      for (SoftShortage& s : soft_)
+    for (Explanation::SoftShortage& s : soft_) s.least = 0.0;
+    for (const Explanation::Shortage& shortage : gives.shortages)
+      for (Explanation::SoftShortage& s : soft_)
         if (is_same_row(s.missed, shortage)) s.least = std::max(*s.least, shortage.amount);
     if (!relaxed.is_needed())
       ask_for_the_price(held, plan);
@@ -207,7 +209,7 @@ class SoftTerms {
     MultipleShooting hard(held, solves_.grid());
     const Solution other = solves_.plan(hard, plan.trajectory);
     if (!is_plan(other)) return;
-    for (SoftShortage& s : soft_) s.cost_if_held = other.cost;
+    for (Explanation::SoftShortage& s : soft_) s.cost_if_held = other.cost;
     explanation_.gives_way_to = largest_cost_increase(plan, other);
     find_weights(hard.program(), other, plan.point.w);
   }
@@ -265,31 +267,33 @@ class SoftTerms {
     MultipleShooting shooting(dearer, solves_.grid());
     const Solution plan = solves_.plan(shooting, held.trajectory);
     if (!is_plan(plan)) return false;
-    const std::vector<SoftShortage> still = soft_shortages(shooting, plan);
-    return std::ranges::none_of(still, [&](const SoftShortage& a) {
-      return std::ranges::any_of(
-          soft_, [&](const SoftShortage& b) { return is_same_term(a.missed, b.missed); });
+    const std::vector<Explanation::SoftShortage> still = soft_shortages(shooting, plan);
+    return std::ranges::none_of(still, [&](const Explanation::SoftShortage& a) {
+      return std::ranges::any_of(soft_, [&](const Explanation::SoftShortage& b) {
+        return is_same_term(a.missed, b.missed);
+      });
     });
   }
 
   const OptimalControlProblem& problem_;
   SolveBudget& solves_;
   Explanation& explanation_;
-  std::vector<SoftShortage>& soft_;
+  std::vector<Explanation::SoftShortage>& soft_;
   MultipleShooting shooting_;
 };
 
 }  // namespace
 
-std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solution& solution) {
+std::vector<Explanation::SoftShortage> soft_shortages(MultipleShooting& shooting,
+                                                      const Solution& solution) {
   ShootingProgram& program = shooting.editable_program();
   const VectorXd& w = solution.point.w;
   const std::vector<SoftRow> rows = soft_rows(program);
   const VectorXd nominal = nominal_rows(program, rows, w);
-  std::vector<SoftShortage> all;
+  std::vector<Explanation::SoftShortage> all;
   for (const SoftRow& row : rows) {
     auto found = std::ranges::find_if(
-        all, [&](const SoftShortage& s) { return is_same_row(s.missed, row.name); });
+        all, [&](const Explanation::SoftShortage& s) { return is_same_row(s.missed, row.name); });
     if (found == all.end()) {
       found = all.insert(all.end(), {.missed = row.name, .weight = row.penalty->weight});
       found->missed.nominal = nominal[row.row];
@@ -303,7 +307,7 @@ std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solut
       const bool is_low = side == Side::lower;
       const int slack = is_low ? row.below : row.above;
       const double amount = slack < 0 ? 0.0 : w[slack] + (is_low ? free : -free);
-      Shortage& missed = found->missed;
+      Explanation::Shortage& missed = found->missed;
       if (amount <= missed.amount) continue;
       missed.side = side;
       missed.amount = amount;
@@ -316,17 +320,17 @@ std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solut
   }
   merge_repeats(all);
   double paid = 0.0;
-  for (const SoftShortage& s : all) paid += s.price;
-  std::erase_if(all, [&](const SoftShortage& s) {
+  for (const Explanation::SoftShortage& s : all) paid += s.price;
+  std::erase_if(all, [&](const Explanation::SoftShortage& s) {
     return s.missed.amount <= smallest_relaxation * s.missed.nominal ||
            s.price < smallest_price_fraction * paid;
   });
-  std::ranges::stable_sort(all, std::ranges::greater{}, &SoftShortage::price);
+  std::ranges::stable_sort(all, std::ranges::greater{}, &Explanation::SoftShortage::price);
   return all;
 }
 
 OptimalControlProblem with_hard_terms(const OptimalControlProblem& problem,
-                                      const std::vector<SoftShortage>& soft) {
+                                      const std::vector<Explanation::SoftShortage>& soft) {
   return with_penalties(problem, soft,
                         [](std::optional<Penalty>& penalty, const auto&) { penalty.reset(); });
 }

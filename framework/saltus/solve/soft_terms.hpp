@@ -9,11 +9,12 @@ namespace saltus {
 
 /// Rows of soft terms, links and integrals that are violated in a solution of the shooting, highest
 /// price first. Rows with a negligible price are left out.
-std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solution& solution);
+std::vector<Explanation::SoftShortage> soft_shortages(MultipleShooting& shooting,
+                                                      const Solution& solution);
 
 /// Returns the problem in which these terms are hard, with all their rows.
 OptimalControlProblem with_hard_terms(const OptimalControlProblem& problem,
-                                      const std::vector<SoftShortage>& soft);
+                                      const std::vector<Explanation::SoftShortage>& soft);
 
 /// Solves the problem, whose hard terms are feasible, and completes the explanation with the
 /// violated soft terms and at most `most_remedies` remedies.

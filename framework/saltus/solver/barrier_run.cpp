@@ -74,7 +74,7 @@ std::string BarrierRun::describe() const {
   return line;
 }
 
-SolverIteration BarrierRun::iteration() const {
+SolveObserver::Iteration BarrierRun::iteration() const {
   return {.number = options_.first_number + iterations_,
           .is_restoring = !options_.can_restore,
           .cost = now_.cost,

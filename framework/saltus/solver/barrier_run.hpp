@@ -97,7 +97,7 @@ class BarrierRun {
     VectorXd lambda, z_lower, z_upper, stationarity;
   };
 
-  SolverIteration iteration() const;
+  SolveObserver::Iteration iteration() const;
   bool timed_out() const { return WallClock::now() >= options_.deadline; }
   bool begin(const NlpPoint& start);
   void relax_rows();

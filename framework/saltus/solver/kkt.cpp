@@ -23,7 +23,7 @@ double violation(double value, double lower, double upper) {
 
 }  // namespace
 
-double KktResidual::scaled() const {
+double KktCheck::Residual::scaled() const {
   return std::max(
       {stationarity / multiplier_scale, complementarity / multiplier_scale, feasibility});
 }
@@ -35,11 +35,11 @@ KktCheck::KktCheck(const NonlinearProgram& program)
 
 // For cost' = c cost, g' = D g and w' = S w the multipliers are lambda' = c lambda / D, z' = c z /
 // S.
-KktResidual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
-                            const ProgramScale* scale) {
+KktCheck::Residual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
+                                   const ProgramScale* scale) {
   const int n = program.variables();
   const int m = program.rows();
-  KktResidual result;
+  KktCheck::Residual result;
   const bool is_whole = point.w.size() == n && point.lambda.size() == m && point.z.size() == n;
   const bool is_known = is_whole && point.w.allFinite() && point.lambda.allFinite() &&
                         point.z.allFinite() &&
@@ -96,7 +96,7 @@ KktResidual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
   return result;
 }
 
-KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
+KktCheck::Residual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
   return KktCheck(program)(program, point);
 }
 

@@ -114,6 +114,7 @@ std::unique_ptr<Solver> make_native_solver(NativeSolverOptions options = {});
 
 /// Deprecated name, removed in 0.4.
 using SqpOptions [[deprecated("use NativeSolverOptions")]] = NativeSolverOptions;
+
 [[deprecated("use make_native_solver")]] std::unique_ptr<Solver> make_sqp(
     NativeSolverOptions options = {});  ///< deprecated name, removed in 0.4
 

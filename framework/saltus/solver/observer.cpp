@@ -17,7 +17,7 @@ std::string number_or_dash(const char* format, double value) {
 SolveObserver with_cost_times(const SolveObserver& observer, double factor) {
   SolveObserver result = observer;
   if (observer.report && factor != 1.0)
-    result.report = [report = observer.report, factor](SolverIteration it) {
+    result.report = [report = observer.report, factor](SolveObserver::Iteration it) {
       if (!it.is_restoring) it.cost *= factor;
       report(it);
     };
@@ -29,7 +29,7 @@ std::string header_of_iterations() {
                      "violation", "gradient", "lg(mu)", "step", "shift", "dual", "primal");
 }
 
-std::string row_of_iterations(const SolverIteration& it) {
+std::string row_of_iterations(const SolveObserver::Iteration& it) {
   const double lg_barrier = it.barrier > 0.0 ? std::log10(it.barrier) : std::nan("");
   return fmt::format(
       "{:>4}{} {:>14.7e} {:>9.2e} {:>9.2e} {:>6} {:>9.2e} {:>8} {:>8} {:>8.2e}", it.number,
@@ -39,9 +39,10 @@ std::string row_of_iterations(const SolverIteration& it) {
       number_or_dash("{:.2e}", it.dual_step_length), it.step_length);
 }
 
-std::function<void(const SolverIteration&)> table_of_iterations(
+std::function<void(const SolveObserver::Iteration&)> table_of_iterations(
     std::function<void(const std::string& line)> print, int header_every) {
-  return [print = std::move(print), header_every, rows = 0](const SolverIteration& it) mutable {
+  return [print = std::move(print), header_every,
+          rows = 0](const SolveObserver::Iteration& it) mutable {
     if (rows++ % header_every == 0) print(header_of_iterations());
     print(row_of_iterations(it));
   };

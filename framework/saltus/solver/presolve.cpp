@@ -221,7 +221,7 @@ class Analysis {
   }
 
   // --- constant rows ------------------------------------------------------------------------
-  void note(const Contradiction& found, double relative) {
+  void note(const NlpResult::Contradiction& found, double relative) {
     if (relative <= worst_) return;
     worst_ = relative;
     result_.contradiction = found;

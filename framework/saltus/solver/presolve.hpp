@@ -38,7 +38,7 @@ struct Presolve {
   VectorXd row_lower, row_upper;  ///< infinite if the side was removed
   std::vector<int> nonlinear;     ///< rows removed by comparison at points; to be checked
   bool has_changed = false;       ///< some side differs from that of the program
-  std::optional<Contradiction> contradiction;  ///< rows that no point satisfies
+  std::optional<NlpResult::Contradiction> contradiction;  ///< rows that no point satisfies
 };
 
 /// Analyses a program near w. If it cannot be evaluated there, only sentinels are removed.

@@ -21,8 +21,8 @@ constexpr double most_sharpened = 1e6;  // largest factor of the cost
 constexpr int most_sharpenings = 3;     // attempts with a larger cost
 constexpr int patience = 100;           // a smaller iteration limit is a deliberate stop
 
-KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
-                        const NlpPoint& point) {
+KktCheck::Residual residual_in(NonlinearProgram& program, const ProgramScale& scale,
+                               const NlpPoint& point) {
   ScaledProgram in_scale(program, scale);
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }

@@ -11,7 +11,7 @@ namespace saltus {
 struct ScaledResult {
   NlpResult nlp;  ///< of the program as stated: point, cost, residual; effort of all attempts
   /// Residual in the scale of the solve.
-  KktResidual in_scale;
+  KktCheck::Residual in_scale;
   /// Check of the program as stated. The gap is infinite if nothing was solved.
   OptimumCheck check;
   /// Largest violation of a row or bound relative to its size: the largest of 1, its finite sides

@@ -19,26 +19,26 @@ namespace saltus {
 //
 //     solve(car, {.observer = {.report = table_of_iterations(print)}});
 
-/// State of a solve after an iteration. NaN: the method has no such value. All values except the
-/// cost are in the scale in which the program is solved.
-struct SolverIteration {
-  int number = 0;             ///< 0: the start
-  bool is_restoring = false;  ///< true in the restoration phase, which reduces the violation
-  double cost = 0.0;          ///< cost of the program; in the restoration phase its objective
-  double violation = 0.0;     ///< largest violation of a row or bound
-  double stationarity = 0.0;  ///< largest entry of the gradient of the Lagrangian
-  double barrier = std::numeric_limits<double>::quiet_NaN();  ///< barrier parameter mu
-  double step = 0.0;                                          ///< largest entry of the full step
-  double regularisation = 0.0;  ///< shift of the diagonal of the Hessian
-  double step_length = 0.0;     ///< fraction of the step taken, 0 to 1
-  /// Step length of the bound multipliers.
-  double dual_step_length = std::numeric_limits<double>::quiet_NaN();
-};
-
 /// Callbacks of a solve. Empty callbacks cost nothing.
 struct SolveObserver {
+  /// State of a solve after an iteration. NaN: the method has no such value. All values except the
+  /// cost are in the scale in which the program is solved.
+  struct Iteration {
+    int number = 0;             ///< 0: the start
+    bool is_restoring = false;  ///< true in the restoration phase, which reduces the violation
+    double cost = 0.0;          ///< cost of the program; in the restoration phase its objective
+    double violation = 0.0;     ///< largest violation of a row or bound
+    double stationarity = 0.0;  ///< largest entry of the gradient of the Lagrangian
+    double barrier = std::numeric_limits<double>::quiet_NaN();  ///< barrier parameter mu
+    double step = 0.0;                                          ///< largest entry of the full step
+    double regularisation = 0.0;  ///< shift of the diagonal of the Hessian
+    double step_length = 0.0;     ///< fraction of the step taken, 0 to 1
+    /// Step length of the bound multipliers.
+    double dual_step_length = std::numeric_limits<double>::quiet_NaN();
+  };
+
   /// Called after each iteration on the solving thread.
-  std::function<void(const SolverIteration&)> report = {};
+  std::function<void(const Iteration&)> report = {};
   /// Called after each iteration. True ends the solve with the current point and the status
   /// `interrupted`.
   std::function<bool()> should_stop = {};
@@ -53,9 +53,9 @@ SolveObserver with_cost_times(const SolveObserver& observer, double factor);
 /// Header and row of an iteration table, without line ends. Columns: number (r: restoration), cost,
 /// violation, stationarity, lg(mu), step, regularisation, step lengths.
 std::string header_of_iterations();
-std::string row_of_iterations(const SolverIteration& iteration);
+std::string row_of_iterations(const SolveObserver::Iteration& iteration);
 /// Passes a table to `print` line by line, with the header before every `header_every` rows.
-std::function<void(const SolverIteration&)> table_of_iterations(
+std::function<void(const SolveObserver::Iteration&)> table_of_iterations(
     std::function<void(const std::string& line)> print, int header_every = 10);
 
 /// Reason why a solve ended. A solve that does not converge returns a status and never throws.
@@ -95,23 +95,23 @@ inline bool is_success(SolveStatus s) {
   return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::feasible;
 }
 
-/// Rows and bounds that no value of the variables satisfies.
-struct Contradiction {
-  int row = -1;         ///< row of the program
-  int other_row = -1;   ///< row that `row` contradicts, or
-  int variable = -1;    ///< variable whose bounds it contradicts; both -1: it depends on no free
-                        ///< variable
-  double amount = 0.0;  ///< violation of its bounds while the others hold
-};
-
 /// Result of a solve.
 struct NlpResult {
+  /// Rows and bounds that no value of the variables satisfies.
+  struct Contradiction {
+    int row = -1;         ///< row of the program
+    int other_row = -1;   ///< row that `row` contradicts, or
+    int variable = -1;    ///< variable whose bounds it contradicts; both -1: it depends on no free
+                          ///< variable
+    double amount = 0.0;  ///< violation of its bounds while the others hold
+  };
+
   SolveStatus status = SolveStatus::invalid_problem;  ///< reason why the solve ended
   NlpPoint point;                              ///< the last iterate, also if the solve failed
   double objective = 0.0;                      ///< cost at the point
   int iterations = 0;                          ///< of all attempts, including failed ones
   double seconds = 0.0;                        ///< wall-clock time of all attempts
-  KktResidual kkt;                             ///< recomputed from the program
+  KktCheck::Residual kkt;                      ///< recomputed from the program
   std::optional<Contradiction> contradiction;  ///< rows that no point satisfies, if known
   /// Multipliers of affine rows prove that no point satisfies them and the bounds.
   bool is_proved_infeasible = false;

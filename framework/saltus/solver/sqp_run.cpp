@@ -93,12 +93,12 @@ NlpResult SqpRun::solve(const NlpPoint& start, bool warm) {
 }
 
 void SqpRun::report() const {
-  SolverIteration now{.number = first_number_ + iterations_,
-                      .violation = kkt_.feasibility,
-                      .stationarity = kkt_.stationarity,
-                      .step = step_,
-                      .regularisation = shift_,
-                      .step_length = step_length_};
+  SolveObserver::Iteration now{.number = first_number_ + iterations_,
+                               .violation = kkt_.feasibility,
+                               .stationarity = kkt_.stationarity,
+                               .step = step_,
+                               .regularisation = shift_,
+                               .step_length = step_length_};
   program_.objective(point_.w.data(), now.cost);
   observer_.report(now);
 }

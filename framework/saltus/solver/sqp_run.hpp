@@ -83,7 +83,7 @@ class SqpRun {
   VectorXd rows_, trial_;
   VectorXd exact_;            // Hessian before convexification
   double radius_ = infinity;  // trust region: largest change of a coupled variable
-  KktResidual kkt_;
+  KktCheck::Residual kkt_;
   double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;
   double step_ = 0.0, step_length_ = 0.0, shift_ = 0.0;  // of the last step, for the observer

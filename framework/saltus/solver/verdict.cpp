@@ -2,7 +2,7 @@
 
 namespace saltus {
 
-SolveStatus status_by_residual(SolveStatus status, const KktResidual& kkt, double tolerance,
+SolveStatus status_by_residual(SolveStatus status, const KktCheck::Residual& kkt, double tolerance,
                                SolveStatus otherwise) {
   if (status != SolveStatus::optimal && status != SolveStatus::acceptable) return status;
   const double residual = kkt.scaled();

@@ -13,9 +13,9 @@ namespace saltus {
 namespace {
 
 // Largest violation relative to its tolerance, in the units of its term.
-VerifiedMiss largest(const VerificationDetail& found) {
-  VerifiedMiss worst;
-  for (const PathFinding& f : found.violated)
+Verification::Miss largest(const VerificationDetail& found) {
+  Verification::Miss worst;
+  for (const VerificationDetail::Path& f : found.violated)
     if (f.miss.amount > worst.amount) worst = f.miss;
   return worst;
 }
@@ -33,13 +33,13 @@ std::vector<double> worst_of_inputs(const Mesh& mesh, const Trajectory& trajecto
   const std::vector<Mesh::InputInterval> inputs = mesh.input_intervals();
   std::vector<double> worst(inputs.size(), 0.0);
   double begin = infinity, end = 0.0;
-  for (const TrajectoryPiece& p : trajectory.pieces()) {
+  for (const Trajectory::Piece& p : trajectory.pieces()) {
     if (p.phase != phase) continue;
     begin = std::min(begin, p.start);
     end = p.end();
   }
   for (std::size_t i = 0; i < excess.size(); ++i) {
-    const TrajectoryPiece& p = trajectory.pieces()[i];
+    const Trajectory::Piece& p = trajectory.pieces()[i];
     if (p.phase != phase) continue;
     const double middle = (p.start + 0.5 * p.length - begin) / (end - begin);
     std::size_t k = 0;
@@ -71,12 +71,12 @@ Judgement judge(const MultipleShooting& shooting, const VerificationDetail& foun
                 const RefinementOptions& options) {
   constexpr double obstacle = 1e-2;  // of the scale of a term; larger than a bulge
   Judgement result;
-  for (const PathFinding& f : found.violated)
+  for (const VerificationDetail::Path& f : found.violated)
     result.passes_obstacle = result.passes_obstacle || f.miss.amount > obstacle * f.scale;
   const double share = options.integration / static_cast<double>(found.intervals.size());
   const bool is_off = !(found.summary.defect.sum <= options.integration);
   constexpr double halved = 4.0;  // an integration error falls faster than a bulge
-  for (const IntervalFinding& i : found.intervals) {
+  for (const VerificationDetail::Interval& i : found.intervals) {
     double excess = std::max(i.violation / options.tolerance, i.excess);
     const double defect =
         std::max(is_off ? i.defect / share : 0.0, i.defect / shooting.options().accuracy.defect);
@@ -126,7 +126,7 @@ std::string describe(const VerificationDetail& found, const RefinementOptions& o
                      const std::vector<int>& intervals) {
   int total = 0;
   for (const int n : intervals) total += n;
-  const VerifiedMiss miss = largest(found);
+  const Verification::Miss miss = largest(found);
   std::string text =
       miss.amount == 0.0
           ? fmt::format("path constraints hold between the nodes of {} intervals", total)

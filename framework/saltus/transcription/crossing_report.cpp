@@ -22,7 +22,8 @@ VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorX
 }
 
 // Finds the largest value of the guard beyond zero after it was before zero, with its time.
-void find_early_crossing(const std::vector<std::pair<double, double>>& samples, GuardCrossing& c) {
+void find_early_crossing(const std::vector<std::pair<double, double>>& samples,
+                         Solution::GuardCrossing& c) {
   for (const auto& [t, g] : samples) c.largest = std::max(c.largest, std::abs(g));
   const double side = side_share * c.largest;
   bool was_before = false;
@@ -58,19 +59,20 @@ const Function* field_at(const PhaseDefinition& phase, const VectorXd& z) {
 
 }  // namespace
 
-std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
-                                           const Trajectory& trajectory, int samples) {
-  std::vector<GuardCrossing> crossings;
+std::vector<Solution::GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
+                                                     const Trajectory& trajectory, int samples) {
+  std::vector<Solution::GuardCrossing> crossings;
   for (std::size_t j = 0; j < problem.phases().size(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
     if (phase.end_guards.empty()) continue;
     const EndGuard& guard = phase.end_guards.front();
     const VectorXd& p = trajectory.phases()[j].parameters;
     const int nu = phase.sizes.nu;
-    GuardCrossing c{.phase = phase.name, .event = guard.event, .declared = guard.crossing};
+    Solution::GuardCrossing c{
+        .phase = phase.name, .event = guard.event, .declared = guard.crossing};
     std::vector<std::pair<double, double>> values;  // t and guard, oriented as rising
-    const TrajectoryPiece* last = nullptr;
-    for (const TrajectoryPiece& piece : trajectory.pieces()) {
+    const Trajectory::Piece* last = nullptr;
+    for (const Trajectory::Piece& piece : trajectory.pieces()) {
       if (piece.phase != static_cast<int>(j)) continue;
       last = &piece;
       const VectorXd z =
@@ -91,7 +93,7 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
     const VectorXd z =
         argument(phase.sizes, c.time, last->end_state, last->coefficients.tail(nu), p);
     if (const Function* field = field_at(phase, z)) {
-      const GuardRate rate = guard_rate(phase, *field, guard.guard, z);
+      const EndGuard::Rate rate = guard_rate(phase, *field, guard.guard, z);
       c.rate = rate.value;
       c.grazes = rate.grazes();
     } else {
@@ -102,7 +104,7 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
   return crossings;
 }
 
-std::string describe_crossing_error(const GuardCrossing& c) {
+std::string describe_crossing_error(const Solution::GuardCrossing& c) {
   if (c.is_as_declared()) return {};
   const std::string where =
       fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);

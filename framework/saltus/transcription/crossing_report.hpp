@@ -13,10 +13,10 @@ namespace saltus {
 
 /// One entry per phase that ends with a guard, in order. Samples the guard before the end at the
 /// nodes of the trajectory. `samples` adds points inside each interval, from dense output.
-std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
-                                           const Trajectory& trajectory, int samples = 0);
+std::vector<Solution::GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
+                                                     const Trajectory& trajectory, int samples = 0);
 
 /// One clause for a crossing that differs from its declaration. Empty if it is as declared.
-std::string describe_crossing_error(const GuardCrossing& crossing);
+std::string describe_crossing_error(const Solution::GuardCrossing& crossing);
 
 }  // namespace saltus

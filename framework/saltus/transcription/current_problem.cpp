@@ -26,7 +26,7 @@ OptimalControlProblem current_problem(const MultipleShooting& shooting) {
       phase.duration = exactly(data.durations[j]);
     }
     int first = 0;
-    for (ParameterBlock& block : phase.parameters) {
+    for (PhaseDefinition::ParameterBlock& block : phase.parameters) {
       block.value = data.parameters[j].segment(first, block.value.size());
       first += static_cast<int>(block.value.size());
     }

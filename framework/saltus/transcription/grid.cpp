@@ -270,9 +270,9 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
     grid.held_node.push_back(grid.mesh.holds_input(static_cast<int>(i)) ? 1 : 0);
 }
 
-PhaseWindow Grid::resolve(int phase, const Window& window) const {
+Grid::PhaseWindow Grid::resolve(int phase, const Window& window) const {
   const PhaseGrid& grid = phases_[phase];
-  PhaseWindow result{0.0, infinity};
+  Grid::PhaseWindow result{0.0, infinity};
   // Not before the phase: a window that ends where the phase begins does not contain any of it.
   if (window.from)
     result.from = std::max(0.0, snap(grid, instant_offset(grid, *window.from, window.clock)));
@@ -285,7 +285,7 @@ double Grid::node_offset(int phase, int node) const { return phases_[phase].offs
 
 // True if `visit` holds for one of the intervals [from, to) of the window.
 template <class Visit>
-bool Grid::any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& visit) const {
+bool Grid::any_span(const PhaseGrid& grid, const Grid::PhaseWindow& window, Visit&& visit) const {
   if (window.modes == 0) return visit(window.from, window.to);
   const int last = static_cast<int>(schedule_.events().size());
   for (int i = 0; i <= last; ++i) {
@@ -298,7 +298,7 @@ bool Grid::any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& vi
   return false;
 }
 
-bool Grid::interval_in(int phase, int k, const PhaseWindow& window) const {
+bool Grid::interval_in(int phase, int k, const Grid::PhaseWindow& window) const {
   const PhaseGrid& grid = phases_[phase];
   if (grid.intervals[k].is_empty()) return false;
   constexpr double slack = 0.999 * same_instant;  // distinct nodes are farther apart
@@ -307,7 +307,7 @@ bool Grid::interval_in(int phase, int k, const PhaseWindow& window) const {
   });
 }
 
-bool Grid::node_in(int phase, int node, const PhaseWindow& window) const {
+bool Grid::node_in(int phase, int node, const Grid::PhaseWindow& window) const {
   const PhaseGrid& grid = phases_[phase];
   const bool superseded =
       node + 1 < static_cast<int>(grid.offsets.size()) && grid.intervals[node].is_empty();

@@ -83,34 +83,34 @@ Mesh graded_mesh(int intervals, double ratio);
 /// Short intervals at both ends. Intervals in the middle are `ratio` times longer.
 Mesh mesh_graded_to_both_ends(int intervals, double ratio);
 
-/// One shooting interval. Times are relative to the start of its phase and affine in the phase's
-/// duration T (s): offset = offset0 + offset1 T, length = length0 + length1 T. The slopes offset1
-/// and length1 are zero in phases of fixed duration.
-struct GridInterval {
-  double offset0 = 0.0, offset1 = 0.0;  ///< s; s per s of duration
-  double length0 = 0.0, length1 = 0.0;  ///< s; s per s of duration
-
-  /// Start of the interval for duration T, s after the start of the phase.
-  double offset(double T) const { return offset0 + offset1 * T; }
-  /// Length for duration T, s.
-  double length(double T) const { return length0 + length1 * T; }
-  /// True for an unused slot of an event that coincides with a node or lies outside the phase. Its
-  /// length is zero.
-  bool is_empty() const { return length0 == 0.0 && length1 == 0.0; }
-};
-
-/// A window in phase time, rounded to nodes. Empty if to <= from.
-struct PhaseWindow {
-  double from = 0.0;        ///< s, rounded to a node
-  double to = infinity;     ///< s, rounded to a node
-  std::uint64_t modes = 0;  ///< see Schedule::mask_of; 0: any mode
-};
-
 /// The intervals of all phases. The constructor fixes their number: the base intervals, plus one
 /// slot per instant that a window names. If a window names a mode, it adds one slot per event of
 /// the schedule's capacity. place_events() moves nodes without changing sizes.
 class Grid {
  public:
+  /// One shooting interval. Times are relative to the start of its phase and affine in the phase's
+  /// duration T (s): offset = offset0 + offset1 T, length = length0 + length1 T. The slopes offset1
+  /// and length1 are zero in phases of fixed duration.
+  struct Interval {
+    double offset0 = 0.0, offset1 = 0.0;  ///< s; s per s of duration
+    double length0 = 0.0, length1 = 0.0;  ///< s; s per s of duration
+
+    /// Start of the interval for duration T, s after the start of the phase.
+    double offset(double T) const { return offset0 + offset1 * T; }
+    /// Length for duration T, s.
+    double length(double T) const { return length0 + length1 * T; }
+    /// True for an unused slot of an event that coincides with a node or lies outside the phase.
+    /// Its length is zero.
+    bool is_empty() const { return length0 == 0.0 && length1 == 0.0; }
+  };
+
+  /// A window in phase time, rounded to nodes. Empty if to <= from.
+  struct PhaseWindow {
+    double from = 0.0;        ///< s, rounded to a node
+    double to = infinity;     ///< s, rounded to a node
+    std::uint64_t modes = 0;  ///< see Schedule::mask_of; 0: any mode
+  };
+
   /// Takes one mesh per phase. Throws DefinitionError if a mesh is invalid. Also throws if a window
   /// refers to absolute time, or may end outside its phase, while the start or duration of the
   /// phase is unknown.
@@ -123,7 +123,7 @@ class Grid {
   /// Intervals of a phase before events split them.
   int base_intervals(int phase) const { return phases_[phase].mesh.intervals; }
   /// Interval k of a phase.
-  const GridInterval& interval(int phase, int k) const { return phases_[phase].intervals[k]; }
+  const Interval& interval(int phase, int k) const { return phases_[phase].intervals[k]; }
   /// Mean length of a base interval, s: duration / base intervals.
   double nominal_length(int phase) const;
   /// Fixed duration, or the initial guess of a free one, s.
@@ -179,7 +179,7 @@ class Grid {
     std::vector<double> offsets;  // node offsets at the reference duration
     std::vector<char> event_node;
     std::vector<char> held_node;
-    std::vector<GridInterval> intervals;
+    std::vector<Interval> intervals;
   };
 
   void collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const;
@@ -196,6 +196,10 @@ class Grid {
   Schedule schedule_;
   std::vector<PhaseGrid> phases_;
 };
+/// Deprecated name.
+using GridInterval [[deprecated("use Grid::Interval; removed in 0.4")]] = Grid::Interval;
+/// Deprecated name.
+using PhaseWindow [[deprecated("use Grid::PhaseWindow; removed in 0.4")]] = Grid::PhaseWindow;
 
 // Positions of quantities among the variables of the program.
 

@@ -18,7 +18,7 @@ class IntegratedCosts {
     const int integrals = static_cast<int>(phase.integrals.size());
     if (costs_.size() > integrals)
       for (const Term& term : phase.terms)
-        if (term.kind != TermKind::constraint && term.domain == TermDomain::running)
+        if (term.kind != Term::Kind::constraint && term.domain == Term::Domain::running)
           items_.push_back({fmt::format("term '{}'", term.name), &term});
     for (const IntegralConstraint& integral : phase.integrals)
       items_.push_back({fmt::format("integral '{}'", integral.name), nullptr});
@@ -87,7 +87,7 @@ std::string describe_integration_failure(const ShootingProgram& program, const V
     for (int k = 0; k < program.grid().intervals(j); ++k) {
       for (int i = 0; i < a.nc; ++i)
         c[i] = w[program.layout().input(j, k) + i] * phase.nominal_input[i % phase.sizes.nu];
-      const GridInterval& interval = program.grid().interval(j, k);
+      const Grid::Interval& interval = program.grid().interval(j, k);
       argument << w.segment(program.layout().state(j, k), a.nx).cwiseProduct(phase.nominal_state),
           c, p, start + interval.offset(T), interval.length(T);
       costs.select(k);

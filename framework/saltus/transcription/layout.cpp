@@ -35,7 +35,7 @@ Layout::Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProg
   std::map<std::string, int> shared;
   for (int j = 0; j < grid.phases(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
-    for (const ParameterBlock& block : phase.parameters) {
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
       const int size = static_cast<int>(block.value.size());
       if (block.unknown && !shared.contains(block.name))
         shared[block.name] = add(size, fmt::format("parameter '{}', entry", block.name));

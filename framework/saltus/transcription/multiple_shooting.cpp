@@ -166,9 +166,10 @@ namespace {
 // crossing of their guard, because a plant leaves a phase at the first crossing.
 void apply_crossing_check(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
-  const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
-    return c.has_wrong_direction() || c.early_amount > accuracy.crossing * c.largest;
-  });
+  const auto wrong =
+      std::ranges::find_if(solution.crossings, [&](const Solution::GuardCrossing& c) {
+        return c.has_wrong_direction() || c.early_amount > accuracy.crossing * c.largest;
+      });
   if (wrong == solution.crossings.end()) return;
   solution.status = SolveStatus::wrong_crossing;
   solution.message =

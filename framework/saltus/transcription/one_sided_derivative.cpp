@@ -59,7 +59,7 @@ OneSidedDerivative one_sided_derivative(MultipleShooting& shooting, Solver& solv
     const Solution beside = solve(shooting, solver, shooting.guess_from(solution.trajectory));
     if (!beside.ok()) return fail(fmt::format("at the distance {:.3g}: {}", d, beside.message));
     OptimumDerivatives derivatives(shooting, beside);
-    const OptimumDerivative one = derivatives.wrt_events(direction);
+    const OptimumDerivatives::Derivative one = derivatives.wrt_events(direction);
     if (!one.reliable) return fail(fmt::format("at the distance {:.3g}: {}", d, one.message));
     VectorXd rates(1 + one.first_input.size());
     rates << one.cost, one.first_input;

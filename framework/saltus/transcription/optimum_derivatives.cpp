@@ -66,15 +66,15 @@ const NlpPoint& OptimumDerivatives::point() const { return system_->point(); }
 
 // --- results ------------------------------------------------------------------------------------
 
-OptimumDerivative OptimumDerivatives::unchanged() const {
-  OptimumDerivative result;
+OptimumDerivatives::Derivative OptimumDerivatives::unchanged() const {
+  OptimumDerivatives::Derivative result;
   OptimumMovement none;
   none.w = VectorXd::Zero(shooting_->nlp().variables());
   finish(result, true, none, 1.0);
   return result;
 }
 
-void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
+void OptimumDerivatives::finish(OptimumDerivatives::Derivative& result, bool solved,
                                 const OptimumMovement& moved, double rate) const {
   const PhaseDefinition& first = shooting_->problem().phases().front();
   const Grid& grid = shooting_->grid();
@@ -97,9 +97,10 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
   result.reliable = result.message.empty();
 }
 
-OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, StepRange steps,
-                                                     const EditData& edit) {
-  OptimumDerivative result;
+OptimumDerivatives::Derivative OptimumDerivatives::by_differences(const std::string& name,
+                                                                  StepRange steps,
+                                                                  const EditData& edit) {
+  OptimumDerivatives::Derivative result;
   ShootingProgram& program = shooting_->editable_program();
   const ProblemData before = program.data();
   ProblemData data = before;
@@ -135,8 +136,8 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
 }
 
 // The Lagrangian L has the term z (w_i - theta / nominal).
-OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
-  OptimumDerivative result;
+OptimumDerivatives::Derivative OptimumDerivatives::by_holding(int variable, double nominal) {
+  OptimumDerivatives::Derivative result;
   OptimumMovement moved;
   const bool solved = system_->hold(variable, moved);
   result.cost = solved ? -system_->point().z[variable] / nominal : unknown;
@@ -146,7 +147,7 @@ OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
 
 // --- parameters of the derivative ---------------------------------------------------------------
 
-OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_event(std::string_view event) {
   const double time = shooting_->data().schedule.time_of(event);
   if (!std::isfinite(time)) return unchanged();
   return by_differences(
@@ -169,7 +170,8 @@ Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, d
   return result;
 }
 
-OptimumDerivative OptimumDerivatives::wrt_events(std::span<const EventRate> direction) {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_events(
+    std::span<const EventRate> direction) {
   const Schedule schedule = shooting_->data().schedule;
   double fastest = 0.0;
   std::string names;
@@ -187,14 +189,14 @@ OptimumDerivative OptimumDerivatives::wrt_events(std::span<const EventRate> dire
       [&](double d, ProblemData& data) { data.schedule = moved(schedule, direction, d); });
 }
 
-OptimumDerivative OptimumDerivatives::wrt_start_time() {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_start_time() {
   if (const int v = shooting_->layout().start_time(); v >= 0) return by_holding(v, 1.0);
   const double time = shooting_->data().start_time;
   return by_differences(fmt::format("start time, {} s", time), time_steps(shooting_->grid()),
                         [&](double d, ProblemData& data) { data.start_time = time + d; });
 }
 
-OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_duration(int phase) {
   if (phase < 0 || phase >= shooting_->grid().phases())
     throw DefinitionError(
         fmt::format("problem '{}' has {} phases, but derivatives with respect "
@@ -209,13 +211,14 @@ OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
                         [&](double d, ProblemData& data) { data.durations[phase] = duration + d; });
 }
 
-OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i) {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_parameter(std::string_view name, int i) {
   std::vector<std::pair<int, int>> entries;  // pairs (phase, entry of p)
   std::vector<std::string> names;
-  const ParameterBlock* found = nullptr;
+  const PhaseDefinition::ParameterBlock* found = nullptr;
   for (int j = 0; j < shooting_->grid().phases(); ++j) {
     int first = 0;
-    for (const ParameterBlock& block : shooting_->problem().phases()[j].parameters) {
+    for (const PhaseDefinition::ParameterBlock& block :
+         shooting_->problem().phases()[j].parameters) {
       names.push_back(block.name);
       if (block.name == name) {
         found = &block;
@@ -244,7 +247,7 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
                         });
 }
 
-OptimumDerivative OptimumDerivatives::wrt_start(int i) {
+OptimumDerivatives::Derivative OptimumDerivatives::wrt_start(int i) {
   const ShootingProgram& program = shooting_->program();
   const PhaseDefinition& first = shooting_->problem().phases().front();
   if (i < 0 || i >= first.sizes.nx)
@@ -255,7 +258,7 @@ OptimumDerivative OptimumDerivatives::wrt_start(int i) {
   if (system_->row_side(row) == 0)
     return by_holding(shooting_->layout().state(0, 0) + i, first.nominal_state[i]);
   // Side of a row: g - side decreases with theta.
-  OptimumDerivative result;
+  OptimumDerivatives::Derivative result;
   const double rate = 1.0 / first.nominal_state[i];
   result.cost = -system_->point().lambda[row] * rate;
   OptimumRates rates = system_->no_rates();

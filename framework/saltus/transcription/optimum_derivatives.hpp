@@ -27,19 +27,6 @@ class OptimumSystem;
 struct OptimumMovement;
 struct StepRange;
 
-/// Derivative per unit of theta: per second, or per unit of the parameter or state.
-struct OptimumDerivative {
-  double cost = 0.0;     ///< NaN if it does not exist
-  VectorXd first_input;  ///< derivative of the first input, in its own units; NaN if unknown
-  /// Derivative of all scaled variables of the program (see Layout). States and inputs belong to
-  /// nodes, which may move with theta.
-  VectorXd w;
-  /// Estimated error of the differences, relative to 1 + the largest entry. 0 without differences.
-  double difference_error = 0.0;
-  bool reliable = false;  ///< true if the optimum is sufficiently regular
-  std::string message;    ///< the reason if not reliable, else empty
-};
-
 /// Motion of an event along a direction: `rate` seconds later per unit of the direction.
 struct EventRate {
   std::string event;  ///< name in the schedule
@@ -53,6 +40,20 @@ Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, d
 /// since the solve. Each call restores the program. Allocates; intended for analysis and design.
 class OptimumDerivatives {
  public:
+  /// Derivative per unit of theta: per second, or per unit of the parameter or state.
+  struct Derivative {
+    double cost = 0.0;     ///< NaN if it does not exist
+    VectorXd first_input;  ///< derivative of the first input, in its own units; NaN if unknown
+    /// Derivative of all scaled variables of the program (see Layout). States and inputs belong to
+    /// nodes, which may move with theta.
+    VectorXd w;
+    /// Estimated error of the differences, relative to 1 + the largest entry. 0 without
+    /// differences.
+    double difference_error = 0.0;
+    bool reliable = false;  ///< true if the optimum is sufficiently regular
+    std::string message;    ///< the reason if not reliable, else empty
+  };
+
   /// `shooting` must outlive this object. Throws DefinitionError if the solution does not belong to
   /// its program.
   OptimumDerivatives(MultipleShooting& shooting, const Solution& solution);
@@ -62,20 +63,20 @@ class OptimumDerivatives {
 
   /// Derivative with respect to one event time, with the other events fixed. An event at a node of
   /// the grid, or at another event, has only one-sided derivatives: the result is not reliable.
-  OptimumDerivative wrt_event(std::string_view event);
+  Derivative wrt_event(std::string_view event);
   /// Derivative with respect to several events that move together, per unit of the direction.
-  OptimumDerivative wrt_events(std::span<const EventRate> direction);
+  Derivative wrt_events(std::span<const EventRate> direction);
   /// Derivative with respect to the duration of a phase. If fixed, later phases move with it and
   /// events stay. If free, the result is for a duration fixed near its current value.
-  OptimumDerivative wrt_duration(int phase);
+  Derivative wrt_duration(int phase);
   /// Derivative with respect to entry i of the parameter. An unknown is treated like a free
   /// duration.
-  OptimumDerivative wrt_parameter(std::string_view name, int i = 0);
+  Derivative wrt_parameter(std::string_view name, int i = 0);
   /// Derivative with respect to entry i of the state at the start. A free one is treated like a
   /// free duration.
-  OptimumDerivative wrt_start(int i);
+  Derivative wrt_start(int i);
   /// Derivative with respect to the start time: phases move with it, events stay.
-  OptimumDerivative wrt_start_time();
+  Derivative wrt_start_time();
 
   /// True if active constraints are linearly independent and the Hessian is positive definite on
   /// their null space. Otherwise message() says which condition fails and where.
@@ -90,15 +91,17 @@ class OptimumDerivatives {
  private:
   /// Changes data from theta to theta + d.
   using EditData = std::function<void(double d, ProblemData& data)>;
-  OptimumDerivative by_differences(const std::string& name, StepRange steps, const EditData& edit);
-  OptimumDerivative by_holding(int variable, double nominal);
-  OptimumDerivative unchanged() const;
-  void finish(OptimumDerivative& result, bool solved, const OptimumMovement& moved,
-              double rate) const;
+  Derivative by_differences(const std::string& name, StepRange steps, const EditData& edit);
+  Derivative by_holding(int variable, double nominal);
+  Derivative unchanged() const;
+  void finish(Derivative& result, bool solved, const OptimumMovement& moved, double rate) const;
 
   MultipleShooting* shooting_;
   std::unique_ptr<OptimumSystem> system_;
 };
+/// Deprecated name.
+using OptimumDerivative [[deprecated("use OptimumDerivatives::Derivative; removed in 0.4")]] =
+    OptimumDerivatives::Derivative;
 
 // One-sided derivatives of an optimum at an event that coincides with a node or another event. The
 // optimal cost has a kink there, and OptimumDerivatives reports NaN with the reason.

@@ -12,7 +12,7 @@ Plan plan_of(const OptimalControlProblem& problem, const Trajectory& trajectory)
   plan.starts.assign(phases, trajectory.start_time());
   plan.durations.assign(phases, 0.0);
   int phase = -1;
-  for (const TrajectoryPiece& piece : trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : trajectory.pieces()) {
     if (piece.phase != phase) plan.starts[piece.phase] = piece.start;
     phase = piece.phase;
     plan.durations[piece.phase] += piece.length;

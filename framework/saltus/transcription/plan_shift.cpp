@@ -35,7 +35,7 @@ PlanShift::PlanShift(const ShootingProgram& program) {
     const RowInstance& s = instances[i];
     const bool by_node = s.block.point.interval < 0;
     const Term& term = program.problem().phases()[s.phase].terms[s.term];
-    if (term.domain != TermDomain::running) continue;  // at an end of the phase: keeps its node
+    if (term.domain != Term::Domain::running) continue;  // at an end of the phase: keeps its node
     const auto same = [&](const Family& f) {
       const RowInstance& first = instances[f.instances.front()];
       return first.phase == s.phase && first.term == s.term &&
@@ -53,7 +53,7 @@ void PlanShift::fill_times(const ShootingProgram& program, const VectorXd& w,
   for (int j = 0; j < grid.phases(); ++j) {
     const double start = program.start_of(j, &w), T = program.duration_of(j, &w);
     for (int k = 0; k < grid.intervals(j); ++k) {
-      const GridInterval& interval = grid.interval(j, k);
+      const Grid::Interval& interval = grid.interval(j, k);
       times[j][k] = {start + interval.offset(T), interval.is_empty() ? 0.0 : interval.length(T)};
     }
   }

@@ -23,7 +23,7 @@ ProblemData::ProblemData(const OptimalControlProblem& problem)
     duration_bounds.push_back(phase.duration);
     VectorXd& p = parameters.emplace_back(phase.sizes.np);
     int i = 0;
-    for (const ParameterBlock& block : phase.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
       for (const double v : block.value) p[i++] = v;
   }
 }
@@ -80,7 +80,7 @@ void check_parameters(const PhaseDefinition& phase, const VectorXd& p) {
                static_cast<std::size_t>(phase.sizes.np));
   if (p.allFinite()) return;
   int first = 0;
-  for (const ParameterBlock& block : phase.parameters) {
+  for (const PhaseDefinition::ParameterBlock& block : phase.parameters) {
     for (int i = 0; i < block.value.size(); ++i)
       if (!std::isfinite(p[first + i]))
         throw DefinitionError(

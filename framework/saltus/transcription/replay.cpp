@@ -42,7 +42,7 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
   VectorXd x = trajectory.pieces().front().state;
   MatrixXd flow = MatrixXd::Identity(x.size(), x.size());
   int phase = trajectory.pieces().front().phase;
-  for (const TrajectoryPiece& piece : trajectory.pieces()) {
+  for (const Trajectory::Piece& piece : trajectory.pieces()) {
     for (; phase < piece.phase; ++phase) {
       const Jump& jump = problem.jumps()[phase + 1];
       if (!jump.map) continue;

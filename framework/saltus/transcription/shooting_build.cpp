@@ -23,7 +23,8 @@ namespace {
 std::vector<int> running_costs(const PhaseDefinition& phase) {
   std::vector<int> result;
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t)
-    if (phase.terms[t].kind != TermKind::constraint && phase.terms[t].domain == TermDomain::running)
+    if (phase.terms[t].kind != Term::Kind::constraint &&
+        phase.terms[t].domain == Term::Domain::running)
       result.push_back(t);
   return result;
 }
@@ -113,13 +114,13 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
                   optional);
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t) {
     const Term& term = phase.terms[t];
-    if (term.domain == TermDomain::running) {
+    if (term.domain == Term::Domain::running) {
       build_running(j, t, integrated);
       continue;
     }
-    const GridPoint point{.phase = j,
-                          .node = term.domain == TermDomain::phase_start ? 0 : grid_.intervals(j)};
-    if (term.kind == TermKind::constraint) {
+    const GridPoint point{
+        .phase = j, .node = term.domain == Term::Domain::phase_start ? 0 : grid_.intervals(j)};
+    if (term.kind == Term::Kind::constraint) {
       add_row_instance(j, t, point, true);
     } else {
       const BlockInstance b = add_term_block(cost_function(term), point, {BlockOutput{}}, false);

@@ -77,7 +77,7 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     const int nx = phase.sizes.nx, nu = phase.sizes.nu;
     double T = grid().reference_duration(j);
     if (layout().duration(j) >= 0) {  // keeps its end time
-      for (const TrajectoryPiece& piece : trajectory.pieces())
+      for (const Trajectory::Piece& piece : trajectory.pieces())
         if (piece.phase == j)
           T = std::clamp(piece.end() - start, data().duration_bounds[j].lower,
                          data().duration_bounds[j].upper);

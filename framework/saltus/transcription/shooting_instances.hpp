@@ -31,7 +31,7 @@ struct RowInstance {
   std::vector<bool> reads_state;              ///< per output
   int first_row = 0;                          ///< first row in the program
   std::vector<int> slack_below, slack_above;  ///< variables per component, or -1
-  std::vector<int> slack_free;  ///< free slacks of penalties that have one (PenaltySlacks)
+  std::vector<int> slack_free;  ///< free slacks of penalties that have one (Penalty::Slacks)
 };
 
 /// Rows of a link, or of an integral at the end of a phase.

@@ -111,8 +111,8 @@ void ShootingProgram::build_limit_slacks() {
     for (auto* slacks : {&instance.slack_below, &instance.slack_above, &instance.slack_free})
       slacks->assign(instance.count, -1);
     if (!limits.soft) continue;
-    const PenaltySlacks slacks = penalty_slacks(*limits.soft);
-    const auto add = [&](int row, double sign, const SlackCost& cost) {
+    const Penalty::Slacks slacks = penalty_slacks(*limits.soft);
+    const auto add = [&](int row, double sign, const Penalty::SlackCost& cost) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
       penalty_blocks_.push_back(-1);
@@ -137,7 +137,7 @@ void ShootingProgram::refresh_limits() {
       const Bounds& b = limits.bounds[limits.bounds.size() > 1 ? i : 0];
       bound_row(instance.first_row + i, b.lower, b.upper);
       if (!limits.soft) continue;
-      const PenaltySlacks slacks = penalty_slacks(*limits.soft);
+      const Penalty::Slacks slacks = penalty_slacks(*limits.soft);
       for (const int slack : {instance.slack_below[i], instance.slack_above[i]})
         if (slack >= 0) {
           bound_variable(slack, 0.0, infinity);

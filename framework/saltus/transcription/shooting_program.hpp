@@ -158,8 +158,8 @@ class ShootingProgram final : public BlockProgram {
   void refresh_changes();
   void refresh_continuity();
   void refresh_costs();
-  void charge_slack(int slack, const SlackCost& cost, double fraction, double length);
-  int paying_interval(const shooting::RowInstance& instance, const PhaseWindow& window) const;
+  void charge_slack(int slack, const Penalty::SlackCost& cost, double fraction, double length);
+  int paying_interval(const shooting::RowInstance& instance, const Grid::PhaseWindow& window) const;
   bool is_pinned(int phase, int interval, int component) const;
 
   OptimalControlProblem problem_;

@@ -90,7 +90,7 @@ void ShootingProgram::refresh_bounds() {
   for (int j = 0; j < grid_.phases(); ++j) {
     const PhaseDefinition& phase = problem_.phases()[j];
     int p = 0;
-    for (const ParameterBlock& block : phase.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
       for (int i = 0; i < block.value.size(); ++i, ++p) {
         if (!block.unknown) continue;
         const Bounds b = problem_.bounds_of_unknown(block.name, i);
@@ -112,7 +112,7 @@ bool ShootingProgram::is_given_start(int phase, int node) const {
 
 Bounds ShootingProgram::input_bounds(int phase, int interval, int component) const {
   Bounds result;
-  for (const ComponentBounds& b : problem_.phases()[phase].input_bounds) {
+  for (const PhaseDefinition::ComponentBounds& b : problem_.phases()[phase].input_bounds) {
     if (b.component != component ||
         !grid_.interval_in(phase, interval, grid_.resolve(phase, b.window)))
       continue;
@@ -137,8 +137,8 @@ void ShootingProgram::propose_input_bounds(int j) {
     lower.segment(layout_.input(j, k), coefficients).setConstant(-free);
     upper.segment(layout_.input(j, k), coefficients).setConstant(free);
   }
-  for (const ComponentBounds& b : phase.input_bounds) {
-    const PhaseWindow window = grid.resolve(j, b.window);
+  for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds) {
+    const Grid::PhaseWindow window = grid.resolve(j, b.window);
     const double nominal = phase.nominal_input[b.component];
     for (int k = 0; k < grid.intervals(j); ++k) {
       if (!grid.interval_in(j, k, window)) continue;
@@ -156,7 +156,7 @@ void ShootingProgram::propose_state_bounds(int j, bool given_start) {
     lower.segment(layout_.state(j, node), phase.sizes.nx).setConstant(-infinity);
     upper.segment(layout_.state(j, node), phase.sizes.nx).setConstant(infinity);
     if (given_start && j == 0 && grid.node_offset(0, node) == 0.0) continue;
-    for (const ComponentBounds& s : phase.state_bounds) {
+    for (const PhaseDefinition::ComponentBounds& s : phase.state_bounds) {
       if (!grid.node_in(j, node, grid.resolve(j, s.window))) continue;
       const int v = layout_.state(j, node) + s.component;
       intersect(lower[v], upper[v], s.bounds, phase.nominal_state[s.component], phase, "state",
@@ -169,7 +169,7 @@ void ShootingProgram::refresh_continuity() {
   for (const IntervalInstance& instance : intervals_) {
     if (instance.continuity_row < 0) continue;
     const int j = instance.phase, node = instance.interval + 1;
-    const GridInterval &before = grid_.interval(j, node - 1), &after = grid_.interval(j, node);
+    const Grid::Interval &before = grid_.interval(j, node - 1), &after = grid_.interval(j, node);
     const bool meet = !grid_.is_event(j, node) && !before.is_empty() && !after.is_empty();
     const bool is_held = meet && grid_.holds_input(j, node);
     const PhaseDefinition& phase = problem_.phases()[j];

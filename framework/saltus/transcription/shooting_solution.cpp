@@ -21,7 +21,7 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
     throw DefinitionError(fmt::format("trajectory: a point of {} variables is given, expected {}",
                                       w.size(), program_->variables()));
   std::vector<Trajectory::PhaseInfo> phases;
-  std::vector<TrajectoryPiece> pieces;
+  std::vector<Trajectory::Piece> pieces;
   for (int j = 0; j < grid().phases(); ++j) {
     const PhaseDefinition& phase = problem().phases()[j];
     phases.push_back(
@@ -32,9 +32,9 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
       return w.segment(layout().state(j, node), phase.sizes.nx).cwiseProduct(phase.nominal_state);
     };
     for (int k = 0; k < grid().intervals(j); ++k) {
-      const GridInterval& interval = grid().interval(j, k);
+      const Grid::Interval& interval = grid().interval(j, k);
       if (interval.is_empty()) continue;
-      TrajectoryPiece piece{
+      Trajectory::Piece piece{
           j, start + interval.offset(T), interval.length(T), state(k), {}, state(k + 1)};
       piece.coefficients.resize(program_->integrators()[j]->arguments().nc);
       for (int i = 0; i < piece.coefficients.size(); ++i)
@@ -55,14 +55,15 @@ const std::string& name_of(const ShootingProgram& program, const LimitInstance& 
 }
 
 // Sums the outputs of cost blocks per term, in the order of phases and terms.
-std::vector<CostContribution> cost_contributions(ShootingProgram& program, const VectorXd& w) {
-  std::vector<CostContribution> contributions;
+std::vector<Solution::CostContribution> cost_contributions(ShootingProgram& program,
+                                                           const VectorXd& w) {
+  std::vector<Solution::CostContribution> contributions;
   std::vector<std::vector<int>> index;
   for (const PhaseDefinition& phase : program.problem().phases()) {
     auto& of_phase = index.emplace_back(phase.terms.size() + 1, -1);
     for (std::size_t t = 0; t < phase.terms.size(); ++t) {
       const Term& term = phase.terms[t];
-      if (term.kind == TermKind::constraint && !term.soft) continue;
+      if (term.kind == Term::Kind::constraint && !term.soft) continue;
       of_phase[t] = static_cast<int>(contributions.size());
       contributions.push_back({phase.name, term.name, 0.0});
     }
@@ -106,9 +107,11 @@ std::vector<CostContribution> cost_contributions(ShootingProgram& program, const
   return contributions;
 }
 
-std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const VectorXd& w) {
-  std::vector<SoftViolation> uses;
-  const auto note = [&](SoftViolation& use, const auto& instance, const GridPoint& point) {
+std::vector<Solution::SoftViolation> soft_violations(const ShootingProgram& program,
+                                                     const VectorXd& w) {
+  std::vector<Solution::SoftViolation> uses;
+  const auto note = [&](Solution::SoftViolation& use, const auto& instance,
+                        const GridPoint& point) {
     for (std::size_t i = 0; i < instance.slack_below.size(); ++i) {
       const int below = instance.slack_below[i], above = instance.slack_above[i],
                 both = instance.slack_free[i];
@@ -125,10 +128,11 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
     const PhaseDefinition& phase = program.problem().phases()[instance.phase];
     const Term& term = phase.terms[instance.term];
     if (!term.soft) continue;
-    auto use = std::find_if(uses.begin(), uses.end(), [&](const SoftViolation& u) {
+    auto use = std::find_if(uses.begin(), uses.end(), [&](const Solution::SoftViolation& u) {
       return u.phase == phase.name && u.term == term.name;
     });
-    if (use == uses.end()) use = uses.insert(use, SoftViolation{phase.name, term.name, 0.0, 0.0});
+    if (use == uses.end())
+      use = uses.insert(use, Solution::SoftViolation{phase.name, term.name, 0.0, 0.0});
     note(*use, instance, instance.block.point);
   }
   for (const LimitInstance& instance : program.limit_instances())
@@ -260,7 +264,7 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
     }
     solution.crossings = guard_crossings(problem(), solution.trajectory, inside);
     const auto doubtful =
-        std::ranges::find_if_not(solution.crossings, &GuardCrossing::is_as_declared);
+        std::ranges::find_if_not(solution.crossings, &Solution::GuardCrossing::is_as_declared);
     if (solution.ok() && doubtful != solution.crossings.end())
       solution.message += "; " + describe_crossing_error(*doubtful);
     const std::string vanished = describe_zero_durations(problem(), solution.durations);

@@ -69,7 +69,7 @@ void ShootingProgram::build_running(int j, int t, bool integrated) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const Term& term = phase.terms[t];
   const int n = grid_.intervals(j);
-  if (term.kind != TermKind::constraint) {
+  if (term.kind != Term::Kind::constraint) {
     if (integrated) return;  // the integrator evaluates these costs
     const Function f = cost_function(term);
     const bool is_free = layout_.duration(j) >= 0;
@@ -113,7 +113,7 @@ void ShootingProgram::build_changes(int j) {
 // length(T) x slack, or half its square. Returns the block, or -1 if the length is known.
 int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, bool is_quadratic) {
   const Term& term = problem_.phases()[instance.phase].terms[instance.term];
-  if (term.domain != TermDomain::running || layout_.duration(instance.phase) < 0) return -1;
+  if (term.domain != Term::Domain::running || layout_.duration(instance.phase) < 0) return -1;
   const int k = paying_interval(instance, grid_.resolve(instance.phase, term.window));
   if (k < 0) return -1;
   const Function cost = times_length(
@@ -140,8 +140,8 @@ void ShootingProgram::build_slacks() {
     instance.slack_above.assign(term.function.outputs(), -1);
     instance.slack_free.assign(term.function.outputs(), -1);
     if (!term.soft) continue;
-    const PenaltySlacks slacks = penalty_slacks(*term.soft);
-    const auto add = [&](int row, double sign, const SlackCost& cost) {
+    const Penalty::Slacks slacks = penalty_slacks(*term.soft);
+    const auto add = [&](int row, double sign, const Penalty::SlackCost& cost) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
       penalty_blocks_.push_back(add_penalty_block(instance, slack, cost.is_quadratic));

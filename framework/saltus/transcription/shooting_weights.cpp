@@ -10,7 +10,8 @@ using namespace shooting;
 
 // The interval whose length multiplies a running penalty. It starts at the grid point if the window
 // extends into it, otherwise it ends there. -1: none.
-int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWindow& window) const {
+int ShootingProgram::paying_interval(const RowInstance& instance,
+                                     const Grid::PhaseWindow& window) const {
   const int j = instance.phase;
   const GridPoint& point = instance.block.point;
   if (!instance.state_only) return point.interval;
@@ -31,7 +32,7 @@ double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
 
 void ShootingProgram::refresh_rows() {
   const Term* last = nullptr;  // instances of a term are contiguous
-  PhaseWindow window;
+  Grid::PhaseWindow window;
   for (const RowInstance& instance : rows_) {
     const Term& term = problem_.phases()[instance.phase].terms[instance.term];
     if (&term != last) window = grid_.resolve(instance.phase, term.window);
@@ -39,7 +40,7 @@ void ShootingProgram::refresh_rows() {
     const GridPoint& point = instance.block.point;
     bool active = true, at_given_start = false;
     double fraction = 1.0, length = 1.0;
-    if (term.domain == TermDomain::running) {
+    if (term.domain == Term::Domain::running) {
       active = instance.state_only ? grid_.node_in(instance.phase, point.node, window)
                                    : grid_.interval_in(instance.phase, point.interval, window);
       at_given_start = instance.state_only && is_given_start(instance.phase, point.node);
@@ -58,7 +59,7 @@ void ShootingProgram::refresh_rows() {
       const Bounds b = holds ? term.bounds[i] : unbounded();
       bound_row(instance.first_row + i, b.lower, b.upper);
       if (!term.soft) continue;
-      const PenaltySlacks slacks = penalty_slacks(*term.soft);
+      const Penalty::Slacks slacks = penalty_slacks(*term.soft);
       const double beyond = active ? infinity : 0.0, charged = active ? fraction : 0.0;
       for (const int slack : {instance.slack_below[i], instance.slack_above[i]})
         if (slack >= 0) {
@@ -73,7 +74,7 @@ void ShootingProgram::refresh_rows() {
   }
 }
 
-void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double fraction,
+void ShootingProgram::charge_slack(int slack, const Penalty::SlackCost& cost, double fraction,
                                    double length) {
   const bool is_lowered = !cost.is_quadratic && fraction > 0.0 && cost.weight > max_linear_weight_;
   is_lowered_[slack - first_slack_] = is_lowered ? 1 : 0;
@@ -101,7 +102,7 @@ std::vector<int> ShootingProgram::lowered_slacks() const {
 
 void ShootingProgram::refresh_costs() {
   const Term* last = nullptr;
-  PhaseWindow window;
+  Grid::PhaseWindow window;
   for (const CostInstance& instance : costs_) {
     double factor = 1.0;
     if (instance.interval >= 0) {

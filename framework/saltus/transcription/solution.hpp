@@ -19,19 +19,6 @@ namespace saltus {
 // The trajectory of a solution: states and inputs at any time with the accuracy of the integrator,
 // and CSV output.
 
-/// One shooting interval of a solution.
-struct TrajectoryPiece {
-  int phase = 0;          ///< index of the phase
-  double start = 0.0;     ///< absolute time, s
-  double length = 0.0;    ///< s, positive
-  VectorXd state;         ///< at the start of the interval
-  VectorXd coefficients;  ///< input coefficients, see InputShape
-  VectorXd end_state;     ///< state of the node at its end, before any jump
-
-  /// End time, s.
-  double end() const { return start + length; }
-};
-
 /// Pieces in order of time. Right-continuous: at an event, values are those of the new phase, x+
 /// after the jump.
 ///
@@ -41,6 +28,19 @@ struct TrajectoryPiece {
 /// of a failed solve may contain NaN times; values read from it are NaN.
 class Trajectory {
  public:
+  /// One shooting interval of a solution.
+  struct Piece {
+    int phase = 0;          ///< index of the phase
+    double start = 0.0;     ///< absolute time, s
+    double length = 0.0;    ///< s, positive
+    VectorXd state;         ///< at the start of the interval
+    VectorXd coefficients;  ///< input coefficients, see InputShape
+    VectorXd end_state;     ///< state of the node at its end, before any jump
+
+    /// End time, s.
+    double end() const { return start + length; }
+  };
+
   /// Data of a phase.
   struct PhaseInfo {
     std::string name;     ///< also the name of the mode
@@ -57,14 +57,14 @@ class Trajectory {
   ~Trajectory();
   /// Pieces in order of time. Throws DefinitionError if a phase has no integrator, a piece refers
   /// to no phase, or a size differs from that of its phase.
-  Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces);
+  Trajectory(std::vector<PhaseInfo> phases, std::vector<Piece> pieces);
 
   /// True if it has no pieces.
   bool empty() const { return pieces_.empty(); }
   /// The phases in order.
   const std::vector<PhaseInfo>& phases() const { return phases_; }
   /// One piece per interval in order of time.
-  const std::vector<TrajectoryPiece>& pieces() const { return pieces_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
   /// Start of the first piece, s.
   double start_time() const;
   /// End of the last piece, s.
@@ -73,7 +73,7 @@ class Trajectory {
   const VectorXd& final_state() const;
 
   /// The piece at time t. Times outside the trajectory are clipped.
-  const TrajectoryPiece& piece_at(double t) const;
+  const Piece& piece_at(double t) const;
   /// State at time t, integrated from the node before t (dense output).
   VectorXd state(double t) const;
   /// Left limit: x- of the old phase at an event, elsewhere state(t).
@@ -82,9 +82,9 @@ class Trajectory {
   VectorXd input(double t) const;
   /// State at time t within one of pieces(), without the lookup by time and its rounding at the
   /// ends.
-  VectorXd state_in(const TrajectoryPiece& piece, double t) const;
+  VectorXd state_in(const Piece& piece, double t) const;
   /// Input at time t within a piece. At its end this is the left limit.
-  VectorXd input_in(const TrajectoryPiece& piece, double t) const;
+  VectorXd input_in(const Piece& piece, double t) const;
   /// Algebraic states at time t. Empty if the phase has none, NaN if they cannot be found.
   VectorXd algebraic(double t) const;
 
@@ -96,60 +96,62 @@ class Trajectory {
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:
-  const PhaseInfo& phase_of(const TrajectoryPiece& piece) const;
-  VectorXd algebraic_in(const TrajectoryPiece& piece, double t) const;
+  const PhaseInfo& phase_of(const Piece& piece) const;
+  VectorXd algebraic_in(const Piece& piece, double t) const;
 
   std::vector<PhaseInfo> phases_;
-  std::vector<TrajectoryPiece> pieces_;
+  std::vector<Piece> pieces_;
 };
-
-/// Violation of a soft constraint. For a link or an integral, in the phase where it ends.
-struct SoftViolation {
-  std::string phase, term;  ///< names
-  double largest = 0.0;     ///< violation in the term's own units
-  double time = 0.0;        ///< s, at the largest violation
-};
-
-/// Zero crossing of the guard at the end of a phase.
-struct GuardCrossing {
-  std::string phase, event;  ///< names
-  Crossing declared = {};    ///< the declared direction
-  double time = 0.0;         ///< s, end of the phase
-  /// g_t + g_x f at x-, in the guard's units per second. NaN in a phase with modes if the state
-  /// does not determine the mode.
-  double rate = 0.0;
-  bool grazes = false;        ///< the rate is nearly zero: the event time is ill-defined
-  double early_amount = 0.0;  ///< > 0: amount of an earlier crossing in the same direction
-  double early_time = 0.0;    ///< s, time of the earlier crossing
-  double largest = 0.0;       ///< magnitude of the guard along the phase
-
-  /// True if the guard crosses zero in the declared direction only at the end.
-  bool is_as_declared() const { return !grazes && !has_wrong_direction() && early_amount == 0.0; }
-  /// True if it crosses zero in the opposite direction.
-  bool has_wrong_direction() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
-  /// Deprecated name.
-  [[deprecated("use has_wrong_direction; removed in 0.4")]] bool is_the_wrong_way() const {
-    return has_wrong_direction();
-  }
-};
-
-/// Value of an integral (Phase::bound_integral) at the end of a phase.
-struct IntegralValue {
-  std::string phase, integral;  ///< names
-  double value = 0.0;           ///< accumulated value
-};
+/// Deprecated name.
+using TrajectoryPiece [[deprecated("use Trajectory::Piece; removed in 0.4")]] = Trajectory::Piece;
 
 /// Name of the costs of Phase::penalise_change() in Solution::costs.
 inline constexpr const char* change_of_inputs = "change of inputs";
 
-/// Contribution of a named cost to the total.
-struct CostContribution {
-  std::string phase, term;  ///< names
-  double value = 0.0;       ///< contribution to the cost
-};
-
 /// The solution of a problem.
 struct Solution {
+  /// Violation of a soft constraint. For a link or an integral, in the phase where it ends.
+  struct SoftViolation {
+    std::string phase, term;  ///< names
+    double largest = 0.0;     ///< violation in the term's own units
+    double time = 0.0;        ///< s, at the largest violation
+  };
+
+  /// Zero crossing of the guard at the end of a phase.
+  struct GuardCrossing {
+    std::string phase, event;  ///< names
+    Crossing declared = {};    ///< the declared direction
+    double time = 0.0;         ///< s, end of the phase
+    /// g_t + g_x f at x-, in the guard's units per second. NaN in a phase with modes if the state
+    /// does not determine the mode.
+    double rate = 0.0;
+    bool grazes = false;        ///< the rate is nearly zero: the event time is ill-defined
+    double early_amount = 0.0;  ///< > 0: amount of an earlier crossing in the same direction
+    double early_time = 0.0;    ///< s, time of the earlier crossing
+    double largest = 0.0;       ///< magnitude of the guard along the phase
+
+    /// True if the guard crosses zero in the declared direction only at the end.
+    bool is_as_declared() const { return !grazes && !has_wrong_direction() && early_amount == 0.0; }
+    /// True if it crosses zero in the opposite direction.
+    bool has_wrong_direction() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
+    /// Deprecated name.
+    [[deprecated("use has_wrong_direction; removed in 0.4")]] bool is_the_wrong_way() const {
+      return has_wrong_direction();
+    }
+  };
+
+  /// Value of an integral (Phase::bound_integral) at the end of a phase.
+  struct IntegralValue {
+    std::string phase, integral;  ///< names
+    double value = 0.0;           ///< accumulated value
+  };
+
+  /// Contribution of a named cost to the total.
+  struct CostContribution {
+    std::string phase, term;  ///< names
+    double value = 0.0;       ///< contribution to the cost
+  };
+
   Solution();
   Solution(const Solution& other);
   Solution(Solution&& other) noexcept;
@@ -181,11 +183,11 @@ struct Solution {
   /// Possible decrease of the cost predicted by first and second derivatives, in units of the cost.
   /// NaN if solve() did not compute it.
   double predicted_gain = std::numeric_limits<double>::quiet_NaN();
-  KktResidual kkt;  ///< computed from the program
+  KktCheck::Residual kkt;  ///< computed from the program
   /// KKT residual in the scaling of the solve, to which the solver's tolerance refers. For a badly
   /// scaled program, in the scaling of the values at the solution
   /// (ShootingOptions::automatic_scale).
-  KktResidual kkt_in_scale;
+  KktCheck::Residual kkt_in_scale;
   int iterations = 0;    ///< solver iterations
   double seconds = 0.0;  ///< wall-clock time of the solver
   std::string method;    ///< integrator, cost rule, Hessian
@@ -197,5 +199,14 @@ struct Solution {
   /// True if it is optimal to the requested tolerance.
   bool ok() const { return is_success(status); }
 };
+/// Deprecated name.
+using SoftViolation [[deprecated("use Solution::SoftViolation; removed in 0.4")]] =
+    Solution::SoftViolation;
+/// Deprecated name.
+using GuardCrossing [[deprecated("use Solution::GuardCrossing; removed in 0.4")]] =
+    Solution::GuardCrossing;
+/// Deprecated name.
+using CostContribution [[deprecated("use Solution::CostContribution; removed in 0.4")]] =
+    Solution::CostContribution;
 
 }  // namespace saltus

@@ -24,12 +24,12 @@ double rounding(double t) {
 }
 
 // Throws for NaN, unless the times of the plan are NaN themselves; `last` is its last piece.
-void check_time(double t, const TrajectoryPiece& last) {
+void check_time(double t, const Trajectory::Piece& last) {
   if (std::isnan(t) && !std::isnan(last.end()))
     throw DefinitionError("trajectory: the given time is NaN");
 }
 
-const std::vector<TrajectoryPiece>& checked(const std::vector<TrajectoryPiece>& pieces) {
+const std::vector<Trajectory::Piece>& checked(const std::vector<Trajectory::Piece>& pieces) {
   if (pieces.empty())
     throw DefinitionError(
         "trajectory: it is empty (never filled, moved from, or from a solve without a plan); check "
@@ -38,7 +38,7 @@ const std::vector<TrajectoryPiece>& checked(const std::vector<TrajectoryPiece>& 
 }
 }  // namespace
 
-Trajectory::Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
+Trajectory::Trajectory(std::vector<PhaseInfo> phases, std::vector<Trajectory::Piece> pieces)
     : phases_(std::move(phases)), pieces_(std::move(pieces)) {
   for (const PhaseInfo& phase : phases_) {
     if (!phase.integrator)
@@ -48,7 +48,7 @@ Trajectory::Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiec
                                         phase.name, phase.parameters.size(), np));
   }
   for (std::size_t k = 0; k < pieces_.size(); ++k) {
-    const TrajectoryPiece& piece = pieces_[k];
+    const Trajectory::Piece& piece = pieces_[k];
     if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
       throw DefinitionError(
           fmt::format("trajectory: piece {} refers to phase {}, but there are {} phases", k,
@@ -75,7 +75,7 @@ double Trajectory::start_time() const { return checked(pieces_).front().start; }
 double Trajectory::end_time() const { return checked(pieces_).back().end(); }
 const VectorXd& Trajectory::final_state() const { return checked(pieces_).back().end_state; }
 
-const Trajectory::PhaseInfo& Trajectory::phase_of(const TrajectoryPiece& piece) const {
+const Trajectory::PhaseInfo& Trajectory::phase_of(const Trajectory::Piece& piece) const {
   if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
     throw DefinitionError(
         fmt::format("trajectory: the piece of phase {} is not one of its pieces; it has {} phases",
@@ -83,14 +83,14 @@ const Trajectory::PhaseInfo& Trajectory::phase_of(const TrajectoryPiece& piece) 
   return phases_[piece.phase];
 }
 
-const TrajectoryPiece& Trajectory::piece_at(double t) const {
+const Trajectory::Piece& Trajectory::piece_at(double t) const {
   check_time(t, checked(pieces_).back());
   const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t + rounding(t),
                                       [](double time, const auto& p) { return time < p.start; });
   return after == pieces_.begin() ? pieces_.front() : *(after - 1);
 }
 
-VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
+VectorXd Trajectory::input_in(const Trajectory::Piece& piece, double t) const {
   check_time(t, piece);
   const IntervalProblem& problem = phase_of(piece).integrator->problem();
   const int nu = problem.arguments.nu;
@@ -100,7 +100,7 @@ VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
   return (1.0 - s) * piece.coefficients.head(nu) + s * piece.coefficients.tail(nu);
 }
 
-VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
+VectorXd Trajectory::state_in(const Trajectory::Piece& piece, double t) const {
   check_time(t, piece);
   const PhaseInfo& phase = phase_of(piece);
   if (t <= piece.start) return piece.state;
@@ -133,7 +133,7 @@ VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 
 VectorXd Trajectory::algebraic(double t) const { return algebraic_in(piece_at(t), t); }
 
-VectorXd Trajectory::algebraic_in(const TrajectoryPiece& piece, double t) const {
+VectorXd Trajectory::algebraic_in(const Trajectory::Piece& piece, double t) const {
   const PhaseInfo& phase = phase_of(piece);
   const IntervalProblem& problem = phase.integrator->problem();
   if (!problem.algebraic) return {};
@@ -148,7 +148,7 @@ Trajectory Trajectory::after(int phases) const {
         "trajectory: it has {} phases, so none remains after removing {}", phases_.size(), phases));
   Trajectory rest;
   rest.phases_.assign(phases_.begin() + phases, phases_.end());
-  for (const TrajectoryPiece& piece : pieces_)
+  for (const Trajectory::Piece& piece : pieces_)
     if (piece.phase >= phases) {
       rest.pieces_.push_back(piece);
       rest.pieces_.back().phase -= phases;
@@ -173,7 +173,7 @@ void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
   };
   const int samples = std::max(1, samples_per_interval);
   for (std::size_t k = 0; k < pieces_.size(); ++k) {
-    const TrajectoryPiece& piece = pieces_[k];
+    const Trajectory::Piece& piece = pieces_[k];
     const bool closes = k + 1 == pieces_.size() || pieces_[k + 1].phase != piece.phase;
     for (int s = 0; s < samples + (closes ? 1 : 0); ++s) {
       const double t = s == samples ? piece.end() : piece.start + piece.length * s / samples;

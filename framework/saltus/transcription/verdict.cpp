@@ -12,7 +12,7 @@ namespace {
 
 constexpr double amplifying = 10.0;  // growth of state errors of an unstable system
 
-std::string describe(const VerifiedMiss& miss) {
+std::string describe(const Verification::Miss& miss) {
   std::string text = fmt::format("'{}'", miss.term);
   if (!miss.phase.empty()) text += fmt::format(" of phase '{}'", miss.phase);
   return text + fmt::format(" is violated by {:.3g} at t = {:.6g} s (tolerance {:.2g})",
@@ -26,7 +26,7 @@ VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution&
   const OptimalControlProblem problem = current_problem(shooting);
   Plan plan = plan_of(problem, solution.trajectory);
   plan.cost = solution.cost;
-  for (const CostContribution& c : solution.costs)
+  for (const Solution::CostContribution& c : solution.costs)
     if (c.term == change_of_inputs) plan.grid_cost += c.value;
   return verify(problem, plan, {.accuracy = shooting.options().accuracy, .resolution = resolution});
 }
@@ -69,7 +69,7 @@ void apply_verification(const MultipleShooting& shooting, Solution& solution) {
     fail(SolveStatus::coarse_grid,
          fmt::format("its cost is {:.6g} instead of {:.6g}: use more intervals or steps",
                      v.cost.value, solution.cost));
-  const VerifiedOpenLoop& loop = v.open_loop;
+  const Verification::OpenLoop& loop = v.open_loop;
   if (loop.completed && !(loop.states <= accuracy.open_loop)) {
     const std::string what =
         loop.end.amount > 0.0

@@ -102,7 +102,7 @@ bool close_gaps(const ShootingProgram& program, VectorXd& w) {
     for (int k = 0; k < program.grid().intervals(j); ++k) {
       for (int i = 0; i < a.nc; ++i)
         c[i] = w[program.layout().input(j, k) + i] * phase.nominal_input[i % phase.sizes.nu];
-      const GridInterval& interval = program.grid().interval(j, k);
+      const Grid::Interval& interval = program.grid().interval(j, k);
       argument << x, c, p, start + interval.offset(T), interval.length(T);
       if (integrator.value(argument.data(), end.data()) != IntegrationStatus::success) return false;
       x = end.head(nx);
@@ -174,8 +174,8 @@ std::string describe_violation(ShootingProgram& program, const VectorXd& w) {
   return fmt::format("{} violates its bounds by {:.3g}", named.what, named.amount);
 }
 
-std::string describe_contradiction(const ShootingProgram& program, const Contradiction& c,
-                                   const VectorXd& w) {
+std::string describe_contradiction(const ShootingProgram& program,
+                                   const NlpResult::Contradiction& c, const VectorXd& w) {
   if (c.row < 0)
     return fmt::format(
         "the bounds of {} contradict those of a variable that must equal it, by {:.3g}",

@@ -18,8 +18,8 @@ namespace saltus {
 std::string describe_violation(ShootingProgram& program, const VectorXd& w);
 
 /// One clause about the contradictory row or bounds found by presolve(), with the time at w.
-std::string describe_contradiction(const ShootingProgram& program, const Contradiction& c,
-                                   const VectorXd& w);
+std::string describe_contradiction(const ShootingProgram& program,
+                                   const NlpResult::Contradiction& c, const VectorXd& w);
 
 /// Terms in conflict with the term in `violated`: those with multipliers of the least violation.
 /// One clause such as "in conflict with phase 'climb', term 'ceiling'". Empty if the solver found

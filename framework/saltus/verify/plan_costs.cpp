@@ -15,9 +15,9 @@
 namespace saltus {
 namespace {
 
-std::vector<const PlannedInterval*> intervals_of(const Plan& plan, int phase) {
-  std::vector<const PlannedInterval*> list;
-  for (const PlannedInterval& interval : plan.intervals)
+std::vector<const Plan::Interval*> intervals_of(const Plan& plan, int phase) {
+  std::vector<const Plan::Interval*> list;
+  for (const Plan::Interval& interval : plan.intervals)
     if (interval.phase == phase) list.push_back(&interval);
   return list;
 }
@@ -52,15 +52,15 @@ double running_penalty(const OptimalControlProblem& problem, const Plan& plan, i
   const PhaseDefinition& phase = problem.phases()[j];
   const bool of_input = reads_any(term.function, phase.sizes.u(), phase.sizes.nu);
   const bool is_linear = phase.input_shape() == InputShape::linear;
-  const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
+  const std::vector<const Plan::Interval*> all = intervals_of(plan, j);
   double paid = 0.0;
-  const auto charge = [&](const PlannedInterval& at, bool at_end, double time) {
+  const auto charge = [&](const Plan::Interval& at, bool at_end, double time) {
     const VectorXd z = argument_of(phase.sizes, at, at_end, plan.parameters[j]);
     paid += time * penalty_of(*term.soft, term.function(z), term.bounds);
   };
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const PlannedInterval& here = *all[k];
-    const auto open = [&](const PlannedInterval& i) {
+    const Plan::Interval& here = *all[k];
+    const auto open = [&](const Plan::Interval& i) {
       return is_open(term.window, problem.schedule(), plan.starts[j], i);
     };
     if (!open(here)) continue;
@@ -84,7 +84,7 @@ VectorXd link_argument(const OptimalControlProblem& problem, const Plan& plan, c
   time = plan.starts.front();
   for (const Link::End& end : link.ends) {
     const int j = problem.phase_index(end.phase);
-    const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
+    const std::vector<const Plan::Interval*> all = intervals_of(plan, j);
     const double t = plan.starts[j] + (end.is_end ? plan.durations[j] : 0.0);
     if (t >= time) time = t, phase = j;
     z[next] = t;
@@ -113,7 +113,7 @@ std::vector<std::vector<double>> integrals_so_far(const OptimalControlProblem& p
 
 }  // namespace
 
-VectorXd argument_of(const Arguments& sizes, const PlannedInterval& interval, bool at_end,
+VectorXd argument_of(const Arguments& sizes, const Plan::Interval& interval, bool at_end,
                      const VectorXd& parameters) {
   VectorXd z(sizes.size());
   z << (at_end ? interval.end() : interval.start), (at_end ? interval.end_state : interval.state),
@@ -131,31 +131,31 @@ PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
   };
   for (int j = 0; j < static_cast<int>(problem.phases().size()); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
-    const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
+    const std::vector<const Plan::Interval*> all = intervals_of(plan, j);
     for (std::size_t t = 0; t < phase.terms.size() && !all.empty(); ++t) {
       const Term& term = phase.terms[t];
-      if (term.kind == TermKind::constraint) {
+      if (term.kind == Term::Kind::constraint) {
         if (!term.soft) continue;
-        if (term.domain == TermDomain::running) {
+        if (term.domain == Term::Domain::running) {
           add(running_penalty(problem, plan, j, term));
           continue;
         }
-        const bool at_end = term.domain == TermDomain::phase_end;
+        const bool at_end = term.domain == Term::Domain::phase_end;
         const VectorXd z = argument_of(phase.sizes, at_end ? *all.back() : *all.front(), at_end,
                                        plan.parameters[j]);
         add(penalty_of(*term.soft, term.function(z), term.bounds));
         continue;
       }
       const Function function = cost_function(term);
-      if (term.domain != TermDomain::running) {
-        const bool at_end = term.domain == TermDomain::phase_end;
+      if (term.domain != Term::Domain::running) {
+        const bool at_end = term.domain == Term::Domain::phase_end;
         add(function(argument_of(phase.sizes, at_end ? *all.back() : *all.front(), at_end,
                                  plan.parameters[j]))[0]);
       } else if (problem.cost_rule(j) == CostRule::integrated) {
         add(totals[j].costs[t]);
       } else {
         double sum = 0.0;
-        for (const PlannedInterval* i : all)
+        for (const Plan::Interval* i : all)
           if (i->length > 0.0 && is_open(term.window, problem.schedule(), plan.starts[j], *i))
             sum += i->length * function(argument_of(phase.sizes, *i, false, plan.parameters[j]))[0];
         add(sum);
@@ -183,11 +183,11 @@ namespace {
 
 // Records each row of `values` that exceeds its bounds.
 void note_rows(const VectorXd& values, const std::vector<Bounds>& bounds, double nominal,
-               double given_tolerance, const GridAccuracy& accuracy, const VerifiedMiss& where,
-               const NoteMiss& note) {
+               double given_tolerance, const GridAccuracy& accuracy,
+               const Verification::Miss& where, const NoteMiss& note) {
   for (int i = 0; i < values.size(); ++i) {
     const Bounds& b = bounds[bounds.size() > 1 ? i : 0];
-    VerifiedMiss miss = where;
+    Verification::Miss miss = where;
     miss.amount = beyond(values[i], b);
     const double bound = values[i] < b.lower ? b.lower : b.upper;
     miss.tolerance =
@@ -197,7 +197,7 @@ void note_rows(const VectorXd& values, const std::vector<Bounds>& bounds, double
 }
 
 double allowed_for(const PhaseDefinition& phase, const std::string& term) {
-  for (const Allowance& a : phase.allowances)
+  for (const PhaseDefinition::Allowance& a : phase.allowances)
     if (a.term == term) return a.at_nodes > 0.0 ? a.at_nodes : a.between_nodes;
   return 0.0;
 }
@@ -208,13 +208,13 @@ void check_end_terms(const OptimalControlProblem& problem, const Plan& plan, int
                      const VectorXd& end_state, const GridAccuracy& accuracy,
                      const NoteMiss& note) {
   const PhaseDefinition& phase = problem.phases()[j];
-  const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
+  const std::vector<const Plan::Interval*> all = intervals_of(plan, j);
   if (all.empty()) return;
   for (const Term& term : phase.terms) {
-    if (term.kind != TermKind::constraint || term.soft || term.domain == TermDomain::running)
+    if (term.kind != Term::Kind::constraint || term.soft || term.domain == Term::Domain::running)
       continue;
-    const bool at_end = term.domain == TermDomain::phase_end;
-    const PlannedInterval& at = at_end ? *all.back() : *all.front();
+    const bool at_end = term.domain == Term::Domain::phase_end;
+    const Plan::Interval& at = at_end ? *all.back() : *all.front();
     VectorXd z = argument_of(phase.sizes, at, at_end, plan.parameters[j]);
     if (end_state.size() > 0) {
       if (!at_end) continue;
@@ -235,7 +235,7 @@ void check_instants(const OptimalControlProblem& problem, const Plan& plan,
       note_rows(values.segment(i, 1), {exactly(wanted[i])}, phase.nominal_state[i], 0.0, accuracy,
                 {.phase = phase.name, .term = term, .time = t}, note);
   };
-  const PlannedInterval& first = plan.intervals.front();
+  const Plan::Interval& first = plan.intervals.front();
   const PhaseDefinition& first_phase = problem.phases()[first.phase];
   for (int i = 0; first.phase == 0 && i < first_phase.sizes.nx; ++i)
     note_rows(first.state.segment(i, 1), {problem.start_bounds()[i]}, first_phase.nominal_state[i],
@@ -248,16 +248,16 @@ void check_instants(const OptimalControlProblem& problem, const Plan& plan,
     note_rows(VectorXd::Constant(1, plan.starts.front()), {*problem.start_time_bounds()}, 0.0, 0.0,
               accuracy, {.term = "start time", .time = plan.starts.front()}, note);
   double total = 0.0;
-  const PlannedInterval* before = nullptr;
+  const Plan::Interval* before = nullptr;
   for (int j = 0; j < phases; ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
-    const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
+    const std::vector<const Plan::Interval*> all = intervals_of(plan, j);
     total += plan.durations[j];
     note_rows(VectorXd::Constant(1, plan.durations[j]), {phase.duration}, phase.nominal_duration,
               0.0, accuracy, {.phase = phase.name, .term = "duration", .time = plan.starts[j]},
               note);
     int p = 0;
-    for (const ParameterBlock& block : phase.parameters)
+    for (const PhaseDefinition::ParameterBlock& block : phase.parameters)
       for (int i = 0; i < block.value.size(); ++i, ++p)
         if (block.unknown)
           note_rows(plan.parameters[j].segment(p, 1), {problem.bounds_of_unknown(block.name, i)},
@@ -275,8 +275,8 @@ void check_instants(const OptimalControlProblem& problem, const Plan& plan,
                    fmt::format("jump '{}'", jump.name), before->end());
     }
     before = all.back();
-    for (const ComponentBounds& b : phase.input_bounds)
-      for (const PlannedInterval* i : all) {
+    for (const PhaseDefinition::ComponentBounds& b : phase.input_bounds)
+      for (const Plan::Interval* i : all) {
         if (!(i->length > 0.0) || !is_open(b.window, problem.schedule(), plan.starts[j], *i))
           continue;
         for (const bool at_end : {false, true}) {

@@ -26,7 +26,7 @@ PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
                  const std::vector<PhaseTotals>& totals);
 
 /// Receives every violated row with its tolerance.
-using NoteMiss = std::function<void(VerifiedMiss)>;
+using NoteMiss = std::function<void(Verification::Miss)>;
 /// Checks hard rows at ends of phases with this end state instead of the planned one; empty: the
 /// planned one.
 void check_end_terms(const OptimalControlProblem& problem, const Plan& plan, int phase,
@@ -37,7 +37,7 @@ void check_instants(const OptimalControlProblem& problem, const Plan& plan,
                     const NoteMiss& note);
 
 /// z = (t | x | u | p) of a phase with the input of an interval at its start or end.
-VectorXd argument_of(const Arguments& sizes, const PlannedInterval& interval, bool at_end,
+VectorXd argument_of(const Arguments& sizes, const Plan::Interval& interval, bool at_end,
                      const VectorXd& parameters);
 
 }  // namespace saltus

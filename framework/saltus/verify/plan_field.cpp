@@ -16,7 +16,7 @@ PlanField::PlanField(const Arguments& sizes, Function dynamics, std::vector<Func
       z_(sizes.size()),
       values_(sizes.nx) {}
 
-void PlanField::load(const PlannedInterval& interval, const VectorXd& parameters) {
+void PlanField::load(const Plan::Interval& interval, const VectorXd& parameters) {
   start_ = interval.start;
   length_ = interval.length;
   coefficients_ = &interval.coefficients;

@@ -18,7 +18,7 @@ class PlanField {
             InputShape shape);
 
   /// Loads times, inputs and parameters of an interval. They must outlive their use here.
-  void load(const PlannedInterval& interval, const VectorXd& parameters);
+  void load(const Plan::Interval& interval, const VectorXd& parameters);
   /// Inactive integrands are not evaluated; their integrals stay constant.
   void activate(int integrand, bool active) { active_[integrand] = active ? 1 : 0; }
   bool is_active(int integrand) const { return active_[integrand] != 0; }

@@ -17,9 +17,10 @@ namespace {
 
 constexpr int most_formula_steps = 5000;
 
-const Allowance* allowance_for(const PhaseDefinition& phase, const std::string& term) {
-  const auto found =
-      std::ranges::find_if(phase.allowances, [&](const Allowance& a) { return a.term == term; });
+const PhaseDefinition::Allowance* allowance_for(const PhaseDefinition& phase,
+                                                const std::string& term) {
+  const auto found = std::ranges::find_if(
+      phase.allowances, [&](const PhaseDefinition::Allowance& a) { return a.term == term; });
   return found == phase.allowances.end() ? nullptr : &*found;
 }
 
@@ -28,7 +29,7 @@ PathRow make_row(const PhaseDefinition& phase, const std::string& term, Bounds b
   bounds = without_sentinels(bounds);
   PathRow row{bounds, bound_tolerance(bounds.lower, nominal, accuracy),
               bound_tolerance(bounds.upper, nominal, accuracy), 0.0, 0.0};
-  const Allowance* given = allowance_for(phase, term);
+  const PhaseDefinition::Allowance* given = allowance_for(phase, term);
   if (given != nullptr && given->at_nodes > 0.0)
     row.lower_at_node = row.upper_at_node = given->at_nodes;
   row.lower_between = accuracy.between_nodes * row.lower_at_node;
@@ -91,7 +92,7 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
     list.push_back(std::move(c));
   };
   for (const Term& term : phase.terms) {
-    if (term.kind != TermKind::constraint || term.domain != TermDomain::running || term.soft)
+    if (term.kind != Term::Kind::constraint || term.domain != Term::Domain::running || term.soft)
       continue;
     if (std::ranges::all_of(term.bounds, &Bounds::is_free)) continue;
     PathConstraint c{.name = term.name, .function = term.function, .window = term.window};
@@ -104,7 +105,7 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
     c.formula = bounds_of(term.function);
     finish(std::move(c));
   }
-  for (const ComponentBounds& b : phase.state_bounds) {
+  for (const PhaseDefinition::ComponentBounds& b : phase.state_bounds) {
     if (b.bounds.is_free()) continue;
     PathConstraint c{.name = fmt::format("bounds of state {}", b.component),
                      .state = b.component,
@@ -117,7 +118,7 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
 }
 
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
-             const PlannedInterval& interval) {
+             const Plan::Interval& interval) {
   const double middle = interval.start + 0.5 * interval.length;
   const auto time_of = [&](const Instant& instant) {
     if (instant.is_event()) return schedule.time_of(instant.event());
@@ -138,7 +139,7 @@ std::vector<VectorXd> units_of_states(const OptimalControlProblem& problem, cons
     for (int i = 0; i < x.size(); ++i)
       if (std::isfinite(x[i])) known[i] = std::max(known[i], std::abs(x[i]));
   };
-  for (const PlannedInterval& interval : plan.intervals) {
+  for (const Plan::Interval& interval : plan.intervals) {
     look_at(interval.state);
     look_at(interval.end_state);
   }

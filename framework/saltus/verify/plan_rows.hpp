@@ -44,7 +44,7 @@ std::optional<PathConstraint> values_of(const Function& function);
 /// True if the window is open at the midpoint of an interval of the phase that starts at
 /// `phase_start`.
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
-             const PlannedInterval& interval);
+             const Plan::Interval& interval);
 /// Tolerance of one bound of a row (GridAccuracy::rows).
 double bound_tolerance(double bound, double nominal, const GridAccuracy& accuracy);
 /// Violation of the bounds by a value; infinite for NaN.

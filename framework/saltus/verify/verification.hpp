@@ -19,7 +19,7 @@ struct GridAccuracy {
   /// Tolerance between the nodes, as a multiple of that at the nodes. Phase::allow() overrides it
   /// for a term.
   double between_nodes = 1.0;
-  /// Defect of one interval, relative to max(unit of the state, |state|) (VerifiedDefect).
+  /// Defect of one interval, relative to max(unit of the state, |state|) (Verification::Defect).
   double defect = 1e-4;
   /// Sum of the defects along the plan, relative. Exceeding it alone changes only the message; see
   /// open_loop.
@@ -36,62 +36,62 @@ struct GridAccuracy {
   double crossing = 1e-2;
 };
 
-/// The largest violation of one kind and its tolerance.
-struct VerifiedMiss {
-  std::string phase = {};  ///< name of the phase; empty: the whole problem
-  std::string term = {};   ///< name of the term, state, link or integral
-  double time = 0.0;       ///< time in seconds of the largest violation
-  double amount = 0.0;     ///< in the units of the term; 0: none
-  double tolerance = 0.0;  ///< in the same units
-
-  /// True if the violation exceeds its tolerance or is NaN.
-  bool is_beyond() const { return !(amount <= tolerance); }
-};
-
-/// Defect of an interval: the planned state at its end minus the solution of the differential
-/// equation from the planned state at its start.
-///
-/// Narrow peaks of the dynamics are located, like those of running costs. With algebraic states,
-/// events inside the phase or functions that are not C++ formulas, a peak between the stages of the
-/// verifier's integrator may be missed.
-struct VerifiedDefect {
-  std::string phase;      ///< phase of the largest defect
-  int state = 0;          ///< index of its state
-  double time = 0.0;      ///< start of its interval in seconds
-  double largest = 0.0;   ///< relative to max(unit of the state, |state|)
-  double absolute = 0.0;  ///< the same in the state's units
-  double sum = 0.0;       ///< sum over all intervals, of the worst state of each phase, relative
-};
-
-/// Open loop: the planned inputs integrated from the planned start, through jumps, to the end.
-struct VerifiedOpenLoop {
-  bool completed = false;  ///< false: the integration failed, or a phase could not be verified
-  double states = 0.0;     ///< largest deviation from the plan at the end of a phase, relative
-  int state = 0;           ///< index of its state
-  std::string phase;       ///< its phase
-  double time = 0.0;       ///< end of that phase in seconds
-  /// The end constraint with the largest violation in open loop.
-  VerifiedMiss end;
-  /// Largest growth factor of a state error from the start along the plan, in units of the states:
-  /// the largest singular value of the flow.
-  double growth = 1.0;
-};
-
-/// The cost by the verifier's own quadrature.
-struct VerifiedCost {
-  bool compared = false;    ///< false: a phase could not be verified
-  double value = 0.0;       ///< in the user's units
-  double difference = 0.0;  ///< to the reported cost, relative to its contributions
-};
-
 /// Result of a verification. It uses only the definition of the problem and the plan.
 struct Verification {
-  VerifiedMiss between_nodes;  ///< of path constraints at all times
-  VerifiedMiss at_nodes;       ///< of all hard rows at the nodes of the program
-  VerifiedDefect defect;       ///< of the integration
-  VerifiedOpenLoop open_loop;  ///< of the inputs alone
-  VerifiedCost cost;           ///< of the plan
-  std::string integrator;      ///< schemes that the verifier used
+  /// The largest violation of one kind and its tolerance.
+  struct Miss {
+    std::string phase = {};  ///< name of the phase; empty: the whole problem
+    std::string term = {};   ///< name of the term, state, link or integral
+    double time = 0.0;       ///< time in seconds of the largest violation
+    double amount = 0.0;     ///< in the units of the term; 0: none
+    double tolerance = 0.0;  ///< in the same units
+
+    /// True if the violation exceeds its tolerance or is NaN.
+    bool is_beyond() const { return !(amount <= tolerance); }
+  };
+
+  /// Defect of an interval: the planned state at its end minus the solution of the differential
+  /// equation from the planned state at its start.
+  ///
+  /// Narrow peaks of the dynamics are located, like those of running costs. With algebraic states,
+  /// events inside the phase or functions that are not C++ formulas, a peak between the stages of
+  /// the verifier's integrator may be missed.
+  struct Defect {
+    std::string phase;      ///< phase of the largest defect
+    int state = 0;          ///< index of its state
+    double time = 0.0;      ///< start of its interval in seconds
+    double largest = 0.0;   ///< relative to max(unit of the state, |state|)
+    double absolute = 0.0;  ///< the same in the state's units
+    double sum = 0.0;       ///< sum over all intervals, of the worst state of each phase, relative
+  };
+
+  /// Open loop: the planned inputs integrated from the planned start, through jumps, to the end.
+  struct OpenLoop {
+    bool completed = false;  ///< false: the integration failed, or a phase could not be verified
+    double states = 0.0;     ///< largest deviation from the plan at the end of a phase, relative
+    int state = 0;           ///< index of its state
+    std::string phase;       ///< its phase
+    double time = 0.0;       ///< end of that phase in seconds
+    /// The end constraint with the largest violation in open loop.
+    Miss end;
+    /// Largest growth factor of a state error from the start along the plan, in units of the
+    /// states: the largest singular value of the flow.
+    double growth = 1.0;
+  };
+
+  /// The cost by the verifier's own quadrature.
+  struct Cost {
+    bool compared = false;    ///< false: a phase could not be verified
+    double value = 0.0;       ///< in the user's units
+    double difference = 0.0;  ///< to the reported cost, relative to its contributions
+  };
+
+  Miss between_nodes;      ///< of path constraints at all times
+  Miss at_nodes;           ///< of all hard rows at the nodes of the program
+  Defect defect;           ///< of the integration
+  OpenLoop open_loop;      ///< of the inputs alone
+  Cost cost;               ///< of the plan
+  std::string integrator;  ///< schemes that the verifier used
   /// A sentence for each part that could not be verified; empty: everything was verified.
   std::vector<std::string> not_verified;
   double seconds = 0.0;  ///< wall-clock time of the verification

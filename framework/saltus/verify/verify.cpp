@@ -64,7 +64,7 @@ struct PhaseFlow {
     if (problem.cost_rule(j) != CostRule::integrated) return list;
     const std::vector<Term>& terms = problem.phases()[j].terms;
     for (int t = 0; t < static_cast<int>(terms.size()); ++t)
-      if (terms[t].kind != TermKind::constraint && terms[t].domain == TermDomain::running)
+      if (terms[t].kind != Term::Kind::constraint && terms[t].domain == Term::Domain::running)
         list.push_back(t);
     return list;
   }
@@ -102,7 +102,7 @@ class Verifier {
       if (sums.size() > 0) summary().defect.sum += sums.maxCoeff();
     note_violations();
     check_rows_at_nodes();
-    check_instants(problem_, plan_, totals_, options_.accuracy, [&](VerifiedMiss miss) {
+    check_instants(problem_, plan_, totals_, options_.accuracy, [&](Verification::Miss miss) {
       if (miss.term.starts_with("integral"))
         note(summary().between_nodes, std::move(miss));  // the grid determines its accuracy
       else
@@ -137,7 +137,7 @@ class Verifier {
       sums_[j] = VectorXd::Zero(flows_[j]->definition.sizes.nx);
   }
 
-  void activate(PhaseFlow& flow, const PlannedInterval& interval) {
+  void activate(PhaseFlow& flow, const Plan::Interval& interval) {
     for (std::size_t i = 0; i < flow.terms.size(); ++i)
       flow.field.activate(static_cast<int>(i),
                           is_open(flow.definition.terms[flow.terms[i]].window, problem_.schedule(),
@@ -149,7 +149,7 @@ class Verifier {
     double all = std::abs(plan_.cost);
     for (const auto& flow : flows_)
       flow->units.tail(flow->field.outputs() - flow->field.states()).setZero();
-    for (const PlannedInterval& interval : plan_.intervals) {
+    for (const Plan::Interval& interval : plan_.intervals) {
       PhaseFlow& flow = *flows_[interval.phase];
       const int nx = flow.field.states();
       std::vector<double> y(flow.field.outputs()), rates(flow.field.outputs());
@@ -175,7 +175,7 @@ class Verifier {
   // ---- along the plan -------------------------------------------------------------------------
 
   void follow(std::size_t index) {
-    const PlannedInterval& interval = plan_.intervals[index];
+    const Plan::Interval& interval = plan_.intervals[index];
     if (interval.phase != phase_) enter(interval, index);
     PhaseFlow& flow = *flows_[interval.phase];
     if (!(interval.length > 0.0)) return;  // the phase has vanished
@@ -283,7 +283,7 @@ class Verifier {
       growth_known_ = false;
   }
 
-  void enter(const PlannedInterval& interval, std::size_t index) {
+  void enter(const Plan::Interval& interval, std::size_t index) {
     if (phase_ < 0) {
       phase_ = interval.phase;
       growth_.begin(static_cast<int>(interval.state.size()));
@@ -291,7 +291,7 @@ class Verifier {
       return;
     }
     finish_phase();
-    const PlannedInterval& before = plan_.intervals[index - 1];
+    const Plan::Interval& before = plan_.intervals[index - 1];
     VectorXd x = before.end_state;
     for (; phase_ < interval.phase; ++phase_) {
       const Jump& jump = problem_.jumps()[phase_ + 1];
@@ -308,7 +308,7 @@ class Verifier {
     if (phase_ < 0) return;
     const PhaseFlow& flow = *flows_[phase_];
     const VectorXd units = flow.units.head(flow.field.states());
-    VerifiedOpenLoop& loop = summary().open_loop;
+    Verification::OpenLoop& loop = summary().open_loop;
     if (!flow.switches.empty()) growth_known_ = false;
     if (growth_known_) loop.growth = std::max(loop.growth, growth_.growth(start_units_, units));
     ends_.push_back({phase_, growth_.deviation()});
@@ -321,9 +321,9 @@ class Verifier {
   }
 
   void note_defect(PhaseFlow& flow, std::size_t index, const std::vector<double>& y, bool works) {
-    const PlannedInterval& interval = plan_.intervals[index];
-    IntervalFinding& found = result_.intervals[index];
-    VerifiedDefect& worst = summary().defect;
+    const Plan::Interval& interval = plan_.intervals[index];
+    VerificationDetail::Interval& found = result_.intervals[index];
+    Verification::Defect& worst = summary().defect;
     if (flow.undecided) return;  // reported in not_verified
     const int nx = flow.field.states();
     VectorXd gap(nx);
@@ -354,7 +354,7 @@ class Verifier {
 
   // On the way back from a start outside the bounds, rows of states do not hold. Their bounds are
   // extended to the start.
-  void widen_rows(PhaseFlow& flow, const PlannedInterval& interval, bool is_first) {
+  void widen_rows(PhaseFlow& flow, const Plan::Interval& interval, bool is_first) {
     const bool is_given = is_first && interval.phase == 0 &&
                           std::ranges::all_of(problem_.start_bounds(), &Bounds::is_equality);
     open_.clear();
@@ -374,8 +374,8 @@ class Verifier {
     }
   }
 
-  VectorXd evaluate(const PathConstraint& c, const Arguments& sizes,
-                    const PlannedInterval& interval, bool at_end) const {
+  VectorXd evaluate(const PathConstraint& c, const Arguments& sizes, const Plan::Interval& interval,
+                    bool at_end) const {
     const VectorXd z = argument_of(sizes, interval, at_end, plan_.parameters[interval.phase]);
     if (c.state >= 0) return z.segment(sizes.x(c.state), 1);
     return c.function(z);
@@ -391,7 +391,7 @@ class Verifier {
   }
 
   void close_rows(PhaseFlow& flow, std::size_t index) {
-    IntervalFinding& found = result_.intervals[index];
+    VerificationDetail::Interval& found = result_.intervals[index];
     for (OpenConstraint& open : open_) {
       PathConstraint& c = *open.constraint;
       for (std::size_t i = 0; i < c.rows.size(); ++i) {
@@ -399,9 +399,9 @@ class Verifier {
         for (const bool upper : {false, true}) {
           const double amount = upper ? row.upper_found : row.lower_found;
           if (!(amount > 0.0)) continue;
-          const VerifiedMiss miss{flow.definition.name, c.name,
-                                  upper ? row.upper_time : row.lower_time, amount,
-                                  upper ? row.upper_between : row.lower_between};
+          const Verification::Miss miss{flow.definition.name, c.name,
+                                        upper ? row.upper_time : row.lower_time, amount,
+                                        upper ? row.upper_between : row.lower_between};
           found.violation = std::max(found.violation, amount);
           found.excess = std::max(found.excess, amount / miss.tolerance);
           auto known = std::ranges::find_if(
@@ -418,11 +418,11 @@ class Verifier {
     }
   }
 
-  static double ratio(const VerifiedMiss& miss) {
+  static double ratio(const Verification::Miss& miss) {
     return miss.amount > 0.0 ? miss.amount / miss.tolerance : 0.0;
   }
 
-  void note(VerifiedMiss& worst, VerifiedMiss miss) {
+  void note(Verification::Miss& worst, Verification::Miss miss) {
     if (ratio(miss) > ratio(worst) || worst.tolerance == 0.0) worst = std::move(miss);
   }
 
@@ -432,17 +432,19 @@ class Verifier {
       const double range = row.most - row.least, by_nominal = nominal_change(w);
       const double scale = std::max(std::isfinite(range) ? range : 0.0, by_nominal);
       note(summary().between_nodes, w.miss);
-      const auto same = std::ranges::find_if(result_.violated, [&](const PathFinding& f) {
-        return f.miss.phase == w.miss.phase && f.miss.term == w.miss.term;
-      });
+      const auto same =
+          std::ranges::find_if(result_.violated, [&](const VerificationDetail::Path& f) {
+            return f.miss.phase == w.miss.phase && f.miss.term == w.miss.term;
+          });
       if (same == result_.violated.end())
         result_.violated.push_back({w.miss, scale > 0.0 ? scale : 1.0});
       else if (ratio(w.miss) > ratio(same->miss))
         *same = {w.miss, scale > 0.0 ? scale : 1.0};
     }
-    std::ranges::stable_sort(result_.violated, [](const PathFinding& a, const PathFinding& b) {
-      return ratio(a.miss) > ratio(b.miss);
-    });
+    std::ranges::stable_sort(
+        result_.violated, [](const VerificationDetail::Path& a, const VerificationDetail::Path& b) {
+          return ratio(a.miss) > ratio(b.miss);
+        });
   }
 
   struct Worst;
@@ -464,7 +466,7 @@ class Verifier {
   void check_rows_at_nodes() {
     const bool is_given = std::ranges::all_of(problem_.start_bounds(), &Bounds::is_equality);
     for (std::size_t k = 0; k < plan_.intervals.size(); ++k) {
-      const PlannedInterval& interval = plan_.intervals[k];
+      const Plan::Interval& interval = plan_.intervals[k];
       PhaseFlow& flow = *flows_[interval.phase];
       if (!(interval.length > 0.0)) continue;
       const bool is_linear = flow.field.has_linear_input();
@@ -500,7 +502,7 @@ class Verifier {
         if (mode.running_cost) return say("the running cost of a mode is not compared");
     }
     const PlanCost own = cost_of(problem_, plan_, totals_);
-    VerifiedCost& cost = summary().cost;
+    Verification::Cost& cost = summary().cost;
     cost.compared = true;
     cost.value = own.value + plan_.grid_cost;
     const double difference = std::abs(cost.value - plan_.cost);
@@ -512,7 +514,7 @@ class Verifier {
   }
 
   void judge_open_loop() {
-    VerifiedOpenLoop& loop = summary().open_loop;
+    Verification::OpenLoop& loop = summary().open_loop;
     loop.completed = std::ranges::none_of(flows_, [](const auto& flow) { return flow->undecided; });
     if (!loop.completed || plan_.intervals.empty()) return;
     // First-order deviation if it is reliable, otherwise an integration.
@@ -524,8 +526,8 @@ class Verifier {
     if (!growth_known_ || !(largest <= certain * accuracy().open_loop)) integrate_open_loop();
     double worst = 0.0;
     for (const auto& [j, deviation] : ends_) {
-      const PlannedInterval* last = nullptr;
-      for (const PlannedInterval& interval : plan_.intervals)
+      const Plan::Interval* last = nullptr;
+      for (const Plan::Interval& interval : plan_.intervals)
         if (interval.phase == j) last = &interval;
       if (last == nullptr) continue;
       for (int i = 0; i < deviation.size(); ++i) {
@@ -540,7 +542,7 @@ class Verifier {
         loop.time = last->end();
       }
       check_end_terms(problem_, plan_, j, last->end_state + deviation, accuracy(),
-                      [&](VerifiedMiss miss) { note(loop.end, std::move(miss)); });
+                      [&](Verification::Miss miss) { note(loop.end, std::move(miss)); });
     }
   }
 
@@ -553,7 +555,7 @@ class Verifier {
     int phase = plan_.intervals.front().phase;
     std::size_t end = 0;
     for (std::size_t k = 0; k < plan_.intervals.size(); ++k) {
-      const PlannedInterval& interval = plan_.intervals[k];
+      const Plan::Interval& interval = plan_.intervals[k];
       for (; phase < interval.phase; ++phase)
         x = problem_.jumps()[phase + 1].apply(plan_.intervals[k - 1].end(), x,
                                               plan_.parameters[phase]);
@@ -604,7 +606,7 @@ class Verifier {
   struct Worst {
     const PathConstraint* constraint;
     std::size_t row;
-    VerifiedMiss miss;
+    Verification::Miss miss;
     int phase;
     std::size_t interval;
   };

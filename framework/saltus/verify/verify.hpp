@@ -14,50 +14,50 @@ namespace saltus {
 
 // A plan as input of the verifier: numbers only, independent of the transcription.
 
-/// One interval of a plan, between two nodes.
-struct PlannedInterval {
-  int phase = 0;          ///< index of the phase
-  double start = 0.0;     ///< absolute time in seconds
-  double length = 0.0;    ///< in seconds
-  VectorXd state;         ///< at the start
-  VectorXd coefficients;  ///< of the input: nu numbers, or 2 nu for linear inputs
-  VectorXd end_state;     ///< at the end, before a jump
-
-  /// Absolute time of the end in seconds.
-  double end() const { return start + length; }
-};
-
 /// States and inputs of all phases, and the reported cost.
 struct Plan {
-  std::vector<PlannedInterval> intervals;  ///< in order of time
-  std::vector<VectorXd> parameters;        ///< p of each phase, including unknowns
-  std::vector<double> starts;              ///< of each phase, in seconds
-  std::vector<double> durations;           ///< of each phase, in seconds
-  double cost = 0.0;                       ///< as reported
+  /// One interval of a plan, between two nodes.
+  struct Interval {
+    int phase = 0;          ///< index of the phase
+    double start = 0.0;     ///< absolute time in seconds
+    double length = 0.0;    ///< in seconds
+    VectorXd state;         ///< at the start
+    VectorXd coefficients;  ///< of the input: nu numbers, or 2 nu for linear inputs
+    VectorXd end_state;     ///< at the end, before a jump
+
+    /// Absolute time of the end in seconds.
+    double end() const { return start + length; }
+  };
+
+  std::vector<Interval> intervals;   ///< in order of time
+  std::vector<VectorXd> parameters;  ///< p of each phase, including unknowns
+  std::vector<double> starts;        ///< of each phase, in seconds
+  std::vector<double> durations;     ///< of each phase, in seconds
+  double cost = 0.0;                 ///< as reported
   /// Part of `cost` that depends on the grid as well as on the problem (penalise_change).
   double grid_cost = 0.0;
 };
 
-/// Result for one interval of a plan.
-struct IntervalFinding {
-  double violation = 0.0;  ///< largest between the nodes, in the units of its term
-  double excess = 0.0;     ///< largest multiple of a tolerance
-  double defect = 0.0;     ///< of the integration, relative (VerifiedDefect)
-};
-
-/// A path constraint that is violated between the nodes.
-struct PathFinding {
-  VerifiedMiss miss;  ///< largest violation relative to its tolerance
-  /// Scale of the term in its units: the larger of its range along the phase and its change by
-  /// nominal changes of state and input.
-  double scale = 1.0;
-};
-
 /// A verification with the results of each interval.
 struct VerificationDetail {
-  Verification summary;                    ///< as in Solution
-  std::vector<IntervalFinding> intervals;  ///< one per interval of the plan
-  std::vector<PathFinding> violated;       ///< largest multiple of its tolerance first
+  /// Result for one interval of a plan.
+  struct Interval {
+    double violation = 0.0;  ///< largest between the nodes, in the units of its term
+    double excess = 0.0;     ///< largest multiple of a tolerance
+    double defect = 0.0;     ///< of the integration, relative (Verification::Defect)
+  };
+
+  /// A path constraint that is violated between the nodes.
+  struct Path {
+    Verification::Miss miss;  ///< largest violation relative to its tolerance
+    /// Scale of the term in its units: the larger of its range along the phase and its change by
+    /// nominal changes of state and input.
+    double scale = 1.0;
+  };
+
+  Verification summary;             ///< as in Solution
+  std::vector<Interval> intervals;  ///< one per interval of the plan
+  std::vector<Path> violated;       ///< largest multiple of its tolerance first
 };
 
 /// Options of verify().

@@ -163,7 +163,7 @@ class Stepper {
         z_(field.arguments()),
         phi_(ny_),
         entries_(field.entries()) {
-    const bool implicit = options.method == ArkodeMethod::DiagonallyImplicit;
+    const bool implicit = options.method == ArkodeOptions::Method::DiagonallyImplicit;
     memory_.reset(
         ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, 0.0, y_, context));
     require(memory_.get(), "ARKStepCreate");
@@ -206,7 +206,7 @@ class Stepper {
   // Integrates from the start values in column(). ARKODE forgets the stop time after reaching it. A
   // target beyond the stop time returns the last step instead of an interpolated value.
   int integrate() {
-    const bool implicit = options_.method == ArkodeMethod::DiagonallyImplicit;
+    const bool implicit = options_.method == ArkodeOptions::Method::DiagonallyImplicit;
     int code =
         ARKStepReInit(memory_.get(), implicit ? nullptr : rate, implicit ? rate : nullptr, 0.0, y_);
     if (code >= 0)
@@ -331,7 +331,7 @@ class Arkode final : public Integrator {
 class ArkodeScheme final : public IntegratorScheme {
  public:
   explicit ArkodeScheme(const ArkodeOptions& options) : options_(options) {
-    const bool implicit = options.method == ArkodeMethod::DiagonallyImplicit;
+    const bool implicit = options.method == ArkodeOptions::Method::DiagonallyImplicit;
     const auto fail = [](const std::string& why) { throw DefinitionError("ARKODE " + why + "."); };
     const bool known = implicit ? implicit_table(options.order) != ARKODE_DIRK_NONE
                                 : explicit_table(options.order) != ARKODE_ERK_NONE;
@@ -352,7 +352,7 @@ class ArkodeScheme final : public IntegratorScheme {
   std::string name() const override {
     char text[96];
     const char* kind =
-        options_.method == ArkodeMethod::Explicit ? "explicit" : "diagonally implicit";
+        options_.method == ArkodeOptions::Method::Explicit ? "explicit" : "diagonally implicit";
     if (options_.fixed_steps > 0)
       std::snprintf(text, sizeof text, "ARKODE %s, order %d, %d steps", kind, options_.order,
                     options_.fixed_steps);

@@ -79,7 +79,8 @@ class CvodesScheme final : public IntegratorScheme {
   std::string name() const override {
     char text[64];
     std::snprintf(text, sizeof text, "CVODES %s, tolerance %.0e",
-                  options_.method == CvodesMethod::Bdf ? "BDF" : "Adams", options_.tolerance);
+                  options_.method == CvodesOptions::Method::Bdf ? "BDF" : "Adams",
+                  options_.tolerance);
     return text;
   }
 

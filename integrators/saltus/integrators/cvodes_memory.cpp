@@ -57,7 +57,7 @@ CvodesMemory::CvodesMemory(const IntervalProblem& problem, const CvodesOptions& 
 }
 
 void CvodesMemory::create_state_solver() {
-  const bool stiff = options_.method == CvodesMethod::Bdf;
+  const bool stiff = options_.method == CvodesOptions::Method::Bdf;
   memory_.reset(CVodeCreate(stiff ? CV_BDF : CV_ADAMS, context_));
   require(memory_.get(), "CVodeCreate");
 #if SUNDIALS_VERSION_MAJOR < 7
@@ -96,8 +96,9 @@ void CvodesMemory::create_sensitivity_solver() {
   require(CVodeSensSVtolerances(memory_.get(), options_.tolerance, sensitivity_tolerance_),
           "CVodeSensSVtolerances");
   require(CVodeSetSensErrCon(memory_.get(), SUNTRUE), "CVodeSetSensErrCon");
-  if (options_.method == CvodesMethod::Bdf) return;  // CVODES creates a Newton solver itself
-  if (options_.sensitivity == CvodesSensitivity::staggered) {
+  if (options_.method == CvodesOptions::Method::Bdf)
+    return;  // CVODES creates a Newton solver itself
+  if (options_.sensitivity == CvodesOptions::Sensitivity::staggered) {
     sensitivity_nonlinear_.reset(SUNNonlinSol_FixedPointSens(count, y_, 0, context_));
     require(sensitivity_nonlinear_.get(), "SUNNonlinSol_FixedPointSens");
     require(CVodeSetNonlinearSolverSensStg(memory_.get(), sensitivity_nonlinear_.get()),
@@ -111,7 +112,8 @@ void CvodesMemory::create_sensitivity_solver() {
 }
 
 int CvodesMemory::sensitivity_method() const {
-  return options_.sensitivity == CvodesSensitivity::staggered ? CV_STAGGERED : CV_SIMULTANEOUS;
+  return options_.sensitivity == CvodesOptions::Sensitivity::staggered ? CV_STAGGERED
+                                                                       : CV_SIMULTANEOUS;
 }
 
 // Returns true if they changed: CVODES allocates when it copies new tolerances.

@@ -194,7 +194,7 @@ IntegrationStatus HybridIntegrator::enter_sliding(int k) {
   const FlowMode& mode = modes_[mode_];
   if (mode.unsupported) return fail(IntegrationStatus::sliding_input);
   if (recorded_ != nullptr && !recorded_->empty()) {
-    recorded_->back().kind = EventKind::slides;
+    recorded_->back().kind = HybridEvent::Kind::slides;
     recorded_->back().mode_after = mode.name;
   }
   return settle(false, -1, false, -1);

@@ -343,9 +343,9 @@ IntegrationStatus HybridIntegrator::pass(int k) {
     event->name = guard.name;
     event->mode_before = mode.name;
     event->mode_after = modes_[guard.target].name;
-    event->kind = guard.reset          ? EventKind::jumps
-                  : guard.ends_sliding ? EventKind::leaves
-                                       : EventKind::crosses;
+    event->kind = guard.reset          ? HybridEvent::Kind::jumps
+                  : guard.ends_sliding ? HybridEvent::Kind::leaves
+                                       : HybridEvent::Kind::crosses;
     event->before = Eigen::Map<const VectorXd>(y_.data(), states());
     if (sensitivities_) {  // t = t0 + s h
       const IntervalArguments index = arguments();

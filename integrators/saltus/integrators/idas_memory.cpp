@@ -165,14 +165,14 @@ void IdasMemory::sensitivity_rates(double s) {
 
 // Computes consistent z with sensitivities, and all slopes except those of the sensitivities of z.
 bool IdasMemory::make_consistent(double s, bool sensitivities) {
-  AlgebraicSolution* const solution = nz_ > 0 ? &*solution_ : nullptr;
+  AlgebraicEquations::Solution* const solution = nz_ > 0 ? &*solution_ : nullptr;
   if (nz_ > 0) {
     const int first = 1 + nx_;
     field_->argument(s, y_.data(), z_.data());
     std::copy_n(z_.begin(), first, reduced_.begin());
     std::copy(z_.begin() + first + nz_, z_.end(), reduced_.begin() + first);
-    if (algebraic_->solve(reduced_.data(), *solution) != AlgebraicStatus::solved ||
-        algebraic_->factor(*solution) != AlgebraicStatus::solved)
+    if (algebraic_->solve(reduced_.data(), *solution) != AlgebraicEquations::Status::solved ||
+        algebraic_->factor(*solution) != AlgebraicEquations::Status::solved)
       return false;
     std::copy_n(solution->argument.begin() + first, nz_, y_.data() + nx_);
   }

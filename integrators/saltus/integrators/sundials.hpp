@@ -8,29 +8,35 @@ namespace saltus {
 // CVODES: variable-order multistep integration with forward sensitivities under error control. The
 // reference for stiff problems and for offline use.
 
-/// Multistep method.
-enum class CvodesMethod {
-  Bdf,   ///< stiff problems; Newton with the analytic Jacobian and a dense factorisation
-  Adams  ///< non-stiff problems; fixed-point iteration
-};
-
-/// Coupling of states and sensitivities.
-enum class CvodesSensitivity {
-  staggered,    ///< accepts the state step first, then all sensitivities
-  simultaneous  ///< corrects both together
-};
-
 /// Options of cvodes().
 struct CvodesOptions {
-  CvodesMethod method = CvodesMethod::Bdf;  ///< multistep method
-  double tolerance = 1e-9;                  ///< relative, per local step
+  /// Multistep method.
+  enum class Method {
+    Bdf,   ///< stiff problems; Newton with the analytic Jacobian and a dense factorisation
+    Adams  ///< non-stiff problems; fixed-point iteration
+  };
+
+  /// Coupling of states and sensitivities.
+  enum class Sensitivity {
+    staggered,    ///< accepts the state step first, then all sensitivities
+    simultaneous  ///< corrects both together
+  };
+
+  Method method = Method::Bdf;  ///< multistep method
+  double tolerance = 1e-9;      ///< relative, per local step
   /// Absolute tolerance, multiplied by the nominal magnitude of each state
   /// (IntervalProblem::nominal_state). For the sensitivity to w_j it is also divided by the
   /// magnitude of w_j. For parameters, this is their value.
   double absolute_tolerance = 1e-12;
-  CvodesSensitivity sensitivity = CvodesSensitivity::staggered;  ///< coupling of sensitivities
-  long max_steps = 100000;                                       ///< per interval
+  Sensitivity sensitivity = Sensitivity::staggered;  ///< coupling of sensitivities
+  long max_steps = 100000;                           ///< per interval
 };
+/// Deprecated name.
+using CvodesMethod [[deprecated("use CvodesOptions::Method; removed in 0.4")]] =
+    CvodesOptions::Method;
+/// Deprecated name.
+using CvodesSensitivity [[deprecated("use CvodesOptions::Sensitivity; removed in 0.4")]] =
+    CvodesOptions::Sensitivity;
 
 /// Integrates the interval in scaled time with running costs as additional states. Sensitivities
 /// are included in error control. value() omits them and may take other steps than jacobian(), so
@@ -44,22 +50,25 @@ IntegratorChoice cvodes(CvodesOptions options = {});
 // ARKODE: one-step methods of SUNDIALS, explicit or diagonally implicit, with adaptive or fixed
 // steps.
 
-/// Type of the Runge-Kutta method.
-enum class ArkodeMethod {
-  Explicit,           ///< embedded Runge-Kutta pairs, orders 2, 3, 4, 5, 6 and 8
-  DiagonallyImplicit  ///< L-stable stages by Newton's method, orders 2, 3, 4 and 5
-};
-
 /// Options of arkode().
 struct ArkodeOptions {
-  ArkodeMethod method = ArkodeMethod::Explicit;  ///< type of the method
-  int order = 5;                                 ///< order of the method
+  /// Type of the Runge-Kutta method.
+  enum class Method {
+    Explicit,           ///< embedded Runge-Kutta pairs, orders 2, 3, 4, 5, 6 and 8
+    DiagonallyImplicit  ///< L-stable stages by Newton's method, orders 2, 3, 4 and 5
+  };
+
+  Method method = Method::Explicit;  ///< type of the method
+  int order = 5;                     ///< order of the method
   double tolerance = 1e-9;  ///< relative, per local step; with fixed steps: of Newton's method
   /// Absolute tolerance, scaled as in CvodesOptions.
   double absolute_tolerance = 1e-12;
   int fixed_steps = 0;      ///< equal steps per interval; 0: adaptive steps
   long max_steps = 100000;  ///< per interval
 };
+/// Deprecated name.
+using ArkodeMethod [[deprecated("use ArkodeOptions::Method; removed in 0.4")]] =
+    ArkodeOptions::Method;
 
 /// Integrates the variational equations together with the state. Sensitivities are thus derivatives
 /// of the steps taken. With the implicit method, they are accurate to the tolerance of Newton's

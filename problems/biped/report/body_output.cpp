@@ -82,9 +82,9 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
   return list;
 }
 
-Json capsules_json(const std::vector<LinkCapsule>& capsules) {
+Json capsules_json(const std::vector<RobotDescription::LinkCapsule>& capsules) {
   Json list = Json::array();
-  for (const LinkCapsule& c : capsules)
+  for (const RobotDescription::LinkCapsule& c : capsules)
     list.push_back({{"link", c.link},
                     {"from", numbers(c.capsule.from)},
                     {"to", numbers(c.capsule.to)},

@@ -66,7 +66,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       latency_by_provenance[describe(p)] = latency(log.statistics.latency[i]);
   }
   Json first_failure;
-  for (const LoopTick& t : log.ticks) {
+  for (const LoopLog::Tick& t : log.ticks) {
     if (t.status == SolveStatus::time_limit) {
       ++missed;
       continue;
@@ -232,7 +232,7 @@ CsvTable plan_table(const RunLog& log) {
 CsvTable tick_table(const RunLog& log) {
   CsvTable table({"t [s]", "provenance", "status", "solve time [us]", "iterations", "cost", "kkt",
                   "icp_slack [m]"});
-  for (const LoopTick& t : log.ticks)
+  for (const LoopLog::Tick& t : log.ticks)
     table.add_row(std::array<double, 8>{
         t.time, static_cast<double>(*t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,
         static_cast<double>(t.iterations), t.objective, t.kkt, t.violation});

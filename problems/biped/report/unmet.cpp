@@ -33,12 +33,13 @@ class Teller {
   std::string text() const {
     if (!explanation_.ok()) return "  " + explanation_.text();
     std::string text;
-    for (const Shortage& s : explanation_.shortages) text += "  " + of(s, s.text()) + "\n";
-    for (const SoftShortage& s : explanation_.gives_way)
+    for (const Explanation::Shortage& s : explanation_.shortages)
+      text += "  " + of(s, s.text()) + "\n";
+    for (const Explanation::SoftShortage& s : explanation_.gives_way)
       text += fmt::format("  {}\n    {}\n", of(s.missed, s.text()), why(s));
     if (text.empty()) text = "  the constraints can be met near the guess\n";
     const char* lead = "it could be met ";
-    for (const Remedy& remedy : explanation_.remedies) {
+    for (const Explanation::Remedy& remedy : explanation_.remedies) {
       text += fmt::format("  {}{}\n", lead, of(remedy));
       lead = "             or ";
     }
@@ -46,11 +47,11 @@ class Teller {
   }
 
  private:
-  std::string of(const Shortage& s, const std::string& general) const {
+  std::string of(const Explanation::Shortage& s, const std::string& general) const {
     const std::string own = words_.of(unmet_, s);
     return own.empty() ? general : own;
   }
-  std::string of(const Remedy& remedy) const {
+  std::string of(const Explanation::Remedy& remedy) const {
     std::vector<std::string> clauses;  // skip repeated rows of a hull
     for (const ProblemChange& change : remedy.changes) {
       std::string own = words_.of(unmet_, change);
@@ -59,7 +60,7 @@ class Teller {
     }
     return fmt::format("{}", fmt::join(clauses, " and "));
   }
-  std::string why(const SoftShortage& s) const {
+  std::string why(const Explanation::SoftShortage& s) const {
     const std::string limits = words_.limits(unmet_);
     const std::string within = limits.empty() ? "" : " " + limits;
     if (!s.least) return fmt::format("it is unknown whether it could be met{}", within);

@@ -142,7 +142,7 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
     }
   // Limb shapes, from the description or from meshes that may be installed later.
   for (const FloatingRobot::Body& limb : body.bodies)
-    for (const LinkCapsule& c : limb.capsules) {
+    for (const RobotDescription::LinkCapsule& c : limb.capsules) {
       for (const Vec<double, 3>& end : {c.capsule.from, c.capsule.to})
         for (const double coordinate : end) print.add(coordinate);
       print.add(c.capsule.radius);

@@ -148,8 +148,8 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
     if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // first: NaN
   }
   row.stepped = !log.steps.empty();
-  row.failed_solves =
-      static_cast<int>(std::count_if(log.ticks.begin(), log.ticks.end(), [](const LoopTick& t) {
+  row.failed_solves = static_cast<int>(
+      std::count_if(log.ticks.begin(), log.ticks.end(), [](const LoopLog::Tick& t) {
         return t.status != SolveStatus::time_limit && !is_success(t.status);
       }));
   return row;

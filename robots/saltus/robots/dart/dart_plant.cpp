@@ -136,7 +136,7 @@ class DartPlant final : public Plant {
 
   double time() const override { return world_->getTime(); }
   const WholeBodyState& state() const override { return state_; }
-  const FootContact& contact(Side side) const override {
+  const WholeBodyEstimate::Contact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
   std::string name() const override {
@@ -177,7 +177,7 @@ class DartPlant final : public Plant {
   FloatingRobot::Frame feet_[2];
   VectorXd torques_, limits_;
   WholeBodyState state_;
-  FootContact contacts_[2];
+  WholeBodyEstimate::Contact contacts_[2];
 };
 
 }  // namespace

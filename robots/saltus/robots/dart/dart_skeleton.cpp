@@ -49,7 +49,7 @@ dd::SkeletonPtr make_skeleton(const FloatingRobot& robot) {
 
 void add_capsules(const FloatingRobot& robot, dd::Skeleton& skeleton) {
   for (const FloatingRobot::Body& b : robot.bodies)
-    for (const LinkCapsule& c : b.capsules) {
+    for (const RobotDescription::LinkCapsule& c : b.capsules) {
       const Vec<double, 3> along = c.capsule.to - c.capsule.from;
       Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // the axis of a DART capsule is z
       pose.translation() = c.capsule.middle();

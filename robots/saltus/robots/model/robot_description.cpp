@@ -92,8 +92,8 @@ RobotDescription::Joint read_joint(const YamlSection& section, const std::string
 }
 
 // Each entry gives the two ends, then the radius.
-std::vector<LinkCapsule> read_capsules(const YamlSection& links) {
-  std::vector<LinkCapsule> capsules;
+std::vector<RobotDescription::LinkCapsule> read_capsules(const YamlSection& links) {
+  std::vector<RobotDescription::LinkCapsule> capsules;
   for (const std::string& link : links.keys()) {
     const YamlSection of_link = links.section(link);
     for (const std::string& number : of_link.keys()) {

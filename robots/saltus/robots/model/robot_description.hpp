@@ -46,14 +46,14 @@ struct Capsule {
   double volume() const;                                ///< m^3
 };
 
-/// A capsule fixed to a link, in the link's frame.
-struct LinkCapsule {
-  std::string link;  ///< name of the link
-  Capsule capsule;   ///< shape, in the link frame
-};
-
 /// Data of a robot from its description file and its URDF.
 struct RobotDescription {
+  /// A capsule fixed to a link, in the link's frame.
+  struct LinkCapsule {
+    std::string link;  ///< name of the link
+    Capsule capsule;   ///< shape, in the link frame
+  };
+
   /// Mirror image of joints in the plane between the feet. Joints of the left and right side swap
   /// their positions, and some joints change sign.
   struct Mirror {

@@ -118,7 +118,8 @@ std::string body_xml(const FloatingRobot& robot, int i, const Plant::Options& op
     text += fmt::format("<geom type=\"box\" contype=\"1\" conaffinity=\"0\"{}{}/>\n",
                         numbers("size", 0.5 * box.size), pose_xml(box.pose));
   if (options.self_collision)
-    for (const LinkCapsule& c : b.capsules) text += capsule_xml(c.capsule, is_foot(robot, i));
+    for (const RobotDescription::LinkCapsule& c : b.capsules)
+      text += capsule_xml(c.capsule, is_foot(robot, i));
   for (int child = i + 1; child < static_cast<int>(robot.bodies.size()); ++child)
     if (robot.bodies[child].parent == i) text += body_xml(robot, child, options);
   return text + "</body>\n";

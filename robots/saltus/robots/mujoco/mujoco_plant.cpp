@@ -56,7 +56,7 @@ class MujocoPlant final : public Plant {
 
   double time() const override { return engine_.data().time; }
   const WholeBodyState& state() const override { return state_; }
-  const FootContact& contact(Side side) const override {
+  const WholeBodyEstimate::Contact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
   std::string name() const override {
@@ -106,7 +106,7 @@ class MujocoPlant final : public Plant {
   VectorXd torques_, limits_;
   bool has_failed_ = false;
   WholeBodyState state_;
-  FootContact contacts_[2];
+  WholeBodyEstimate::Contact contacts_[2];
 };
 
 }  // namespace

@@ -17,9 +17,9 @@ namespace {
 constexpr double negligible = 1e-3;
 
 // Recomputes costs and residuals of the plan. Allocates.
-LoopTick tick_record(const ControlTick& tick, RecedingHorizonController& controller) {
+LoopLog::Tick tick_record(const ControlTick& tick, RecedingHorizonController& controller) {
   const Solution plan = controller.report();
-  LoopTick r;
+  LoopLog::Tick r;
   r.provenance = tick.provenance;
   r.status = plan.status;
   r.message = plan.message;
@@ -29,7 +29,7 @@ LoopTick tick_record(const ControlTick& tick, RecedingHorizonController& control
   r.seconds = tick.seconds;
   r.preparation = tick.preparation;
   r.check = tick.check;
-  for (const SoftViolation& use : plan.soft_violations)
+  for (const Solution::SoftViolation& use : plan.soft_violations)
     r.violation = std::max(r.violation, use.largest);
   return r;
 }

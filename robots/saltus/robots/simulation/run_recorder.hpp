@@ -55,7 +55,7 @@ class RunRecorder {
   /// All pushes, in chronological order.
   std::vector<Pulse> pushes() const;
   /// Returns and removes the record of the last tick of the wrench planner.
-  std::optional<LoopTick> take_tick() { return std::exchange(tick_, {}); }
+  std::optional<LoopLog::Tick> take_tick() { return std::exchange(tick_, {}); }
   /// The log, to which the plant adds its own values.
   RunLog& log() { return log_; }
   /// Returns the complete log. `applied` and `truth` are those at the end.
@@ -78,7 +78,7 @@ class RunRecorder {
   std::array<Vec<double, 3>, 2> stood_at_;  // true places of the last contacts, m
   double interrupted_at_ = infinity;        // end of the tick at which the user ended the run, s
   Vec<double, 3> push_ = Vec<double, 3>::Zero();  // mean push of the last sample
-  std::optional<LoopTick> tick_;
+  std::optional<LoopLog::Tick> tick_;
   UnmetDecisions unmet_;
   RunLog log_;
 };

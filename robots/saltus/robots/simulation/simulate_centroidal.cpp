@@ -31,7 +31,7 @@ class CentroidalRun final : LoopController, LoopPlant {
         swing_side_(other(scene_.side)),
         swing_sole_(scene_.swing),
         plant_(robot.mass, start_state(problem.posture(robot)),
-               cvodes({.method = CvodesMethod::Adams,
+               cvodes({.method = CvodesOptions::Method::Adams,
                        .tolerance = plant_tolerance,
                        .absolute_tolerance = plant_tolerance})) {
     plant_.foot(scene_.side) = {scene_.stance, true};
@@ -47,7 +47,7 @@ class CentroidalRun final : LoopController, LoopPlant {
  private:
   std::string name() const override { return "centroidal"; }
   double period() const override { return period_; }
-  std::optional<LoopTick> last_tick() override { return recorder_.take_tick(); }
+  std::optional<LoopLog::Tick> last_tick() override { return recorder_.take_tick(); }
   double time() const override { return now_; }
   VectorXd state() const override { return plant_.state(); }
   int inputs() const override { return 12; }
@@ -111,7 +111,8 @@ class CentroidalRun final : LoopController, LoopPlant {
   bool advance(const VectorRef& wrenches, double length) override {
     applied_ = wrenches;
     double end = now_ + length;
-    for (const InputPiece& piece : planner_.tick().input)  // avoids the rounding of a difference
+    for (const HeldInput::Piece& piece :
+         planner_.tick().input)  // avoids the rounding of a difference
       if (std::abs(piece.start + piece.length - end) < same_instant)
         end = piece.start + piece.length;
     while (end - now_ > same_instant) {

@@ -118,7 +118,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
     controller_.update(robot_.read());
     note_update();
     torques_.clear();
-    InputPiece& piece = torques_.add();
+    HeldInput::Piece& piece = torques_.add();
     piece.start = t;
     piece.length = period();
     piece.size = inputs();
@@ -126,7 +126,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
     return torques_;
   }
 
-  std::optional<LoopTick> last_tick() override { return recorder_.take_tick(); }
+  std::optional<LoopLog::Tick> last_tick() override { return recorder_.take_tick(); }
   double time() const override { return robot_.read().time; }
   VectorXd state() const override { return truth_.gamma; }
   int inputs() const override { return body_.joints(); }

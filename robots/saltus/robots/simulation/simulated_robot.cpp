@@ -57,7 +57,7 @@ void SimulatedRobot::begin(const WholeBodyState& state) {
   measure();
 }
 
-void SimulatedRobot::write(const JointCommands& commands) {
+void SimulatedRobot::write(const Robot::Commands& commands) {
   commanded_ = commands.torques;
   if (is_first_) std::fill(waiting_.begin(), waiting_.end(), commanded_);
   is_first_ = false;

@@ -31,8 +31,8 @@ class SimulatedRobot final : public Robot {
   /// Pushes the robot at the origin of a frame, by forces in N in world axes.
   void push_by(std::span<const Pulse> pulses, const FloatingRobot::Frame& at);
 
-  const SensorReadings& read() const override { return readings_; }
-  void write(const JointCommands& commands) override;
+  const Robot::Readings& read() const override { return readings_; }
+  void write(const Robot::Commands& commands) override;
   std::string wait() override;
   double period() const override { return step_; }
   std::string name() const override { return engine_->name(); }
@@ -58,7 +58,7 @@ class SimulatedRobot final : public Robot {
   std::size_t next_ = 0;           // index of the next step's torques
   bool is_first_ = true;           // no command yet
   WholeBodyEstimate measured_;
-  SensorReadings readings_;
+  Robot::Readings readings_;
 };
 
 }  // namespace saltus::walking

@@ -66,7 +66,7 @@ BalanceController::~BalanceController() = default;
 BalanceController::BalanceController(BalanceController&&) noexcept = default;
 BalanceController& BalanceController::operator=(BalanceController&&) noexcept = default;
 
-void BalanceController::start(const WholeBodyState& state, const SensorReadings& readings) {
+void BalanceController::start(const WholeBodyState& state, const Robot::Readings& readings) {
   parts_.estimator->start(state, readings);
   parts_.whole_body->stand(state);
   parts_.model->update(estimate().state);
@@ -79,7 +79,7 @@ void BalanceController::start(const WholeBodyState& state, const SensorReadings&
   updates_ = 0;
 }
 
-const JointCommands& BalanceController::update(const SensorReadings& readings) {
+const Robot::Commands& BalanceController::update(const Robot::Readings& readings) {
   const double t = readings.time;
   update_ = {};
   update_.time = t;

@@ -148,10 +148,10 @@ class BalanceController {
   BalanceController& operator=(BalanceController&&) noexcept;
 
   /// Starts at rest in `state` with the first readings, which are those of the first update().
-  void start(const WholeBodyState& state, const SensorReadings& readings);
+  void start(const WholeBodyState& state, const Robot::Readings& readings);
   /// Computes the commands for these readings. They act until the next update(). The reference
   /// stays valid.
-  const JointCommands& update(const SensorReadings& readings);
+  const Robot::Commands& update(const Robot::Readings& readings);
 
   /// Optional, between two updates and on any thread: does the work for the tick at `t` (s) that
   /// does not need its readings.
@@ -170,8 +170,8 @@ class BalanceController {
   const WholeBodyEstimate& estimate() const { return parts_.estimator->estimate(); }
   /// Estimate used by the planners, at the last call of the whole-body controller.
   BalancePlanner::Estimate centroidal_estimate() const;
-  const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
-  const JointCommands& commands() const { return commands_; }   ///< result of the last update()
+  const DynamicsModel& model() const { return *parts_.model; }   ///< model at that estimate
+  const Robot::Commands& commands() const { return commands_; }  ///< result of the last update()
   const WholeBodyController::Tasks& tasks() const {
     return tasks_;
   }  ///< tasks of the whole-body controller
@@ -196,7 +196,7 @@ class BalanceController {
   Side swing_side_;
   WholeBodyController::Tasks tasks_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
-  JointCommands commands_;
+  Robot::Commands commands_;
   Update update_;
   Statistics statistics_;
 };

@@ -121,8 +121,8 @@ void BalancePlanner::schedule(double t) {
 }
 
 Eigen::VectorBlock<const VectorXd> BalancePlanner::wrenches(double t) const {
-  const InputPiece* piece = &tick_->input[0];
-  for (const InputPiece& p : tick_->input)
+  const HeldInput::Piece* piece = &tick_->input[0];
+  for (const HeldInput::Piece& p : tick_->input)
     if (p.start <= t + same_instant) piece = &p;
   return piece->input();
 }

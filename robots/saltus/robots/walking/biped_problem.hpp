@@ -119,7 +119,8 @@ class UnmetExplanations {
     return true;
   }
   /// Description of what is missing, with directions. Empty: use the general sentence.
-  virtual std::string of(const UnmetDecision& /*unmet*/, const Shortage& /*shortage*/) const {
+  virtual std::string of(const UnmetDecision& /*unmet*/,
+                         const Explanation::Shortage& /*shortage*/) const {
     return {};
   }
   /// Description of a change that would help. Empty: use the general clause.

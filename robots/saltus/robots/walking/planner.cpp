@@ -32,8 +32,8 @@ class LateSolver final : public RealTimeSolver {
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
     solver_->prepare(program, guess);
   }
-  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      WallClock::time_point deadline) noexcept override {
+  RealTimeSolver::Result feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                                  WallClock::time_point deadline) noexcept override {
     return solver_->feedback(program, point, warm, is_late() ? WallClock::now() : deadline);
   }
   std::string name() const override { return solver_->name(); }

@@ -30,7 +30,7 @@ struct BipedSample {
 };
 
 /// Problem of a planner in one tick.
-struct UnmetDecision : UnmetTick {
+struct UnmetDecision : LoopLog::UnmetTick {
   std::string decision;  ///< "wrenches" or "steps"
   double missed = 0.0;   ///< total violation, m; infinite: no plan
 };
@@ -122,7 +122,7 @@ struct RunLog : LoopLog {
 /// Deprecated name.
 using Sample [[deprecated("use BipedSample; removed in 0.4")]] = BipedSample;
 /// Deprecated name. `cost` is `objective` now.
-using TickRecord [[deprecated("use LoopTick; removed in 0.4")]] = LoopTick;
+using TickRecord [[deprecated("use LoopTick; removed in 0.4")]] = LoopLog::Tick;
 /// Deprecated name.
 using BodySample [[deprecated("use RunLog::BodySample; removed in 0.4")]] = RunLog::BodySample;
 

@@ -24,7 +24,7 @@ Clearance::Clearance(const FloatingRobot& robot, int most) : bodies_(robot.bodie
   for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
     const FloatingRobot::Body& body = robot.bodies[b];
     links_.push_back({body.parent, body.origin, body.axis});
-    for (const LinkCapsule& shape : body.capsules) {
+    for (const RobotDescription::LinkCapsule& shape : body.capsules) {
       of_body[b].push_back(static_cast<int>(members_.size()));
       members_.push_back({static_cast<int>(b), shape});
       capsules_.push_back(shape.capsule);

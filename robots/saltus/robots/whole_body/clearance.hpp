@@ -29,8 +29,8 @@ class Clearance {
  public:
   /// A monitored capsule.
   struct Member {
-    int body = 0;       ///< index in FloatingRobot::bodies
-    LinkCapsule shape;  ///< in the body's frame
+    int body = 0;                         ///< index in FloatingRobot::bodies
+    RobotDescription::LinkCapsule shape;  ///< in the body's frame
   };
 
   /// Keeps at most `most` approaches. Throws DefinitionError unless `most` is positive.

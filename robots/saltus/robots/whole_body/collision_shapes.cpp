@@ -75,7 +75,7 @@ void add_capsules(FloatingRobot& robot, const UrdfModel& model,
         {link, frame.pose * capsule});
   };
   for (FloatingRobot::Body& body : robot.bodies) body.capsules.clear();
-  for (const LinkCapsule& c : description.capsules) add(c.link, c.capsule);
+  for (const RobotDescription::LinkCapsule& c : description.capsules) add(c.link, c.capsule);
   if (description.capsules.empty())
     for (const UrdfModel::Link& link : model.links())
       for (const Capsule& capsule : fitted(link, model.source())) add(link.name, capsule);

@@ -23,10 +23,10 @@ class Estimator {
   virtual ~Estimator() = default;
 
   /// Starts at rest in `state`, which may differ from the readings.
-  virtual void start(const WholeBodyState& state, const SensorReadings& readings) = 0;
+  virtual void start(const WholeBodyState& state, const Robot::Readings& readings) = 0;
   /// Processes readings once, in the order of their times. Readings that are not newer than the
   /// last ones have no effect.
-  virtual void update(const SensorReadings& readings) = 0;
+  virtual void update(const Robot::Readings& readings) = 0;
   /// Sets the foot whose position defines the world from now on. It must stand.
   virtual void pin(Side foot) = 0;
   /// Estimate after the last readings.
@@ -59,7 +59,7 @@ class ContactEstimator {
   /// Sets the earliest time of the next landing, s.
   void expect(double earliest) { earliest_ = earliest; }
   /// True if the swing foot, with this contact at `t` (s), has landed.
-  bool has_landed(double t, const FootContact& contact) const {
+  bool has_landed(double t, const WholeBodyEstimate::Contact& contact) const {
     return !(t < earliest_ || contact.wrench[2] < force_);
   }
 

@@ -39,8 +39,8 @@ struct FloatingRobot {
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
     std::vector<UrdfModel::Box> boxes;  ///< collision boxes, in the body's frame
     std::vector<Look> looks;            ///< appearance of the links with visual shapes
-    std::vector<LinkCapsule> capsules;  ///< capsules around the links, in the body's frame; see
-                                        ///< add_capsules
+    std::vector<RobotDescription::LinkCapsule> capsules;  ///< capsules around the links, in the
+                                                          ///< body's frame; see add_capsules
   };
   /// A frame fixed to a body.
   struct Frame {

@@ -43,7 +43,7 @@ void NoiseSource::disturb(WholeBodyEstimate& measured) {
   state.base.linear() = exp_so3(turn) * state.base.linear();
   for (double& q : state.q) q += draw(noise_.angle);
   for (double& dq : state.dq) dq += draw(noise_.angular_velocity);
-  for (FootContact* contact : {&measured.left, &measured.right})
+  for (WholeBodyEstimate::Contact* contact : {&measured.left, &measured.right})
     for (double& w : contact->wrench) w *= 1.0 + draw(noise_.force);
 }
 

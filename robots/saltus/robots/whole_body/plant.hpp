@@ -39,7 +39,7 @@ class Plant {
   /// Current state of the whole body.
   virtual const WholeBodyState& state() const = 0;
   /// Contact of a foot.
-  virtual const FootContact& contact(Side side) const = 0;
+  virtual const WholeBodyEstimate::Contact& contact(Side side) const = 0;
   /// Name for messages and results.
   virtual std::string name() const = 0;
 };

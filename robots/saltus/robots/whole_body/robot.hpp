@@ -25,50 +25,53 @@ struct WholeBodyState {
   }
 };
 
-/// Force of the ground on a foot.
-struct FootContact {
-  bool touches = false;                            ///< True if forces act.
-  Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of the
-                                                   ///< contact frame), world axes
-};
-
 /// State and contacts, either measured by ideal sensors or estimated.
 struct WholeBodyEstimate {
-  WholeBodyState state;     ///< state of base and joints
-  FootContact left, right;  ///< contacts of both feet
+  /// Force of the ground on a foot.
+  struct Contact {
+    bool touches = false;                            ///< True if forces act.
+    Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of
+                                                     ///< the contact frame), world axes
+  };
+
+  WholeBodyState state;  ///< state of base and joints
+  Contact left, right;   ///< contacts of both feet
 
   /// Contact of one foot.
-  const FootContact& contact(Side side) const { return side == Side::left ? left : right; }
+  const Contact& contact(Side side) const { return side == Side::left ? left : right; }
 };
-
-/// Latest readings of all sensors.
-struct SensorReadings {
-  double time = 0.0;                                         ///< s
-  VectorXd q;                                                ///< joint positions, rad
-  bool has_new_positions = false;                            ///< True if `q` is new.
-  Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
-  Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
-  /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
-  Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
-  /// State and contacts from ideal sensors, which only simulations have. If set, the other readings
-  /// are not used.
-  std::optional<WholeBodyEstimate> ideal;
-};
-
-/// Commands to all joints.
-struct JointCommands {
-  VectorXd torques;  ///< Nm
-};
+/// Deprecated name.
+using FootContact [[deprecated("use WholeBodyEstimate::Contact; removed in 0.4")]] =
+    WholeBodyEstimate::Contact;
 
 /// A robot that a BalanceController can drive by alternating calls of read(), write() and wait().
 class Robot {
  public:
+  /// Latest readings of all sensors.
+  struct Readings {
+    double time = 0.0;                                         ///< s
+    VectorXd q;                                                ///< joint positions, rad
+    bool has_new_positions = false;                            ///< True if `q` is new.
+    Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
+    Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
+    /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
+    Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
+    /// State and contacts from ideal sensors, which only simulations have. If set, the other
+    /// readings are not used.
+    std::optional<WholeBodyEstimate> ideal;
+  };
+
+  /// Commands to all joints.
+  struct Commands {
+    VectorXd torques;  ///< Nm
+  };
+
   virtual ~Robot() = default;
 
   /// Latest sensor readings. The reference stays valid until the next wait().
-  virtual const SensorReadings& read() const = 0;
+  virtual const Readings& read() const = 0;
   /// Sets the commands that act until the next call.
-  virtual void write(const JointCommands& commands) = 0;
+  virtual void write(const Commands& commands) = 0;
   /// Waits for the next readings. Returns an empty string, or one sentence on a failure.
   virtual std::string wait() = 0;
   /// Time between two readings, s.

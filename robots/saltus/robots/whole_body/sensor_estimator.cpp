@@ -65,7 +65,7 @@ BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
 
 }  // namespace
 
-void IdealEstimator::update(const SensorReadings& readings) {
+void IdealEstimator::update(const Robot::Readings& readings) {
   if (!readings.ideal)
     throw DefinitionError(
         "the ideal estimator needs the readings of ideal sensors, but there are none");
@@ -96,7 +96,7 @@ SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const Sen
           "estimator: the {} is {}, expected a finite number of at least 0", name, value));
 }
 
-void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& readings) {
+void SensorEstimator::start(const WholeBodyState& state, const Robot::Readings& readings) {
   time_ = readings.time;
   velocities_.reset(readings.q);
   pin_ = first_pin_;
@@ -119,7 +119,7 @@ void SensorEstimator::start(const WholeBodyState& state, const SensorReadings& r
   publish(readings);
 }
 
-void SensorEstimator::update(const SensorReadings& r) {
+void SensorEstimator::update(const Robot::Readings& r) {
   if (r.time <= time_) return;
   time_ = r.time;
   base_.predict(r.angular_velocity, r.specific_force, period_);
@@ -143,7 +143,7 @@ void SensorEstimator::pin(Side foot) {
   base_.pin(foot);
 }
 
-void SensorEstimator::read_soles(const SensorReadings& readings) {
+void SensorEstimator::read_soles(const Robot::Readings& readings) {
   for (int i = 0; i < 2; ++i) {
     soles_[i].update(readings.q);
     soles_read_[i].pose = soles_[i].pose();
@@ -152,7 +152,7 @@ void SensorEstimator::read_soles(const SensorReadings& readings) {
   }
 }
 
-void SensorEstimator::publish(const SensorReadings& r) {
+void SensorEstimator::publish(const Robot::Readings& r) {
   const ContactInertialState& s = base_.state();
   WholeBodyState& state = estimate_.state;
   state.base = s.base();
@@ -160,7 +160,7 @@ void SensorEstimator::publish(const SensorReadings& r) {
   state.q = r.q;
   state.dq = velocities_.velocity();
   for (int i = 0; i < 2; ++i) {
-    FootContact& contact = i == 0 ? estimate_.left : estimate_.right;
+    WholeBodyEstimate::Contact& contact = i == 0 ? estimate_.left : estimate_.right;
     const Vec<double, 6>& wrench = i == 0 ? r.left : r.right;
     const Mat<double, 3, 3> R = s.R * soles_read_[i].pose.linear();
     contact.touches = soles_read_[i].stands;

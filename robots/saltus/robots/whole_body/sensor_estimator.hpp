@@ -11,9 +11,9 @@ namespace saltus {
 /// Passes the state of ideal sensors through.
 class IdealEstimator final : public Estimator {
  public:
-  void start(const WholeBodyState&, const SensorReadings& readings) override { update(readings); }
+  void start(const WholeBodyState&, const Robot::Readings& readings) override { update(readings); }
   /// Throws DefinitionError for readings without ideal ones.
-  void update(const SensorReadings& readings) override;
+  void update(const Robot::Readings& readings) override;
   void pin(Side) override {}
   const WholeBodyEstimate& estimate() const override { return estimate_; }
 
@@ -33,8 +33,8 @@ class SensorEstimator final : public Estimator {
   SensorEstimator(const FloatingRobot& robot, Side pin, const SensorOptions& sensors,
                   const Estimator::Options& options, double period);
 
-  void start(const WholeBodyState& state, const SensorReadings& readings) override;
-  void update(const SensorReadings& readings) override;
+  void start(const WholeBodyState& state, const Robot::Readings& readings) override;
+  void update(const Robot::Readings& readings) override;
   void pin(Side foot) override;
   const WholeBodyEstimate& estimate() const override { return estimate_; }
 
@@ -42,8 +42,8 @@ class SensorEstimator final : public Estimator {
   const BaseEstimator& base() const { return base_; }
 
  private:
-  void read_soles(const SensorReadings& readings);
-  void publish(const SensorReadings& readings);
+  void read_soles(const Robot::Readings& readings);
+  void publish(const Robot::Readings& readings);
 
   double period_;
   double certain_stand_;  // s: time until which the pin is known to stand

@@ -159,8 +159,8 @@ void Sensors::reset(const WholeBodyState& state) {
   read();
 }
 
-void Sensors::observe(const WholeBodyState& state, const FootContact& left,
-                      const FootContact& right) {
+void Sensors::observe(const WholeBodyState& state, const WholeBodyEstimate::Contact& left,
+                      const WholeBodyEstimate::Contact& right) {
   encoder_.observe(state.q);
   const Vec<double, 3> turned = log_so3(base_.linear().transpose() * state.base.linear());
   inertial_ = turned / step_;

@@ -59,10 +59,12 @@ class Sensors {
 
   /// Starts at rest in this state.
   void reset(const WholeBodyState& state);
-  /// Processes the state after a step of the engine. Wrenches are in world axes, as in FootContact.
-  void observe(const WholeBodyState& state, const FootContact& left, const FootContact& right);
+  /// Processes the state after a step of the engine. Wrenches are in world axes, as in
+  /// WholeBodyEstimate::Contact.
+  void observe(const WholeBodyState& state, const WholeBodyEstimate::Contact& left,
+               const WholeBodyEstimate::Contact& right);
   /// Latest readings of all devices.
-  const SensorReadings& readings() const { return readings_; }
+  const Robot::Readings& readings() const { return readings_; }
 
  private:
   void read();
@@ -73,7 +75,7 @@ class Sensors {
   Eigen::Isometry3d base_;   // before the step
   Vec<double, 3> velocity_;  // velocity of its origin before the step
   VectorXd inertial_, wrench_;
-  SensorReadings readings_;
+  Robot::Readings readings_;
 };
 
 }  // namespace saltus
