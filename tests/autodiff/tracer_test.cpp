@@ -139,7 +139,7 @@ void expect_beyond(const Use& use, long row, long rows, int first_input) {
   try {
     use();
     FAIL() << "an entry that is not there was accepted";
-  } catch (const IndexError& e) {
+  } catch (const detail::IndexError& e) {
     EXPECT_EQ(e.row, row);
     EXPECT_EQ(e.rows, rows);
     EXPECT_EQ(e.first_input, first_input);

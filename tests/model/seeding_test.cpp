@@ -32,11 +32,11 @@ TEST(Seeding, JacobianEntriesAreRecovered) {
     const auto pattern = random_pattern(7, 13, 0.05 + 0.02 * seed, false, seed);
     const MatrixXd m = numbered(pattern);
     VectorXd entries = VectorXd::Zero(pattern.entries());
-    for (const JacobianPass& pass : jacobian_passes(pattern, 4)) {
+    for (const detail::JacobianPass& pass : detail::jacobian_passes(pattern, 4)) {
       MatrixXd directions = MatrixXd::Zero(13, 4);
-      for (const Seed& s : pass.seeds) directions(s.input, s.lane) = 1.0;
+      for (const detail::Seed& s : pass.seeds) directions(s.input, s.lane) = 1.0;
       const MatrixXd answer = m * directions;
-      for (const Reading& r : pass.readings) entries[r.entry] += answer(r.row, r.lane);
+      for (const detail::Reading& r : pass.readings) entries[r.entry] += answer(r.row, r.lane);
     }
     EXPECT_EQ(entries, VectorXd::LinSpaced(pattern.entries(), 1.0, pattern.entries()));
   }
@@ -50,13 +50,13 @@ TEST(Seeding, HessianEntriesAreRecovered) {
     MatrixXd m = lower + lower.transpose();
     m.diagonal() = lower.diagonal();
     VectorXd entries = VectorXd::Zero(pattern.entries());
-    for (const HessianPass& pass : hessian_passes(pattern, 4)) {
+    for (const detail::HessianPass& pass : detail::hessian_passes(pattern, 4)) {
       VectorXd outer = VectorXd::Zero(11);
       MatrixXd inner = MatrixXd::Zero(11, 4);
       for (int j : pass.outer) outer[j] = 1.0;
-      for (const Seed& s : pass.seeds) inner(s.input, s.lane) = 1.0;
+      for (const detail::Seed& s : pass.seeds) inner(s.input, s.lane) = 1.0;
       const VectorXd answer = (m * inner).transpose() * outer;
-      for (const Reading& r : pass.readings) entries[r.entry] += answer[r.lane];
+      for (const detail::Reading& r : pass.readings) entries[r.entry] += answer[r.lane];
     }
     EXPECT_EQ(entries, VectorXd::LinSpaced(pattern.entries(), 1.0, pattern.entries()));
   }
@@ -66,10 +66,10 @@ TEST(Seeding, StructureSavesPasses) {
   std::vector<std::pair<int, int>> diagonal, arrow;
   for (int i = 0; i < 32; ++i) diagonal.emplace_back(i, i);
   for (int i = 0; i < 32; ++i) arrow.emplace_back(31, i);
-  EXPECT_EQ(jacobian_passes(SparsityPattern::from_pairs(32, 32, diagonal), 4).size(), 1u);
-  EXPECT_EQ(hessian_passes(SparsityPattern::from_pairs(32, 32, diagonal), 4).size(), 8u);
-  EXPECT_EQ(hessian_passes(SparsityPattern::from_pairs(32, 32, arrow), 4).size(), 8u);
-  EXPECT_TRUE(hessian_passes(SparsityPattern(5, 5), 4).empty());
+  EXPECT_EQ(detail::jacobian_passes(SparsityPattern::from_pairs(32, 32, diagonal), 4).size(), 1u);
+  EXPECT_EQ(detail::hessian_passes(SparsityPattern::from_pairs(32, 32, diagonal), 4).size(), 8u);
+  EXPECT_EQ(detail::hessian_passes(SparsityPattern::from_pairs(32, 32, arrow), 4).size(), 8u);
+  EXPECT_TRUE(detail::hessian_passes(SparsityPattern(5, 5), 4).empty());
 }
 
 }  // namespace

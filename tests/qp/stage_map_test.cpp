@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, RandomStages, ::testing::Range(1u, 101u));
 // Writes the rows of a sparse program.
 struct Written final : DirectRows {
   explicit Written(const SparseQp& rows) : qp(rows) {}
-  bool write(std::span<const EntryTarget> targets) noexcept override {
+  bool write(std::span<const detail::EntryTarget> targets) noexcept override {
     qp.row_pattern.for_each([&](int r, int, int e) {
       if (qp.row_lower[r] > -infinity || qp.row_upper[r] < infinity)
         *targets[e].to = targets[e].scale * qp.rows[e];

@@ -26,6 +26,8 @@
 
 namespace saltus {
 
+namespace detail {
+
 // A small set of indices, used for the inputs that a formula depends on.
 
 /// A set of small non-negative integers that allocates only when it is not empty.
@@ -62,6 +64,8 @@ class IndexSet {
   std::vector<std::uint64_t> words_;
 };
 
+}  // namespace detail
+
 class Tracer;
 template <>
 inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer tracks dependence
@@ -96,7 +100,7 @@ class Tracer {
   /// Degree as a polynomial in the variables, or no_degree.
   int degree() const { return degree_; }
   /// The inputs this result depends on.
-  const IndexSet& inputs() const { return inputs_; }
+  const detail::IndexSet& inputs() const { return inputs_; }
   /// Calls visit(i, j), i >= j, for each pair whose second derivative may be non-zero.
   template <class Visit>
   void for_each_pair(Visit&& visit) const {
@@ -166,8 +170,8 @@ class Tracer {
   double value_ = 0.0;  // valid for constants only
   int degree_ = 0;
   bool written_ = true;
-  IndexSet inputs_;
-  IndexSet pairs_;
+  detail::IndexSet inputs_;
+  detail::IndexSet pairs_;
 };
 
 Tracer sin(const Tracer& x);
@@ -205,14 +209,14 @@ namespace saltus {
 // initialiser. coeff() reads the storage, which also checks. The storage behind data() has extra
 // entries at both ends. They stay unwritten, so writes to them are detected.
 
+namespace detail {
+
 /// Thrown when a formula accesses an entry that a vector or matrix of tracers does not have.
 struct IndexError {
   long row = 0, col = 0;    ///< accessed entry, counted from 0; a vector uses row
   long rows = 0, cols = 1;  ///< size of the vector or matrix
   int first_input = -1;     ///< first input if entries are consecutive inputs, else -1
 };
-
-namespace detail {
 
 template <class Expression>
 concept Traced =

@@ -15,7 +15,7 @@ void subtract_multiple(int n, double a, const double* x, double* y) {
 
 }  // namespace
 
-DenseLu::DenseLu(int size)
+detail::DenseLu::DenseLu(int size)
     : size_(size),
       factors_(size * size),
       row_scale_(size),
@@ -23,7 +23,7 @@ DenseLu::DenseLu(int size)
       pivots_(size),
       rows_(size) {}
 
-bool DenseLu::factor() {
+bool detail::DenseLu::factor() {
   const double rounding = 4.0 * size_ * std::numeric_limits<double>::epsilon();
   std::iota(rows_.begin(), rows_.end(), 0);
   for (int i = 0; i < size_; ++i) {
@@ -75,7 +75,7 @@ bool DenseLu::factor() {
   return true;
 }
 
-void DenseLu::solve(double* b) const {
+void detail::DenseLu::solve(double* b) const {
   for (int k = 0; k < size_; ++k)
     if (pivots_[k] != k) std::swap(b[k], b[pivots_[k]]);
   const double* factors = factors_.data();
@@ -91,7 +91,7 @@ void DenseLu::solve(double* b) const {
   }
 }
 
-void DenseLu::solve(double* B, int columns) const {
+void detail::DenseLu::solve(double* B, int columns) const {
   const double* factors = factors_.data();
   for (int k = 0; k < size_; ++k)
     if (pivots_[k] != k)
@@ -108,7 +108,7 @@ void DenseLu::solve(double* B, int columns) const {
   }
 }
 
-void DenseLu::solve_transposed(double* b) const {
+void detail::DenseLu::solve_transposed(double* b) const {
   const double* factors = factors_.data();
   for (int i = 0; i < size_; ++i) {
     b[i] *= inverse_[i];

@@ -7,6 +7,8 @@
 
 namespace saltus {
 
+namespace detail {
+
 /// Factors P A = L U with scaled partial pivoting.
 class DenseLu {
  public:
@@ -38,5 +40,7 @@ class DenseLu {
   std::vector<int> pivots_, rows_;  // row swapped with row k; row of A at position k
   int singular_row_ = -1;
 };
+
+}  // namespace detail
 
 }  // namespace saltus

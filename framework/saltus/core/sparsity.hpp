@@ -6,6 +6,8 @@
 
 namespace saltus {
 
+namespace detail {
+
 // Destination of an entry of a sparse matrix that is not stored itself.
 
 /// Writes *to = scale * entry.
@@ -13,6 +15,8 @@ struct EntryTarget {
   double* to = nullptr;  ///< destination
   double scale = 1.0;    ///< factor applied to the entry
 };
+
+}  // namespace detail
 
 /// Rows are stored in order, with ascending columns within a row. The values of a matrix with this
 /// pattern are an array of `entries()` doubles in the same order.

@@ -8,6 +8,8 @@
 
 namespace saltus {
 
+namespace detail {
+
 /// Which threads may call lend().
 enum class Lending {
   shared,    ///< any number of threads concurrently
@@ -80,5 +82,7 @@ class WorkspacePool {
   Lending lending_;
   mutable std::array<std::atomic<T*>, max_kept_workspaces> kept_{};
 };
+
+}  // namespace detail
 
 }  // namespace saltus

@@ -240,7 +240,7 @@ namespace {
 class Eliminated final : public FunctionBody {
  public:
   Eliminated(Function extended, std::shared_ptr<const AlgebraicEquations> equations,
-             Lending lending = Lending::shared)
+             detail::Lending lending = detail::Lending::shared)
       : FunctionBody(equations->sizes().size(), extended.outputs()),
         extended_(std::move(extended)),
         equations_(std::move(equations)),
@@ -282,7 +282,7 @@ class Eliminated final : public FunctionBody {
     const Function extended = extended_.separate();
     const auto equations = AlgebraicEquations::separate(equations_);
     return extended && equations
-               ? std::make_shared<Eliminated>(extended, equations, Lending::exclusive)
+               ? std::make_shared<Eliminated>(extended, equations, detail::Lending::exclusive)
                : nullptr;
   }
 
@@ -355,7 +355,7 @@ class Eliminated final : public FunctionBody {
     std::vector<double> multipliers;  // mu
     std::vector<double> outputs;      // F
   };
-  using Pool = WorkspacePool<Workspace>;
+  using Pool = detail::WorkspacePool<Workspace>;
 
   std::unique_ptr<Workspace> new_workspace() const {
     const int entries =

@@ -71,7 +71,7 @@ class AlgebraicEquations {
 
     std::vector<double> argument;  ///< (t | x z | u | p)
     std::vector<double> entries;   ///< Jacobian of g at the argument
-    DenseLu slope;                 ///< factors of g_z, after AlgebraicEquations::factor()
+    detail::DenseLu slope;         ///< factors of g_z, after AlgebraicEquations::factor()
     std::vector<double> direct;    ///< dz / d (t | x | u | p), row-major, after differentiate()
     int equation = -1;             ///< index of the equation that failed, or -1
 

@@ -230,7 +230,7 @@ class ReentrantIntegrator {
   IntervalProblem problem_;
   IntegratorChoice scheme_;
   IntervalArguments interval_arguments_;
-  WorkspacePool<Integrator> integrators_;
+  detail::WorkspacePool<Integrator> integrators_;
 };
 
 // Directional derivatives of the flow of an interval, also where it has no Jacobian. Where two

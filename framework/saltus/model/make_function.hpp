@@ -24,6 +24,8 @@
 
 namespace saltus {
 
+namespace detail {
+
 // Compression of sparse Jacobians and Hessians: inputs that can share a direction of
 // differentiation, so that few evaluations give all entries.
 //
@@ -66,7 +68,11 @@ struct HessianPass {
 /// Passes of one outer and at most `lanes` inner directions for a lower-triangular pattern.
 std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lanes);
 
+}  // namespace detail
+
 // Structural properties of a function from its sparsity: dependence on inputs and affinity.
+
+namespace detail {
 
 /// Sparsity patterns of a formula, found by one trace.
 struct FormulaStructure {
@@ -76,6 +82,8 @@ struct FormulaStructure {
 };
 /// Patterns of traced outputs.
 FormulaStructure structure_of(int inputs, const std::vector<Tracer>& outputs);
+
+}  // namespace detail
 
 /// True if any output may depend on the input.
 bool depends_on(const Function& function, int input);
@@ -97,6 +105,8 @@ struct FormulaName {
   std::string_view name = {};   ///< name of the formula, if any
 };
 
+namespace detail {
+
 /// Computes y = formula(z) with tracers, one entry of z per input.
 using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
 
@@ -104,6 +114,8 @@ using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
 /// range or returns an unwritten entry.
 FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
                                   const TraceFormula& trace);
+
+}  // namespace detail
 
 }  // namespace saltus
 

@@ -50,20 +50,21 @@ std::vector<int> cover_pairs(const Lists& partners) {
 
 // Seeds as whole vectors. Reading a vector right after writing one of its lanes would stall on the
 // store.
-std::vector<double> tangents_of(const std::vector<Seed>& seeds, int inputs, int lanes) {
+std::vector<double> tangents_of(const std::vector<detail::Seed>& seeds, int inputs, int lanes) {
   std::vector<double> tangents(static_cast<std::size_t>(inputs) * lanes, 0.0);
-  for (const Seed& seed : seeds) tangents[seed.input * lanes + seed.lane] = 1.0;
+  for (const detail::Seed& seed : seeds) tangents[seed.input * lanes + seed.lane] = 1.0;
   return tangents;
 }
 
 }  // namespace
 
-std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes) {
+std::vector<detail::JacobianPass> detail::jacobian_passes(const SparsityPattern& jacobian,
+                                                          int lanes) {
   Lists rows_of(jacobian.cols());
   jacobian.for_each([&](int r, int c, int) { rows_of[c].push_back(r); });
   const std::vector<int> colour = colour_disjoint(rows_of, jacobian.rows());
-  std::vector<JacobianPass> passes;
-  const auto pass_of = [&](int c) -> JacobianPass& {
+  std::vector<detail::JacobianPass> passes;
+  const auto pass_of = [&](int c) -> detail::JacobianPass& {
     const std::size_t pass = colour[c] / lanes;
     if (pass >= passes.size()) passes.resize(pass + 1);
     return passes[pass];
@@ -73,11 +74,12 @@ std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int l
   jacobian.for_each([&](int r, int c, int entry) {
     pass_of(c).readings.push_back({r, colour[c] % lanes, entry});
   });
-  for (JacobianPass& pass : passes) pass.tangents = tangents_of(pass.seeds, jacobian.cols(), lanes);
+  for (detail::JacobianPass& pass : passes)
+    pass.tangents = tangents_of(pass.seeds, jacobian.cols(), lanes);
   return passes;
 }
 
-std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lanes) {
+std::vector<detail::HessianPass> detail::hessian_passes(const SparsityPattern& hessian, int lanes) {
   const int n = hessian.cols();
   Lists partners(n);
   hessian.for_each([&](int i, int j, int) {
@@ -93,13 +95,13 @@ std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lane
   const std::vector<int> colour = colour_disjoint(partners_of_outer, n);
   const int directions = cover.empty() ? 0 : 1 + *std::max_element(colour.begin(), colour.end());
 
-  std::vector<HessianPass> passes;
+  std::vector<detail::HessianPass> passes;
   std::vector<bool> known(hessian.entries(), false);
   for (int d = 0; d < directions; ++d) {
-    HessianPass pass;
+    detail::HessianPass pass;
     for (std::size_t k = 0; k < cover.size(); ++k)
       if (colour[k] == d) pass.outer.push_back(cover[k]);
-    const HessianPass blank = pass;
+    const detail::HessianPass blank = pass;
     for (int j : blank.outer) {
       for (int i : partners[j]) {
         const int entry = hessian.find(std::max(i, j), std::min(i, j));
@@ -116,7 +118,7 @@ std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lane
     }
     if (!pass.seeds.empty()) passes.push_back(pass);
   }
-  for (HessianPass& pass : passes) {
+  for (detail::HessianPass& pass : passes) {
     pass.tangents = tangents_of(pass.seeds, n, lanes);
     pass.outer_tangents.assign(n, 0.0);
     for (const int j : pass.outer) pass.outer_tangents[j] = 1.0;

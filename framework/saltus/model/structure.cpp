@@ -4,9 +4,9 @@
 
 namespace saltus {
 
-FormulaStructure structure_of(int inputs, const std::vector<Tracer>& outputs) {
+detail::FormulaStructure detail::structure_of(int inputs, const std::vector<Tracer>& outputs) {
   using Pairs = std::vector<std::pair<int, int>>;
-  FormulaStructure structure;
+  detail::FormulaStructure structure;
   Pairs first, second;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     Pairs curved;

@@ -25,7 +25,7 @@ std::string describe_argument(char symbol, const char* what, int size) {
   return fmt::format("there are {} {}s, {}[0] to {}[{}]", size, what, symbol, symbol, size - 1);
 }
 
-std::string describe(const IndexError& e, const Arguments& sizes) {
+std::string describe(const detail::IndexError& e, const Arguments& sizes) {
   const long size = e.rows * e.cols;
   struct Argument {
     char symbol;
@@ -54,14 +54,14 @@ std::string describe(const IndexError& e, const Arguments& sizes) {
 
 }  // namespace
 
-FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
-                                  const TraceFormula& trace) {
+detail::FormulaStructure detail::traced_structure(const FormulaName& name, const Arguments& sizes,
+                                                  int outputs, const detail::TraceFormula& trace) {
   std::vector<Tracer> z, y(outputs);
   for (int i = 0; i < sizes.size(); ++i) z.push_back(Tracer::input(i));
   detail::was_written_beyond();  // reset
   try {
     trace(z.data(), y.data());
-  } catch (const IndexError& e) {
+  } catch (const detail::IndexError& e) {
     throw DefinitionError(fmt::format("{}: {}", describe(name), describe(e, sizes)));
   }
   if (detail::was_written_beyond())
@@ -73,7 +73,7 @@ FormulaStructure traced_structure(const FormulaName& name, const Arguments& size
           fmt::format("{}: entry {} of its result is never written, or depends on a number that is "
                       "never written",
                       describe(name), i));
-  return structure_of(sizes.size(), y);
+  return detail::structure_of(sizes.size(), y);
 }
 
 }  // namespace saltus

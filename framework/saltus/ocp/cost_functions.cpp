@@ -25,7 +25,7 @@ std::vector<int> positions(const SparsityPattern& part, const SparsityPattern& w
 class LeastSquares final : public FunctionBody {
  public:
   LeastSquares(const Function& residual, const MatrixXd& weight, const Reference& reference,
-               Lending lending = Lending::shared)
+               detail::Lending lending = detail::Lending::shared)
       : FunctionBody(residual.inputs(), 1),
         residual_(residual),
         weight_(weight),
@@ -68,9 +68,9 @@ class LeastSquares final : public FunctionBody {
 
   std::shared_ptr<const FunctionBody> separate() const override {
     const Function residual = residual_.separate();
-    return residual
-               ? std::make_shared<LeastSquares>(residual, weight_, reference_, Lending::exclusive)
-               : nullptr;
+    return residual ? std::make_shared<LeastSquares>(residual, weight_, reference_,
+                                                     detail::Lending::exclusive)
+                    : nullptr;
   }
 
   void value(const double* z, double* y) const override {
@@ -112,7 +112,7 @@ class LeastSquares final : public FunctionBody {
     // Jacobians of r and of r - ref(t), and second derivatives of r.
     std::vector<double> entries, shifted, curvature;
   };
-  using Pool = WorkspacePool<Workspace>;
+  using Pool = detail::WorkspacePool<Workspace>;
 
   std::unique_ptr<Workspace> new_workspace() const {
     const int m = residual_.outputs();
@@ -173,7 +173,7 @@ class Stack final : public FunctionBody {
   // A null `wanted` evaluates all functions.
   explicit Stack(const std::vector<Function>& functions,
                  std::shared_ptr<const std::vector<char>> wanted = nullptr,
-                 Lending lending = Lending::shared)
+                 detail::Lending lending = detail::Lending::shared)
       : FunctionBody(functions.front().inputs(), count_outputs(functions)),
         functions_(functions),
         wanted_(std::move(wanted)),
@@ -214,7 +214,7 @@ class Stack final : public FunctionBody {
       parts.push_back(f.separate());
       if (!parts.back()) return nullptr;
     }
-    return std::make_shared<Stack>(parts, wanted_, Lending::exclusive);
+    return std::make_shared<Stack>(parts, wanted_, detail::Lending::exclusive);
   }
 
   void value(const double* z, double* y) const override {
@@ -281,7 +281,7 @@ class Stack final : public FunctionBody {
   std::shared_ptr<const std::vector<char>> wanted_;
   std::vector<std::vector<int>> to_hessian_;
   int max_curvature_entries_;  // largest number of second derivatives of a part
-  WorkspacePool<Workspace> workspaces_;
+  detail::WorkspacePool<Workspace> workspaces_;
 };
 
 class TimesLength final : public FunctionBody {

@@ -28,7 +28,7 @@ class DirectRows {
  public:
   virtual ~DirectRows() = default;
   /// Writes every entry of the row pattern to its target, except entries of rows without bounds.
-  virtual bool write(std::span<const EntryTarget> targets) noexcept = 0;
+  virtual bool write(std::span<const detail::EntryTarget> targets) noexcept = 0;
   virtual void multiply(const VectorXd& w, VectorXd& rows) const noexcept = 0;  ///< rows = J w
   /// gradient += J' lambda.
   virtual void add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept = 0;

@@ -29,7 +29,7 @@ StageMap::Lists::Lists(const SparseQp& patterns, StageStructure given)
       row_active(patterns.row_pattern.rows(), 0),
       soft_of_row(patterns.row_pattern.rows(), -1),
       gradient(patterns.variables()),
-      targets(patterns.row_pattern.entries(), EntryTarget{&nowhere, 1.0}),
+      targets(patterns.row_pattern.entries(), detail::EntryTarget{&nowhere, 1.0}),
       hessian_targets(patterns.hessian_pattern.entries(), HessianTarget{&nowhere, &nowhere}) {
   if (structure.stages.empty()) fail("there is no stage");
   assign_variables();

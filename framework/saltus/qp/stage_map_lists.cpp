@@ -113,8 +113,9 @@ void StageMap::Lists::list_dynamics(const SparseQp& qp, int k) {
       if (e == plan.diagonal[i]) continue;
       const int c = column(qp.row_pattern.col(e), k);
       if (c < 0) plan.b_fixed.push_back({e, i, qp.row_pattern.col(e)});
-      targets[e] =
-          c < 0 ? no_stage(e) : EntryTarget{c < nx ? &stage.A(i, c) : &stage.B(i, c - nx), scale};
+      targets[e] = c < 0
+                       ? no_stage(e)
+                       : detail::EntryTarget{c < nx ? &stage.A(i, c) : &stage.B(i, c - nx), scale};
     }
   }
   const auto pass = [&](int v, int to) {

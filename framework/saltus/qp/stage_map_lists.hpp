@@ -157,7 +157,9 @@ struct StageMap::Lists {
   void write_directly(SparseQp& qp, DirectRows& rows);
   void restart(const VectorXd& row_sides);
   // Destination of a row entry that belongs to no stage.
-  EntryTarget no_stage(int entry) { return {direct == nullptr ? &nowhere : aside + entry, 1.0}; }
+  detail::EntryTarget no_stage(int entry) {
+    return {direct == nullptr ? &nowhere : aside + entry, 1.0};
+  }
 
   // Conversion of points: stage_map_points.cpp.
   void part_to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
@@ -191,7 +193,7 @@ struct StageMap::Lists {
   DirectRows* direct = nullptr;                // null: row entries come from the sparse program
   double* aside = nullptr;                     // row entries of the sparse program, for direct rows
   double nowhere = 0.0;                        // receives entries that are not needed
-  std::vector<EntryTarget> targets;            // per row entry
+  std::vector<detail::EntryTarget> targets;    // per row entry
   std::vector<HessianTarget> hessian_targets;  // per Hessian entry
   VectorXd row_values;                         // work space
 };

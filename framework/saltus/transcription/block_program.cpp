@@ -195,9 +195,9 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
 }
 
 // Linear entries first. Blocks add to them at the same positions.
-bool BlockProgram::write_jacobian(const double* w, std::span<const EntryTarget> targets) {
+bool BlockProgram::write_jacobian(const double* w, std::span<const detail::EntryTarget> targets) {
   for (const Linear& l : linear_) {
-    const EntryTarget& target = targets[l.position];
+    const detail::EntryTarget& target = targets[l.position];
     const double value = target.scale * l.coefficient;
     *target.to = l.adds ? *target.to + value : value;
   }
@@ -205,7 +205,7 @@ bool BlockProgram::write_jacobian(const double* w, std::span<const EntryTarget> 
   bool finite = true;
   const auto write = [&](int i, const Scatter& s) {
     if (is_off(blocks_[i].outputs[s.output].row)) return;
-    const EntryTarget& target = targets[s.to];
+    const detail::EntryTarget& target = targets[s.to];
     const double value = target.scale * (s.factor * compiled_[i].entries[s.from]);
     *target.to = s.adds ? *target.to + value : value;
     finite = finite && std::isfinite(value);

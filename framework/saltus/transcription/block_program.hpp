@@ -121,7 +121,7 @@ class BlockProgram : public NonlinearProgram {
   bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }
   /// Writes every Jacobian entry at w to its target, except for inactive rows. Returns false if the
   /// program cannot be evaluated; linear entries are written even then.
-  bool write_jacobian(const double* w, std::span<const EntryTarget> targets);
+  bool write_jacobian(const double* w, std::span<const detail::EntryTarget> targets);
   // The next two use the derivatives of the last evaluation.
   void multiply_jacobian(const VectorXd& v, VectorXd& out) const;             ///< out = J v
   void add_jacobian_transposed(const VectorXd& lambda, VectorXd& out) const;  ///< out += J' lambda

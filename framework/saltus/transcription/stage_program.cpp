@@ -60,7 +60,7 @@ QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool wa
 
 // If a formula throws, the point counts as not evaluable.
 
-bool StageProgram::write(std::span<const EntryTarget> targets) noexcept try {
+bool StageProgram::write(std::span<const detail::EntryTarget> targets) noexcept try {
   return program_->write_jacobian(at_.data(), targets);
 } catch (...) {
   return false;

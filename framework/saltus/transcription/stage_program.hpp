@@ -32,7 +32,7 @@ class StageProgram final : public QpSolver, private DirectRows {
   const StageQp& stages() const { return map_.stages(); }
 
  private:
-  bool write(std::span<const EntryTarget> targets) noexcept override;
+  bool write(std::span<const detail::EntryTarget> targets) noexcept override;
   void multiply(const VectorXd& w, VectorXd& rows) const noexcept override;
   void add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept override;
 

@@ -71,7 +71,7 @@ class ControlledSteps {
   double factored_h_ = 0.0;
   std::vector<double> y_, next_, stage_, error_, polynomial_, jacobian_, newton_;
   std::vector<std::vector<double>> k_;  // rates of the stages
-  DenseLu lu_;
+  detail::DenseLu lu_;
 };
 
 }  // namespace saltus

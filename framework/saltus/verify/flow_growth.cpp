@@ -80,7 +80,7 @@ void FlowGrowth::step(const std::vector<double>& jacobian, double length) {
   }
   // Stiff: (1 + (1 - 2 g) z) / (1 - g z)^2, L-stable of order 2 with g = 1 - 1 / sqrt(2).
   constexpr double g = 1.0 - 1.0 / std::numbers::sqrt2;
-  DenseLu lu(n);
+  detail::DenseLu lu(n);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j)
       lu.row(i)[j] = (i == j ? 1.0 : 0.0) - g * length * jacobian[i * n + j];

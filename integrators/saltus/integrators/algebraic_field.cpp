@@ -15,7 +15,7 @@ namespace {
 class Stacked final : public FunctionBody {
  public:
   Stacked(const Arguments& sizes, int nz, std::vector<Function> functions,
-          Lending lending = Lending::shared)
+          detail::Lending lending = detail::Lending::shared)
       : FunctionBody(sizes.size() + nz, outputs_of(functions)),
         sizes_(sizes),
         functions_(std::move(functions)),
@@ -45,7 +45,7 @@ class Stacked final : public FunctionBody {
       parts.push_back(f.separate());
       if (!parts.back()) return nullptr;
     }
-    return std::make_shared<Stacked>(sizes_, nz_, std::move(parts), Lending::exclusive);
+    return std::make_shared<Stacked>(sizes_, nz_, std::move(parts), detail::Lending::exclusive);
   }
   void value(const double* z, double* y) const override {
     const Pool::Loan reduced = lend();
@@ -66,7 +66,7 @@ class Stacked final : public FunctionBody {
 
  private:
   using Workspace = std::vector<double>;  // (t | x | u | p)
-  using Pool = WorkspacePool<Workspace>;
+  using Pool = detail::WorkspacePool<Workspace>;
 
   std::unique_ptr<Workspace> new_workspace() const {
     return std::make_unique<Workspace>(sizes_.size());

@@ -22,7 +22,7 @@ struct ImplicitStep {
   ImplicitStep(int stages, const IntervalField& field, int entries);
 
   std::vector<Stage> stages;
-  DenseLu matrix;  // M
+  detail::DenseLu matrix;  // M
 };
 
 class StageSolver {
