@@ -40,22 +40,22 @@ struct Least {
   }
 };
 
-QpResult as_result(const Hpipm& solver, const StageQp::Residual& residual) {
-  QpResult result;
+qp::QpResult as_result(const Hpipm& solver, const qp::StageQp::Residual& residual) {
+  qp::QpResult result;
   result.iterations = solver.iterations();
   result.residual = residual.largest();
   // Only the judge decides; the status of the solver is ignored.
-  result.status = QpStatus::optimal;
+  result.status = qp::QpStatus::optimal;
   return result;
 }
 
 class Counter {
  public:
   explicit Counter(const std::string& name) : ours_(name), theirs_("hpipm " + name) {}
-  void count(const StageQp& qp, const Least& our_time, const QpResult& our_result,
-             const StagePoint& our_point, const Least& their_time, const Hpipm& solver,
-             const StagePoint& their_point, int instance) {
-    const StageQp::Residual their_residual = kkt_residual(qp, their_point);
+  void count(const qp::StageQp& qp, const Least& our_time, const qp::QpResult& our_result,
+             const qp::StagePoint& our_point, const Least& their_time, const Hpipm& solver,
+             const qp::StagePoint& their_point, int instance) {
+    const qp::StageQp::Residual their_residual = kkt_residual(qp, their_point);
     ours_.count(our_time.microseconds, our_result, kkt_residual(qp, our_point).largest(), instance);
     theirs_.count(their_time.microseconds, as_result(solver, their_residual),
                   their_residual.largest(), instance);
@@ -75,8 +75,8 @@ double tolerance_for(const HpipmLibrary& library, const Batch& batch, HpipmMode 
     Hpipm solver(library, step_recovery_qp(batch.options, nominal_start()), mode, tolerance);
     bool accepted = true;
     for (int seed = 1; seed <= instances && accepted; ++seed) {
-      const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
-      StagePoint point(qp);
+      const qp::StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
+      qp::StagePoint point(qp);
       solver.load(qp);
       solver.solve();
       solver.read(qp, point);
@@ -88,21 +88,21 @@ double tolerance_for(const HpipmLibrary& library, const Batch& batch, HpipmMode 
 }
 
 Duel cold(const HpipmLibrary& library, const Batch& batch, bool fixed_sizes, int solves) {
-  const StageQp capacity = step_recovery_qp(batch.options, nominal_start());
-  const auto ours =
-      make_riccati_solver(capacity, from_standing(),
-                          fixed_sizes ? std::span<const qp::RiccatiKernel>(step_recovery_kernels)
-                                      : std::span<const qp::RiccatiKernel>());
+  const qp::StageQp capacity = step_recovery_qp(batch.options, nominal_start());
+  const auto ours = qp::make_riccati_solver(
+      capacity, from_standing(),
+      fixed_sizes ? std::span<const qp::RiccatiKernel>(step_recovery_kernels)
+                  : std::span<const qp::RiccatiKernel>());
   // With active rows its fast mode misses most instances.
   const HpipmMode mode = batch.name == "recipe/binding" ? HpipmMode::balance : HpipmMode::speed;
   Hpipm theirs(library, capacity, mode, tolerance_for(library, batch, mode));
   Counter counter(batch.name + (fixed_sizes ? "" : run_time_sizes));
   for (int seed = 1; seed <= solves; ++seed) {
-    const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
-    const StagePoint guess = standing_guess(qp);
-    StagePoint our_point = guess, their_point(qp);
+    const qp::StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
+    const qp::StagePoint guess = standing_guess(qp);
+    qp::StagePoint our_point = guess, their_point(qp);
     theirs.load(qp);
-    QpResult result;
+    qp::QpResult result;
     Least our_time, their_time;
     for (int turn = 0; turn < turns; ++turn) {
       our_point = guess;
@@ -119,21 +119,21 @@ Duel cold(const HpipmLibrary& library, const Batch& batch, bool fixed_sizes, int
 Duel warm_from(const HpipmLibrary& library, const RecordedSequence& sequence, Hpipm::Start start,
                double tolerance) {
   const int ticks = static_cast<int>(sequence.problems.size());
-  const StageQp capacity = step_recovery_qp({sequence.intervals, 0}, nominal_start());
-  const auto ours = make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
-  StagePoint point(capacity), shifted(capacity), solved(capacity);
+  const qp::StageQp capacity = step_recovery_qp({sequence.intervals, 0}, nominal_start());
+  const auto ours = qp::make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
+  qp::StagePoint point(capacity), shifted(capacity), solved(capacity);
   Counter counter(warm_name);
-  StageQp before = sequence.program(0);
-  const StagePoint first = standing_guess(before);
+  qp::StageQp before = sequence.program(0);
+  const qp::StagePoint first = standing_guess(before);
   for (std::size_t k = 0; k < first.stages.size(); ++k)
     point.stages[k].u.head(first.stages[k].u.size()) = first.stages[k].u;
   ours->solve(before, point, /*warm=*/false);
   for (int tick = 1; tick < ticks; ++tick) {
-    StageQp qp = sequence.program(tick);
+    qp::StageQp qp = sequence.program(tick);
     shift_by_one_stage(before, point, qp, standing_guess(qp), shifted);
     Hpipm theirs(library, qp, HpipmMode::speed, tolerance);
     theirs.load(qp);
-    QpResult result;
+    qp::QpResult result;
     Least our_time, their_time;
     for (int turn = 0; turn < turns; ++turn) {
       solved = shifted;
@@ -141,7 +141,7 @@ Duel warm_from(const HpipmLibrary& library, const RecordedSequence& sequence, Hp
       theirs.start_at(qp, shifted);
       their_time.time([&] { theirs.solve(start); });
     }
-    StagePoint their_point(capacity);
+    qp::StagePoint their_point(capacity);
     theirs.read(qp, their_point);
     counter.count(qp, our_time, result, solved, their_time, theirs, their_point, tick);
     point = solved;

@@ -13,12 +13,12 @@ constexpr int intervals = 20;
 // Dynamics near the limit of stability, a start within one, and a box for every third state whose
 // sides lie just outside the range of some admissible inputs: feasible by construction. The target
 // of the cost is beyond the boxes, so that they are active.
-StageQp box_qp(int nx, int nu, std::uint64_t seed) {
+qp::StageQp box_qp(int nx, int nu, std::uint64_t seed) {
   constexpr double input_limit = 1.0, margin = 0.05;
   Random random(seed);
-  std::vector<StageCapacity> capacity(intervals + 1, {nx, nu, {}});
+  std::vector<qp::StageCapacity> capacity(intervals + 1, {nx, nu, {}});
   capacity.back().nu = 0;
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
 
   const MatrixXd A =
       0.95 * MatrixXd::Identity(nx, nx) + 0.2 / std::sqrt(nx) * random.matrix(nx, nx);
@@ -35,7 +35,7 @@ StageQp box_qp(int nx, int nu, std::uint64_t seed) {
     upper = upper.cwiseMax(x);
   }
   for (int k = 0; k <= intervals; ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     s.Q = Q;
     s.q = -Q * target;
     s.constant = 0.5 * target.dot(Q * target);
@@ -60,23 +60,23 @@ std::string name_of(int nx, int nu) {
 template <int nx, int nu>
 CaseGroup group() {
   const std::string fixed = name_of(nx, nu), any = fixed + ",run-time-sizes";
-  return {
-      .names = {fixed, any}, .run = [fixed, any](const Selection& selection) {
-        static constexpr std::array<qp::RiccatiKernel, 3> kernels{qp::riccati_kernel<nx, nu, nx>(),
-                                                                  qp::riccati_kernel<0, nu, nx>(),
-                                                                  qp::riccati_kernel<nx, 0, 0>()};
-        const StageQp capacity = box_qp(nx, nu, 1);
-        Contenders contenders(selection);
-        contenders.add(fixed, capacity, {}, kernels);
-        contenders.add(any, capacity, {}, {});
-        for (int seed = 1; seed <= selection.solves && !contenders.empty(); ++seed) {
-          const StageQp qp = box_qp(nx, nu, seed);
-          contenders.solve(qp, StagePoint(qp), seed, [&](Measurement& m, const StagePoint& point) {
-            m.detail("binding bounds", binding_bounds(qp, point));
-          });
-        }
-        return contenders.results();
-      }};
+  return {.names = {fixed, any}, .run = [fixed, any](const Selection& selection) {
+            static constexpr std::array<qp::RiccatiKernel, 3> kernels{
+                qp::riccati_kernel<nx, nu, nx>(), qp::riccati_kernel<0, nu, nx>(),
+                qp::riccati_kernel<nx, 0, 0>()};
+            const qp::StageQp capacity = box_qp(nx, nu, 1);
+            Contenders contenders(selection);
+            contenders.add(fixed, capacity, {}, kernels);
+            contenders.add(any, capacity, {}, {});
+            for (int seed = 1; seed <= selection.solves && !contenders.empty(); ++seed) {
+              const qp::StageQp qp = box_qp(nx, nu, seed);
+              contenders.solve(qp, qp::StagePoint(qp), seed,
+                               [&](Measurement& m, const qp::StagePoint& point) {
+                                 m.detail("binding bounds", binding_bounds(qp, point));
+                               });
+            }
+            return contenders.results();
+          }};
 }
 
 }  // namespace

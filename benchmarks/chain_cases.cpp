@@ -20,9 +20,9 @@ std::vector<CaseResult> run(const Selection& selection) {
                                                   qp::riccati_kernel<nx, 0, 0>()};
   TrackingProgram program = chain_program(read_chain(data_file("hanging_chain.json")));
   // The last SQP steps are far below the tolerance of the nonlinear program.
-  RiccatiOptions options;
+  qp::RiccatiOptions options;
   options.tolerance = 0.1 * accepted_residual;
-  const auto solver = make_riccati_solver(program.qp(), options, kernels);
+  const auto solver = qp::make_riccati_solver(program.qp(), options, kernels);
 
   Measurement whole(whole_name), linearisation(linearisation_name), qp(qp_name);
   solve_chain(program, *solver);  // cold caches
@@ -30,8 +30,8 @@ std::vector<CaseResult> run(const Selection& selection) {
   const int solves = std::max(1, selection.solves / 5);
   for (int i = 1; i <= solves; ++i) {
     const ChainSolve solve = solve_chain(program, *solver);
-    QpResult total;
-    total.status = QpStatus::optimal;
+    qp::QpResult total;
+    total.status = qp::QpStatus::optimal;
     double microseconds = solve.last_linearisation;
     linearisation.count(solve.last_linearisation, total, 0.0, i);
     for (const ChainSolve::Step& step : solve.steps) {
@@ -41,7 +41,7 @@ std::vector<CaseResult> run(const Selection& selection) {
     }
     for (const ChainSolve::Step& step : solve.steps) {
       total.iterations += step.result.iterations;
-      if (step.result.status != QpStatus::optimal) total.status = step.result.status;
+      if (step.result.status != qp::QpStatus::optimal) total.status = step.result.status;
     }
     whole.count(microseconds, total, solve.residual, i);
     whole.detail("SQP steps", static_cast<double>(solve.steps.size()));

@@ -33,9 +33,9 @@ TrackingProgram chain_program(const ChainData& data) {
   return program;
 }
 
-ChainSolve solve_chain(TrackingProgram& program, StageQpSolver& solver) {
+ChainSolve solve_chain(TrackingProgram& program, qp::StageQpSolver& solver) {
   ChainSolve solve;
-  StagePoint point = program.reference_point();
+  qp::StagePoint point = program.reference_point();
   while (true) {
     const double begin = thread_microseconds();
     program.linearise(point);

@@ -17,13 +17,13 @@ TrackingProgram chain_program(const ChainData& data);
 struct ChainSolve {
   struct Step {
     double linearisation = 0.0, qp = 0.0;  ///< microseconds
-    QpResult result;
+    qp::QpResult result;
     double qp_residual = 0.0;  ///< residual of the QP solution, recomputed
   };
   std::vector<Step> steps;
   double last_linearisation = 0.0;  ///< microseconds of the linearisation at the optimum
   double residual = 0.0;            ///< residual of the nonlinear program
 };
-ChainSolve solve_chain(TrackingProgram& program, StageQpSolver& solver);
+ChainSolve solve_chain(TrackingProgram& program, qp::StageQpSolver& solver);
 
 }  // namespace saltus::bench

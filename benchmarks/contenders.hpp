@@ -13,7 +13,7 @@ namespace saltus::bench {
 
 struct Contender {
   Measurement measurement;
-  std::unique_ptr<StageQpSolver> solver;
+  std::unique_ptr<qp::StageQpSolver> solver;
 };
 
 class Contenders {
@@ -21,18 +21,19 @@ class Contenders {
   explicit Contenders(const Selection& selection) : selection_(&selection) {}
 
   /// Omitted unless selected.
-  void add(const std::string& name, const StageQp& capacity, const RiccatiOptions& options,
+  void add(const std::string& name, const qp::StageQp& capacity, const qp::RiccatiOptions& options,
            std::span<const qp::RiccatiKernel> kernels) {
     if (selection_->wants(name))
-      all_.push_back({Measurement(name), make_riccati_solver(capacity, options, kernels)});
+      all_.push_back({Measurement(name), qp::make_riccati_solver(capacity, options, kernels)});
   }
   bool empty() const { return all_.empty(); }
 
   /// Cold solves from the guess by all solvers. `about(measurement, point)` adds details.
   template <class About>
-  void solve(const StageQp& qp, const StagePoint& guess, std::uint64_t seed, About&& about) {
+  void solve(const qp::StageQp& qp, const qp::StagePoint& guess, std::uint64_t seed,
+             About&& about) {
     for (Contender& c : all_) {
-      StagePoint point = guess;
+      qp::StagePoint point = guess;
       // The first solve of a solver has cold caches and unmapped pages.
       if (first_) c.solver->solve(qp, point, false);
       point = guess;

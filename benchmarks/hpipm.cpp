@@ -113,7 +113,8 @@ struct Hpipm::Memory {
   Block dim, dim_memory, qp, qp_memory, sol, sol_memory, arg, arg_memory, ws, ws_memory;
 };
 
-Hpipm::Hpipm(const HpipmLibrary& library, const StageQp& program, HpipmMode mode, double tolerance)
+Hpipm::Hpipm(const HpipmLibrary& library, const qp::StageQp& program, HpipmMode mode,
+             double tolerance)
     : f_(library.functions()), m_(std::make_unique<Memory>()) {
   const int N = program.intervals();
   m_->dim = block(f_.dim_strsize());
@@ -121,9 +122,9 @@ Hpipm::Hpipm(const HpipmLibrary& library, const StageQp& program, HpipmMode mode
   void* dim = m_->dim.get();
   f_.dim_create(N, dim, m_->dim_memory.get());
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = program.stages[k];
+    const qp::Stage& s = program.stages[k];
     int rows = 0;
-    for (const RowGroup& group : s.groups) rows += group.rows;
+    for (const qp::RowGroup& group : s.groups) rows += group.rows;
     rows_.push_back(rows);
     f_.dim_set("nx", k, k == 0 ? 0 : s.nx, dim);
     f_.dim_set("nu", k, s.nu, dim);
@@ -153,10 +154,10 @@ Hpipm::~Hpipm() = default;
 
 bool Hpipm::takes_multipliers() const { return f_.sol_set_pi != nullptr; }
 
-void Hpipm::load(const StageQp& qp) {
+void Hpipm::load(const qp::StageQp& qp) {
   const int N = qp.intervals();
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const int nx = s.nx, nu = s.nu, rows = rows_[k];
     const auto set = [&](const char* what, const auto& values) {
       if (values.size() > 0) f_.qp_set(what, k, values.data(), m_->qp.get());
@@ -181,7 +182,7 @@ void Hpipm::load(const StageQp& qp) {
     MatrixXd C = MatrixXd::Zero(rows, nx), D = MatrixXd::Zero(rows, nu);
     VectorXd lower(rows), upper(rows);
     int row = 0;
-    for (const RowGroup& group : s.groups)
+    for (const qp::RowGroup& group : s.groups)
       for (int i = 0; i < group.rows; ++i, ++row) {
         for (std::size_t c = 0; c < group.columns.size(); ++c) {
           const int j = group.columns[c];
@@ -210,11 +211,11 @@ void Hpipm::load(const StageQp& qp) {
   }
 }
 
-void Hpipm::start_at(const StageQp& qp, const StagePoint& point) {
+void Hpipm::start_at(const qp::StageQp& qp, const qp::StagePoint& point) {
   const int N = qp.intervals();
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = qp.stages[k];
-    const StagePoint::AtStage& from = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
+    const qp::StagePoint::AtStage& from = point.stages[k];
     if (k > 0) f_.sol_set("x", k, from.x.data(), m_->sol.get());
     if (s.nu > 0) f_.sol_set("u", k, from.u.data(), m_->sol.get());
     if (!takes_multipliers()) continue;
@@ -244,11 +245,11 @@ int Hpipm::iterations() const {
   return count;
 }
 
-void Hpipm::read(const StageQp& qp, StagePoint& point) const {
+void Hpipm::read(const qp::StageQp& qp, qp::StagePoint& point) const {
   const int N = qp.intervals();
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = qp.stages[k];
-    StagePoint::AtStage& to = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
+    qp::StagePoint::AtStage& to = point.stages[k];
     const auto get = [&](const char* what, double* values) {
       f_.sol_get(what, k, m_->sol.get(), values);
     };

@@ -34,13 +34,13 @@ class HpipmLibrary {
 /// rows, but no bounds and no soft rows.
 class Hpipm {
  public:
-  Hpipm(const HpipmLibrary& library, const StageQp& program, HpipmMode mode, double tolerance);
+  Hpipm(const HpipmLibrary& library, const qp::StageQp& program, HpipmMode mode, double tolerance);
   ~Hpipm();
 
   /// Copies the data of the program.
-  void load(const StageQp& qp);
+  void load(const qp::StageQp& qp);
   /// Sets the start of a warm solve.
-  void start_at(const StageQp& qp, const StagePoint& point);
+  void start_at(const qp::StageQp& qp, const qp::StagePoint& point);
   /// Solves from the solver's own start, from the states and inputs of start_at(), or from the
   /// whole point.
   enum class Start { own, primal, primal_and_dual };
@@ -48,7 +48,7 @@ class Hpipm {
   bool takes_multipliers() const;
   void solve(Start start = Start::own);
   int iterations() const;
-  void read(const StageQp& qp, StagePoint& point) const;
+  void read(const qp::StageQp& qp, qp::StagePoint& point) const;
 
  private:
   struct Memory;

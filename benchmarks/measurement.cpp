@@ -19,22 +19,22 @@ int count_binding(const VectorXd& multipliers, int size) {
 
 }  // namespace
 
-void Measurement::solve(StageQpSolver& solver, const StageQp& qp, StagePoint& point, bool warm,
-                        std::uint64_t seed) {
+void Measurement::solve(qp::StageQpSolver& solver, const qp::StageQp& qp, qp::StagePoint& point,
+                        bool warm, std::uint64_t seed) {
   const double begin = thread_microseconds();
-  const QpResult result = solver.solve(qp, point, warm);
+  const qp::QpResult result = solver.solve(qp, point, warm);
   const double end = thread_microseconds();
   count(end - begin, result, kkt_residual(qp, point).largest(), seed);
 }
 
-void Measurement::count(double microseconds, const QpResult& result, double residual,
+void Measurement::count(double microseconds, const qp::QpResult& result, double residual,
                         std::uint64_t seed) {
   times_.push_back(microseconds);
   iterations_ += result.iterations;
   result_.iterations_max = std::max(result_.iterations_max, result.iterations);
   // Not std::max, which would drop a NaN; infinity stays the largest.
   if (!(residual <= result_.kkt_max)) result_.kkt_max = std::isnan(residual) ? infinity : residual;
-  if (result.status != QpStatus::optimal || !(residual <= accepted_residual))
+  if (result.status != qp::QpStatus::optimal || !(residual <= accepted_residual))
     result_.failures.push_back({seed, result.status, residual});
 }
 
@@ -57,11 +57,11 @@ CaseResult Measurement::result() const {
   return result;
 }
 
-int binding_rows(const StageQp& qp, const StagePoint& point, int stage, int group) {
+int binding_rows(const qp::StageQp& qp, const qp::StagePoint& point, int stage, int group) {
   return count_binding(point.stages[stage].group[group], qp.stages[stage].groups[group].rows);
 }
 
-int binding_bounds(const StageQp& qp, const StagePoint& point) {
+int binding_bounds(const qp::StageQp& qp, const qp::StagePoint& point) {
   int binding = 0;
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
     if (k > 0 || !qp.fixed_start)

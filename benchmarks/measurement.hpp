@@ -15,7 +15,7 @@ inline constexpr double accepted_residual = 1e-8;
 
 struct Failure {
   std::uint64_t seed = 0;  ///< instance of the case
-  QpStatus status = QpStatus::invalid_problem;
+  qp::QpStatus status = qp::QpStatus::invalid_problem;
   double residual = 0.0;
 };
 
@@ -42,10 +42,10 @@ class Measurement {
 
   const std::string& name() const { return result_.name; }
   /// Solves and counts the solve. Only the time of the solver is measured.
-  void solve(StageQpSolver& solver, const StageQp& qp, StagePoint& point, bool warm,
+  void solve(qp::StageQpSolver& solver, const qp::StageQp& qp, qp::StagePoint& point, bool warm,
              std::uint64_t seed);
   /// Counts a solve that was timed elsewhere.
-  void count(double microseconds, const QpResult& result, double residual, std::uint64_t seed);
+  void count(double microseconds, const qp::QpResult& result, double residual, std::uint64_t seed);
   /// Adds to a value whose mean over all solves is reported.
   void detail(const std::string& name, double value);
 
@@ -58,7 +58,7 @@ class Measurement {
 };
 
 /// Number of rows of a group, or bounds of the program, with a non-zero multiplier.
-int binding_rows(const StageQp& qp, const StagePoint& point, int stage, int group);
-int binding_bounds(const StageQp& qp, const StagePoint& point);
+int binding_rows(const qp::StageQp& qp, const qp::StagePoint& point, int stage, int group);
+int binding_bounds(const qp::StageQp& qp, const qp::StagePoint& point);
 
 }  // namespace saltus::bench

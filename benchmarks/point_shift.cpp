@@ -6,8 +6,8 @@ namespace saltus::bench {
 namespace {
 
 // Position in the stage and shape identify a group.
-void shift_groups(const Stage& old, const StagePoint::AtStage& source, const Stage& s,
-                  StagePoint::AtStage& out) {
+void shift_groups(const qp::Stage& old, const qp::StagePoint::AtStage& source, const qp::Stage& s,
+                  qp::StagePoint::AtStage& out) {
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
     const bool known = g < old.groups.size() && old.groups[g].rows == s.groups[g].rows &&
                        old.groups[g].columns.size() == s.groups[g].columns.size();
@@ -20,16 +20,16 @@ void shift_groups(const Stage& old, const StagePoint::AtStage& source, const Sta
 
 }  // namespace
 
-void shift_by_one_stage(const StageQp& from, const StagePoint& solution, const StageQp& to,
-                        const StagePoint& guess, StagePoint& out) {
+void shift_by_one_stage(const qp::StageQp& from, const qp::StagePoint& solution,
+                        const qp::StageQp& to, const qp::StagePoint& guess, qp::StagePoint& out) {
   const int N = to.intervals();
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = to.stages[k];
-    StagePoint::AtStage& p = out.stages[k];
+    const qp::Stage& s = to.stages[k];
+    qp::StagePoint::AtStage& p = out.stages[k];
     // The last stage of a program has no inputs: the previous one is unchanged.
     const int earlier = k >= N - 1 ? k : k + 1;
-    const Stage& old = from.stages[earlier];
-    const StagePoint::AtStage& source = solution.stages[earlier];
+    const qp::Stage& old = from.stages[earlier];
+    const qp::StagePoint::AtStage& source = solution.stages[earlier];
 
     p.x.head(s.nx) = solution.stages[std::min(k + 1, N)].x.head(s.nx);
     p.x_bound.head(s.nx) = source.x_bound.head(s.nx);
@@ -45,8 +45,8 @@ void shift_by_one_stage(const StageQp& from, const StagePoint& solution, const S
   }
   if (to.fixed_start) out.stages[0].x.head(to.stages[0].nx) = to.start.head(to.stages[0].nx);
   if (N == 0) return;
-  const Stage& s = to.stages[N - 1];
-  const StagePoint::AtStage& p = out.stages[N - 1];
+  const qp::Stage& s = to.stages[N - 1];
+  const qp::StagePoint::AtStage& p = out.stages[N - 1];
   for (int i = 0; i < to.stages[N].nx; ++i) {
     double next = s.b[i];
     for (int j = 0; j < s.nx; ++j) next += s.A(i, j) * p.x[j];

@@ -9,7 +9,7 @@ namespace saltus::bench {
 /// their values. If the number of inputs of a stage differs (a foot appears or vanishes), its
 /// inputs are those of `guess`. Multipliers of new rows are zero. The states after the last known
 /// one follow the dynamics. `out` is sized for the capacity of both. Does not allocate.
-void shift_by_one_stage(const StageQp& from, const StagePoint& solution, const StageQp& to,
-                        const StagePoint& guess, StagePoint& out);
+void shift_by_one_stage(const qp::StageQp& from, const qp::StagePoint& solution,
+                        const qp::StageQp& to, const qp::StagePoint& guess, qp::StagePoint& out);
 
 }  // namespace saltus::bench

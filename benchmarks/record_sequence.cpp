@@ -40,11 +40,11 @@ nlohmann::ordered_json record() {
     problems.push_back(
         {{"landing", landing}, {"start", std::vector<double>(start.begin(), start.end())}});
 
-    const StageQp qp = step_recovery_qp({intervals, landing}, start);
-    StagePoint point = standing_guess(qp);
-    const auto solver = make_riccati_solver(qp, from_standing(), step_recovery_kernels);
-    const QpResult result = solver->solve(qp, point, /*warm=*/false);
-    if (result.status != QpStatus::optimal)
+    const qp::StageQp qp = step_recovery_qp({intervals, landing}, start);
+    qp::StagePoint point = standing_guess(qp);
+    const auto solver = qp::make_riccati_solver(qp, from_standing(), step_recovery_kernels);
+    const qp::QpResult result = solver->solve(qp, point, /*warm=*/false);
+    if (result.status != qp::QpStatus::optimal)
       throw std::runtime_error(fmt::format("tick {}: {}", tick, describe(result.status)));
     Vec<double, 12> wrenches = Vec<double, 12>::Zero();
     const int inputs = qp.stages[0].nu;

@@ -16,7 +16,7 @@ struct RecordedSequence {
   int intervals = 0;
   std::vector<SequenceProblem> problems;
 
-  StageQp program(int tick) const {
+  qp::StageQp program(int tick) const {
     return step_recovery_qp({intervals, problems[tick].landing}, problems[tick].start);
   }
 };

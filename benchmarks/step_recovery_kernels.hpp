@@ -14,9 +14,9 @@ inline constexpr qp::RiccatiKernel step_recovery_kernels[] = {
     qp::riccati_kernel<9, 12, 9>(), qp::riccati_kernel<0, 12, 9>()};
 
 /// Cold starts at the static wrench and the resulting states.
-inline RiccatiOptions from_standing() {
-  RiccatiOptions options;
-  options.start = QpOptions::Start::guess;
+inline qp::RiccatiOptions from_standing() {
+  qp::RiccatiOptions options;
+  options.start = qp::QpOptions::Start::guess;
   options.roll_out = true;
   return options;
 }

@@ -76,7 +76,7 @@ CentroidalState random_start(std::uint64_t seed, const Bounds& push) {
   return x;
 }
 
-StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start) {
+qp::StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start) {
   const double omega = std::sqrt(gravity / height);
   const Vec<double, 3> com = start.head<3>(), weight(0.0, 0.0, mass * gravity);
   // gamma' = Ac gamma + Bc f + c, Ac^3 = 0: the zero-order hold is a polynomial.
@@ -120,20 +120,20 @@ StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& sta
   cone(cone_matrix, cone_limits);
 
   const int N = options.intervals;
-  std::vector<StageCapacity> capacity;
+  std::vector<qp::StageCapacity> capacity;
   for (int k = 0; k <= N; ++k) {
     const bool landed = k >= options.landing;
-    StageCapacity& s = capacity.emplace_back();
+    qp::StageCapacity& s = capacity.emplace_back();
     s.nx = 9;
     s.nu = k == N ? 0 : landed ? 12 : 6;
     if (k < N) s.groups.push_back({cone_rows, 6});
     if (k < N && landed) s.groups.push_back({cone_rows, 6});
     if (landed && k > 0) s.groups.push_back({planes.rows(), 4});
   }
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
   qp.start = start;
   for (int k = 0; k <= N; ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     const bool landed = k >= options.landing, last = k == N;
     // Deviation costs w/2 (x - desired)^2, kept with their constant parts.
     const CentroidalState w =
@@ -149,7 +149,7 @@ StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& sta
     }
     std::size_t group = 0;
     const auto rows = [&](const MatrixXd& M, const VectorXd& upper, std::vector<int> columns) {
-      RowGroup& g = s.groups[group++];
+      qp::RowGroup& g = s.groups[group++];
       g.rows = static_cast<int>(M.rows());
       g.columns = std::move(columns);
       g.M = M;
@@ -178,8 +178,8 @@ StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& sta
   return qp;
 }
 
-StagePoint standing_guess(const StageQp& qp) {
-  StagePoint point(qp);
+qp::StagePoint standing_guess(const qp::StageQp& qp) {
+  qp::StagePoint point(qp);
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
     const int feet = qp.stages[k].nu / 6;
     for (int foot = 0; foot < feet; ++foot)

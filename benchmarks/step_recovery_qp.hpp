@@ -32,9 +32,9 @@ CentroidalState random_start(std::uint64_t seed, const Bounds& push = between(0.
 inline constexpr Bounds binding_push{0.9, 1.0};
 
 /// Inputs are wrenches divided by 100 N and 10 Nm: stance foot, then the other one.
-StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start);
+qp::StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start);
 
 /// A point with the weight on the stance feet and zero states.
-StagePoint standing_guess(const StageQp& qp);
+qp::StagePoint standing_guess(const qp::StageQp& qp);
 
 }  // namespace saltus::bench

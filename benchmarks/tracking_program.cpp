@@ -10,11 +10,11 @@ namespace saltus::bench {
 
 TrackingProgram::TrackingProgram(Tracking tracking) : tracking_(std::move(tracking)) {
   const Tracking& t = tracking_;
-  std::vector<StageCapacity> capacity(t.intervals + 1, {t.nx, t.nu, {}});
+  std::vector<qp::StageCapacity> capacity(t.intervals + 1, {t.nx, t.nu, {}});
   capacity.back().nu = 0;
-  qp_ = StageQp(capacity);
+  qp_ = qp::StageQp(capacity);
   for (int k = 0; k <= t.intervals; ++k) {
-    Stage& s = qp_.stages[k];
+    qp::Stage& s = qp_.stages[k];
     s.Q = t.state_weight.asDiagonal();
     if (k > 0 && t.state_lower.size() > 0) {
       s.x_lower = t.state_lower;
@@ -36,13 +36,13 @@ TrackingProgram::TrackingProgram(Tracking tracking) : tracking_(std::move(tracki
 }
 
 void TrackingProgram::follow(int stage, const VectorXd& reference) {
-  Stage& s = qp_.stages[stage];
+  qp::Stage& s = qp_.stages[stage];
   s.q = -tracking_.state_weight.cwiseProduct(reference);
   s.constant = -0.5 * reference.dot(s.q);
 }
 
-StagePoint TrackingProgram::reference_point() const {
-  StagePoint point(qp_);
+qp::StagePoint TrackingProgram::reference_point() const {
+  qp::StagePoint point(qp_);
   for (std::size_t k = 0; k < point.stages.size(); ++k)
     point.stages[k].x = -qp_.stages[k].q.cwiseQuotient(tracking_.state_weight);
   return point;
@@ -56,11 +56,11 @@ void TrackingProgram::integrate(const VectorXd& state, const VectorXd& input) {
     throw std::runtime_error("the model could not be integrated");
 }
 
-void TrackingProgram::linearise(const StagePoint& about) {
+void TrackingProgram::linearise(const qp::StagePoint& about) {
   const int nx = tracking_.nx, nu = tracking_.nu;
   for (int k = 0; k < tracking_.intervals; ++k) {
-    const StagePoint::AtStage& p = about.stages[k];
-    Stage& s = qp_.stages[k];
+    const qp::StagePoint::AtStage& p = about.stages[k];
+    qp::Stage& s = qp_.stages[k];
     integrate(p.x, p.u);
     s.A = derivative_.leftCols(nx);
     s.B = derivative_.middleCols(nx, nu);

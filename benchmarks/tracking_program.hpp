@@ -23,14 +23,14 @@ class TrackingProgram {
  public:
   explicit TrackingProgram(Tracking tracking);
 
-  const StageQp& qp() const { return qp_; }
+  const qp::StageQp& qp() const { return qp_; }
   void start_at(const VectorXd& state) { qp_.start = state; }
   void follow(int stage, const VectorXd& reference);
   /// All stages at their references, inputs zero.
-  StagePoint reference_point() const;
+  qp::StagePoint reference_point() const;
   /// Writes the dynamics linearised at the point into qp(), which has absolute variables: its KKT
   /// residual at that point is that of the nonlinear program.
-  void linearise(const StagePoint& about);
+  void linearise(const qp::StagePoint& about);
   /// State of the model one sample later.
   VectorXd next(const VectorXd& state, const VectorXd& input);
 
@@ -38,7 +38,7 @@ class TrackingProgram {
   void integrate(const VectorXd& state, const VectorXd& input);
 
   Tracking tracking_;
-  StageQp qp_;
+  qp::StageQp qp_;
   std::unique_ptr<Integrator> integrator_;
   VectorXd argument_, end_;
   MatrixXd derivative_;

@@ -39,7 +39,7 @@ T wanted(const nlohmann::json& request, const char* key) {
 }
 
 struct Solved {
-  QpResult result;
+  qp::QpResult result;
   PrimalDualPoint point;
   double microseconds = 0.0, setup_microseconds = 0.0;
 };
@@ -54,13 +54,14 @@ void timed(double& microseconds, Solve&& solve) {
 Solved solve_in_stages(const QpProblem& problem, const QpInstance& instance, bool warm,
                        double tolerance) {
   Solved s;
-  RiccatiOptions options = problem.options;
+  qp::RiccatiOptions options = problem.options;
   options.tolerance = tolerance;
-  const StageQp& qp = *instance.stages;
-  std::unique_ptr<StageQpSolver> solver;
-  timed(s.setup_microseconds, [&] { solver = make_riccati_solver(qp, options, problem.kernels); });
-  const StagePoint& start = warm ? *instance.warm : instance.guess;
-  StagePoint point = start;
+  const qp::StageQp& qp = *instance.stages;
+  std::unique_ptr<qp::StageQpSolver> solver;
+  timed(s.setup_microseconds,
+        [&] { solver = qp::make_riccati_solver(qp, options, problem.kernels); });
+  const qp::StagePoint& start = warm ? *instance.warm : instance.guess;
+  qp::StagePoint point = start;
   solver->solve(qp, point, warm);  // new memory, cold caches
   point = start;
   timed(s.microseconds, [&] { s.result = solver->solve(qp, point, warm); });
@@ -70,12 +71,12 @@ Solved solve_in_stages(const QpProblem& problem, const QpInstance& instance, boo
 
 Solved solve_sparse(const QpInstance& instance, bool warm, double tolerance) {
   Solved s;
-  const SparseQp& qp = instance.flat;
-  QpOptions options;
+  const qp::SparseQp& qp = instance.flat;
+  qp::QpOptions options;
   options.tolerance = tolerance;
-  std::unique_ptr<QpSolver> solver;
+  std::unique_ptr<qp::QpSolver> solver;
   timed(s.setup_microseconds,
-        [&] { solver = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options); });
+        [&] { solver = qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options); });
   PrimalDualPoint start{VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),
                         VectorXd::Zero(qp.variables())};
   if (warm) start = flatten(*instance.stages, *instance.warm);
@@ -169,9 +170,9 @@ struct Answerer::State {
     if (name == "riccati" && !one.stages) return {{"not_applicable", "it has no stages"}};
     const Solved s = name == "riccati" ? solve_in_stages(problem, one, warm, tolerance)
                                        : solve_sparse(one, warm, tolerance);
-    const SparseQp::Residual kkt = kkt_residual(one.flat, s.point);
-    return {{"claimed", saltus::describe(s.result.status)},
-            {"solved", s.result.status == QpStatus::optimal},
+    const qp::SparseQp::Residual kkt = kkt_residual(one.flat, s.point);
+    return {{"claimed", qp::describe(s.result.status)},
+            {"solved", s.result.status == qp::QpStatus::optimal},
             {"iterations", s.result.iterations},
             {"cpu_us", s.microseconds},
             {"setup_us", s.setup_microseconds},

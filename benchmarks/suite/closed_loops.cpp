@@ -75,19 +75,19 @@ std::vector<ClosedLoop::Tick> recorded(TrackingProgram program, int ticks,
                                        const std::function<void(TrackingProgram&, int)>& follow) {
   std::vector<ClosedLoop::Tick> all;
   follow(program, 0);
-  StagePoint plan = program.reference_point();
+  qp::StagePoint plan = program.reference_point();
   program.linearise(plan);
-  const auto solver = make_riccati_solver(program.qp(), {}, {});
+  const auto solver = qp::make_riccati_solver(program.qp(), {}, {});
   const auto solve = [&] {
-    if (solver->solve(program.qp(), plan, /*warm=*/false).status != QpStatus::optimal)
+    if (solver->solve(program.qp(), plan, /*warm=*/false).status != qp::QpStatus::optimal)
       throw std::runtime_error("a program of the closed loop was not solved");
   };
   solve();
   for (int tick = 1; tick <= ticks; ++tick) {
-    const StageQp before = program.qp();
+    const qp::StageQp before = program.qp();
     program.start_at(program.next(before.start, plan.stages[0].u));
     follow(program, tick);
-    StagePoint about(program.qp());
+    qp::StagePoint about(program.qp());
     shift_by_one_stage(before, plan, program.qp(), plan, about);
     program.linearise(about);
     all.push_back({program.qp(), about});

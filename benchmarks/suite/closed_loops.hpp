@@ -11,8 +11,8 @@ namespace saltus::bench {
 
 struct ClosedLoop {
   struct Tick {
-    StageQp qp;
-    StagePoint warm;  ///< previous optimum, one stage earlier
+    qp::StageQp qp;
+    qp::StagePoint warm;  ///< previous optimum, one stage earlier
   };
   std::string name = {};
   int ticks = 0, intervals = 0;

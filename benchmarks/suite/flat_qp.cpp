@@ -33,23 +33,23 @@ void add(const std::vector<Entry>& entries, const SparsityPattern& pattern, Vect
 
 }  // namespace
 
-std::vector<StageSizes> stage_sizes(const StageQp& qp) {
+std::vector<StageSizes> stage_sizes(const qp::StageQp& qp) {
   std::vector<StageSizes> sizes;
-  for (const Stage& s : qp.stages) {
+  for (const qp::Stage& s : qp.stages) {
     StageSizes& size = sizes.emplace_back(StageSizes{s.nx, s.nu, 0});
-    for (const RowGroup& g : s.groups) size.rows += g.rows;
+    for (const qp::RowGroup& g : s.groups) size.rows += g.rows;
   }
   return sizes;
 }
 
-SparseQp flatten(const StageQp& qp) {
+qp::SparseQp flatten(const qp::StageQp& qp) {
   const int N = qp.intervals();
   std::vector<Entry> hessian, jacobian;
   std::vector<double> gradient, lower, upper, row_lower, row_upper;
   double constant = 0.0;
   int first = 0, row = 0;
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const int u = first + s.nx, next = u + s.nu;
     constant += s.constant;
     for (int i = 0; i < s.nx; ++i) {
@@ -73,7 +73,7 @@ SparseQp flatten(const StageQp& qp) {
       row_lower.push_back(-s.b[i]);
       row_upper.push_back(-s.b[i]);
     }
-    for (const RowGroup& g : s.groups) {
+    for (const qp::RowGroup& g : s.groups) {
       if (g.soft) throw DefinitionError("a program with soft rows has no flat form");
       for (int i = 0; i < g.rows; ++i, ++row) {
         for (std::size_t j = 0; j < g.columns.size(); ++j)
@@ -87,7 +87,7 @@ SparseQp flatten(const StageQp& qp) {
   const auto vector = [](const std::vector<double>& v) {
     return VectorXd(Eigen::Map<const VectorXd>(v.data(), static_cast<Eigen::Index>(v.size())));
   };
-  SparseQp flat(pattern_of(first, first, hessian), pattern_of(row, first, jacobian));
+  qp::SparseQp flat(pattern_of(first, first, hessian), pattern_of(row, first, jacobian));
   add(hessian, flat.hessian_pattern, flat.hessian);
   add(jacobian, flat.row_pattern, flat.rows);
   flat.gradient = vector(gradient);
@@ -114,7 +114,7 @@ struct Layout {
   }
 };
 
-void set_sides(const SparseQp& flat, int first, Stage& s) {
+void set_sides(const qp::SparseQp& flat, int first, qp::Stage& s) {
   s.x_lower = flat.lower.segment(first, s.nx);
   s.x_upper = flat.upper.segment(first, s.nx);
   s.u_lower = flat.lower.segment(first + s.nx, s.nu);
@@ -123,11 +123,11 @@ void set_sides(const SparseQp& flat, int first, Stage& s) {
   s.r = flat.gradient.segment(first + s.nx, s.nu);
 }
 
-void set_costs(const SparseQp& flat, const Layout& at, StageQp& qp) {
+void set_costs(const qp::SparseQp& flat, const Layout& at, qp::StageQp& qp) {
   flat.hessian_pattern.for_each([&](int i, int j, int e) {
     const int k = at.stage_of[i];
     if (at.stage_of[j] != k) throw DefinitionError("a cost couples stages");
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     const int row = i - at.variable[k], col = j - at.variable[k];
     const double value = flat.hessian[e];
     if (row < s.nx) {
@@ -140,8 +140,8 @@ void set_costs(const SparseQp& flat, const Layout& at, StageQp& qp) {
   });
 }
 
-void set_dynamics(const SparseQp& flat, const Layout& at, int k, StageQp& qp) {
-  Stage& s = qp.stages[k];
+void set_dynamics(const qp::SparseQp& flat, const Layout& at, int k, qp::StageQp& qp) {
+  qp::Stage& s = qp.stages[k];
   for (int i = 0; i < qp.stages[k + 1].nx; ++i) {
     const int row = at.row[k] + i;
     bool has_next = false;
@@ -163,7 +163,7 @@ void set_dynamics(const SparseQp& flat, const Layout& at, int k, StageQp& qp) {
   }
 }
 
-void set_rows(const SparseQp& flat, const Layout& at, int k, int first, RowGroup& g) {
+void set_rows(const qp::SparseQp& flat, const Layout& at, int k, int first, qp::RowGroup& g) {
   for (int i = 0; i < g.rows; ++i) {
     const int row = first + i;
     for (int e = flat.row_pattern.row_begin(row); e < flat.row_pattern.row_end(row); ++e) {
@@ -179,12 +179,12 @@ void set_rows(const SparseQp& flat, const Layout& at, int k, int first, RowGroup
 
 }  // namespace
 
-StageQp in_stages(const SparseQp& flat, const std::vector<StageSizes>& sizes) {
+qp::StageQp in_stages(const qp::SparseQp& flat, const std::vector<StageSizes>& sizes) {
   const Layout at(sizes);
   if (at.variable.back() != flat.variables() || at.row.back() != flat.row_pattern.rows())
     throw DefinitionError("the stages and the program differ in the number of variables or rows");
   const int N = static_cast<int>(sizes.size()) - 1;
-  std::vector<StageCapacity> capacity;
+  std::vector<qp::StageCapacity> capacity;
   std::vector<std::vector<int>> columns;
   const auto first_row = [&](int k) { return at.row[k] + (k < N ? sizes[k + 1].nx : 0); };
   for (int k = 0; k <= N; ++k) {
@@ -194,18 +194,18 @@ StageQp in_stages(const SparseQp& flat, const std::vector<StageSizes>& sizes) {
         if (at.stage_of[flat.row_pattern.col(e)] == k)
           touched.insert(flat.row_pattern.col(e) - at.variable[k]);
     columns.emplace_back(touched.begin(), touched.end());
-    StageCapacity& c = capacity.emplace_back();
+    qp::StageCapacity& c = capacity.emplace_back();
     c.nx = sizes[k].nx;
     c.nu = sizes[k].nu;
     if (sizes[k].rows > 0)
       c.groups.push_back({sizes[k].rows, static_cast<int>(columns.back().size())});
   }
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
   qp.start = flat.lower.head(sizes[0].nx);
   qp.fixed_start = qp.start == flat.upper.head(sizes[0].nx);
   set_costs(flat, at, qp);
   for (int k = 0; k <= N; ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     set_sides(flat, at.variable[k], s);
     if (k < N) set_dynamics(flat, at, k, qp);
     if (s.groups.empty()) continue;
@@ -217,7 +217,7 @@ StageQp in_stages(const SparseQp& flat, const std::vector<StageSizes>& sizes) {
   return qp;
 }
 
-PrimalDualPoint flatten(const StageQp& qp, const StagePoint& point) {
+PrimalDualPoint flatten(const qp::StageQp& qp, const qp::StagePoint& point) {
   int variables = 0, rows = 0;
   const std::vector<StageSizes> sizes = stage_sizes(qp);
   for (std::size_t k = 0; k < sizes.size(); ++k) {
@@ -227,8 +227,8 @@ PrimalDualPoint flatten(const StageQp& qp, const StagePoint& point) {
   PrimalDualPoint flat{VectorXd::Zero(variables), VectorXd::Zero(rows), VectorXd::Zero(variables)};
   int first = 0, row = 0;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    const StagePoint::AtStage& p = point.stages[k];
-    const Stage& s = qp.stages[k];
+    const qp::StagePoint::AtStage& p = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
     flat.w.segment(first, s.nx) = p.x.head(s.nx);
     flat.w.segment(first + s.nx, s.nu) = p.u.head(s.nu);
     flat.z.segment(first, s.nx) = p.x_bound.head(s.nx);
@@ -245,8 +245,8 @@ PrimalDualPoint flatten(const StageQp& qp, const StagePoint& point) {
   }
   // A fixed start has no bounds: its multiplier makes the Lagrangian stationary.
   if (qp.fixed_start) {
-    const Stage& s = qp.stages[0];
-    const StagePoint::AtStage& p = point.stages[0];
+    const qp::Stage& s = qp.stages[0];
+    const qp::StagePoint::AtStage& p = point.stages[0];
     VectorXd slope = s.Q.topLeftCorner(s.nx, s.nx) * p.x.head(s.nx) + s.q.head(s.nx);
     if (s.nu > 0) slope += s.S.topLeftCorner(s.nu, s.nx).transpose() * p.u.head(s.nu);
     if (sizes.size() > 1)

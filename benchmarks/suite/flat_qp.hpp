@@ -16,14 +16,14 @@ namespace saltus::bench {
 struct StageSizes {
   int nx = 0, nu = 0, rows = 0;
 };
-std::vector<StageSizes> stage_sizes(const StageQp& qp);
+std::vector<StageSizes> stage_sizes(const qp::StageQp& qp);
 
 /// Throws DefinitionError if the program has soft rows.
-SparseQp flatten(const StageQp& qp);
+qp::SparseQp flatten(const qp::StageQp& qp);
 /// The inverse, with one group of rows per stage. Throws DefinitionError if rows or costs do not
 /// fit into such stages.
-StageQp in_stages(const SparseQp& flat, const std::vector<StageSizes>& sizes);
+qp::StageQp in_stages(const qp::SparseQp& flat, const std::vector<StageSizes>& sizes);
 /// Converts a point, with the multipliers of the same Lagrangian.
-PrimalDualPoint flatten(const StageQp& qp, const StagePoint& point);
+PrimalDualPoint flatten(const qp::StageQp& qp, const qp::StagePoint& point);
 
 }  // namespace saltus::bench

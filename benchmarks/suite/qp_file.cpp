@@ -58,7 +58,7 @@ struct Entries {
   }
 };
 
-SparseQp program_of(const nlohmann::json& json) {
+qp::SparseQp program_of(const nlohmann::json& json) {
   if (json.at("format") != "saltus-qp 1") throw DefinitionError("its format is not 'saltus-qp 1'");
   const int n = json.at("variables").get<int>(), rows = json.at("rows").get<int>();
   // Before allocating: the sizes must agree with the lists.
@@ -67,7 +67,7 @@ SparseQp program_of(const nlohmann::json& json) {
       rows != count("row_lower") || rows != count("row_upper"))
     throw DefinitionError("a list does not have one entry per variable or row");
   const Entries hessian(json.at("hessian")), jacobian(json.at("jacobian"));
-  SparseQp qp(hessian.pattern(n, n), jacobian.pattern(rows, n));
+  qp::SparseQp qp(hessian.pattern(n, n), jacobian.pattern(rows, n));
   hessian.put(qp.hessian_pattern, qp.hessian);
   jacobian.put(qp.row_pattern, qp.rows);
   qp.gradient = sides_of(json.at("gradient"), 0.0);
@@ -95,7 +95,7 @@ Json point_json(const PrimalDualPoint& point) {
 }
 
 Json program_json(const QpProblem& problem, int number, const QpInstance& instance) {
-  const SparseQp& qp = instance.flat;
+  const qp::SparseQp& qp = instance.flat;
   Json stages = Json::array();
   if (instance.stages)
     for (const StageSizes& s : stage_sizes(*instance.stages))
@@ -130,7 +130,7 @@ QpInstance read_program(const std::filesystem::path& file) try {
     sizes.push_back({s.at(0).get<int>(), s.at(1).get<int>(), s.at(2).get<int>()});
   if (sizes.empty()) return instance;
   instance.stages = in_stages(instance.flat, sizes);
-  instance.guess = StagePoint(*instance.stages);
+  instance.guess = qp::StagePoint(*instance.stages);
   return instance;
 } catch (const DefinitionError& error) {
   throw InputError(fmt::format("'{}' is not a valid program: {}", file.string(), error.what()));

@@ -20,7 +20,7 @@
 namespace saltus::bench {
 namespace {
 
-QpInstance in_stages(StageQp qp, StagePoint guess) {
+QpInstance in_stages(qp::StageQp qp, qp::StagePoint guess) {
   QpInstance instance;
   instance.flat = flatten(qp);
   instance.stages = std::move(qp);
@@ -29,9 +29,9 @@ QpInstance in_stages(StageQp qp, StagePoint guess) {
 }
 
 // Cold starts at the static wrench and the resulting states.
-RiccatiOptions standing_start() {
-  RiccatiOptions options;
-  options.start = QpOptions::Start::guess;
+qp::RiccatiOptions standing_start() {
+  qp::RiccatiOptions options;
+  options.start = qp::QpOptions::Start::guess;
   options.roll_out = true;
   return options;
 }
@@ -43,8 +43,8 @@ QpProblem recipe(const Batch& batch) {
                     .options = standing_start(),
                     .kernels = sized_kernels()};
   problem.instance = [batch](int number) {
-    StageQp qp = step_recovery_qp(batch.options, random_start(number, batch.push));
-    StagePoint guess = standing_guess(qp);
+    qp::StageQp qp = step_recovery_qp(batch.options, random_start(number, batch.push));
+    qp::StagePoint guess = standing_guess(qp);
     return in_stages(std::move(qp), std::move(guess));
   };
   return problem;
@@ -62,13 +62,13 @@ QpProblem recorded_recovery() {
                     .options = standing_start(),
                     .kernels = sized_kernels()};
   problem.instance = [sequence](int number) {
-    const StageQp before = sequence->program(number - 1);
-    StagePoint solution = standing_guess(before);
-    const auto solver = make_riccati_solver(before, standing_start(), sized_kernels());
+    const qp::StageQp before = sequence->program(number - 1);
+    qp::StagePoint solution = standing_guess(before);
+    const auto solver = qp::make_riccati_solver(before, standing_start(), sized_kernels());
     solver->solve(before, solution, /*warm=*/false);
-    StageQp qp = sequence->program(number);
-    StagePoint guess = standing_guess(qp),
-               shifted(step_recovery_qp({sequence->intervals, 0}, nominal_start()));
+    qp::StageQp qp = sequence->program(number);
+    qp::StagePoint guess = standing_guess(qp),
+                   shifted(step_recovery_qp({sequence->intervals, 0}, nominal_start()));
     shift_by_one_stage(before, solution, qp, guess, shifted);
     QpInstance instance = in_stages(std::move(qp), std::move(guess));
     instance.warm = std::move(shifted);
@@ -88,7 +88,7 @@ QpProblem closed_loop(ClosedLoop loop, const std::string& about,
                     .kernels = kernels};
   problem.instance = [loop](int number) {
     ClosedLoop::Tick tick = loop.tick(number);
-    StagePoint guess(tick.qp);
+    qp::StagePoint guess(tick.qp);
     QpInstance instance = in_stages(std::move(tick.qp), std::move(guess));
     instance.warm = std::move(tick.warm);
     return instance;

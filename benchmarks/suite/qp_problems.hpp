@@ -14,10 +14,10 @@ namespace saltus::bench {
 
 /// One program. `flat` always exists; stages and a guess exist if the program has stages.
 struct QpInstance {
-  std::optional<StageQp> stages = {};
-  StagePoint guess = {};                ///< cold start, if the program has stages
-  std::optional<StagePoint> warm = {};  ///< primal and dual warm start
-  SparseQp flat = {};
+  std::optional<qp::StageQp> stages = {};
+  qp::StagePoint guess = {};                ///< cold start, if the program has stages
+  std::optional<qp::StagePoint> warm = {};  ///< primal and dual warm start
+  qp::SparseQp flat = {};
 };
 
 struct QpProblem {
@@ -26,7 +26,7 @@ struct QpProblem {
   int instances = 0;       ///< numbered from 1; 0: unlimited
   int horizon = 0;         ///< intervals; 0: no stages
   bool has_warm_start = false;
-  RiccatiOptions options = {};                      ///< best start of our solver
+  qp::RiccatiOptions options = {};                  ///< best start of our solver
   std::span<const qp::RiccatiKernel> kernels = {};  ///< sizes known to the compiler
   std::function<QpInstance(int number)> instance = {};
 };

@@ -28,7 +28,7 @@ constexpr int max_iterations = 500;
 constexpr int digits = 13;
 
 // The patterns are those of the non-zero entries. Absent matrices are empty.
-SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& file) {
+qp::SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& file) {
   const MatrixXd &P = data["P"], &G = data["G"], &A = data["A"];
   const int n = static_cast<int>(P.rows()), inequalities = static_cast<int>(G.rows());
   const int rows = inequalities + static_cast<int>(A.rows());
@@ -53,8 +53,8 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
   for (int i = 0; i < rows; ++i)
     for (int j = 0; j < n; ++j)
       if (J(i, j) != 0.0) jacobian.emplace_back(i, j);
-  SparseQp qp(SparsityPattern::from_pairs(n, n, hessian),
-              SparsityPattern::from_pairs(rows, n, jacobian));
+  qp::SparseQp qp(SparsityPattern::from_pairs(n, n, hessian),
+                  SparsityPattern::from_pairs(rows, n, jacobian));
   qp.hessian_pattern.for_each([&](int i, int j, int e) { qp.hessian[e] = P(i, j); });
   qp.row_pattern.for_each([&](int i, int j, int e) { qp.rows[e] = J(i, j); });
   qp.gradient = data["q"];

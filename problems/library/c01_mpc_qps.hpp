@@ -22,7 +22,7 @@ inline constexpr const char* reference_data_variable = "SALTUS_REFERENCE_DATA";
 
 struct MpcQp {
   std::string name;  ///< for example "LIPMWALK0"
-  SparseQp qp;       ///< its pattern contains the non-zero entries
+  qp::SparseQp qp;   ///< its pattern contains the non-zero entries
   double cost = 0.0;
   /// The first entries of the optimum; empty if it is not unique.
   std::vector<double> x;

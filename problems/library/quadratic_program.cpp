@@ -3,7 +3,7 @@
 namespace saltus::library {
 
 bool QuadraticProgram::objective(const double* w, double& f) {
-  f = saltus::objective(qp_, Eigen::Map<const VectorXd>(w, variables()));
+  f = qp::objective(qp_, Eigen::Map<const VectorXd>(w, variables()));
   return true;
 }
 

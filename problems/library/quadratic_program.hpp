@@ -10,7 +10,7 @@ namespace saltus::library {
 
 class QuadraticProgram final : public NonlinearProgram {
  public:
-  explicit QuadraticProgram(SparseQp qp) : qp_(std::move(qp)) {}
+  explicit QuadraticProgram(qp::SparseQp qp) : qp_(std::move(qp)) {}
 
   int variables() const override { return qp_.variables(); }
   int rows() const override { return qp_.row_pattern.rows(); }
@@ -35,7 +35,7 @@ class QuadraticProgram final : public NonlinearProgram {
   std::string describe_row(int i) const override { return "row " + std::to_string(i); }
 
  private:
-  SparseQp qp_;
+  qp::SparseQp qp_;
 };
 
 }  // namespace saltus::library

@@ -29,16 +29,16 @@ namespace {
 
 constexpr double rounding = 1e-11;
 
-void expect_same_program(const StageQp& qp, StagePoint point) {
-  const auto solver = make_riccati_solver(qp);
-  ASSERT_EQ(solver->solve(qp, point, /*warm=*/false).status, QpStatus::optimal);
-  const SparseQp flat = flatten(qp);
+void expect_same_program(const qp::StageQp& qp, qp::StagePoint point) {
+  const auto solver = qp::make_riccati_solver(qp);
+  ASSERT_EQ(solver->solve(qp, point, /*warm=*/false).status, qp::QpStatus::optimal);
+  const qp::SparseQp flat = flatten(qp);
   // A point away from the optimum, so that every residual is nonzero.
   for (const double off : {0.0, 0.1}) {
-    for (StagePoint::AtStage& stage : point.stages) stage.u.array() += off;
+    for (qp::StagePoint::AtStage& stage : point.stages) stage.u.array() += off;
     const PrimalDualPoint flat_point = flatten(qp, point);
-    const StageQp::Residual there = kkt_residual(qp, point);
-    const SparseQp::Residual here = kkt_residual(flat, flat_point);
+    const qp::StageQp::Residual there = kkt_residual(qp, point);
+    const qp::SparseQp::Residual here = kkt_residual(flat, flat_point);
     EXPECT_NEAR(objective(flat, flat_point.w), objective(qp, point),
                 rounding * (1.0 + std::abs(objective(qp, point))));
     EXPECT_NEAR(here.stationarity, there.stationarity, rounding * (1.0 + there.stationarity));
@@ -50,15 +50,15 @@ void expect_same_program(const StageQp& qp, StagePoint point) {
 
 TEST(FlatQp, HasTheCostAndTheResidualsOfTheStages) {
   for (const int landing : {0, 7, 100}) {
-    const StageQp qp = step_recovery_qp({15, landing}, random_start(3));
+    const qp::StageQp qp = step_recovery_qp({15, landing}, random_start(3));
     expect_same_program(qp, standing_guess(qp));
   }
 }
 
 TEST(FlatQp, RecoversTheStages) {
-  const StageQp qp = step_recovery_qp({15, 7}, random_start(3));
-  const SparseQp flat = flatten(qp);
-  const SparseQp again = flatten(in_stages(flat, stage_sizes(qp)));
+  const qp::StageQp qp = step_recovery_qp({15, 7}, random_start(3));
+  const qp::SparseQp flat = flatten(qp);
+  const qp::SparseQp again = flatten(in_stages(flat, stage_sizes(qp)));
   EXPECT_EQ(again.hessian_pattern, flat.hessian_pattern);
   EXPECT_EQ(again.row_pattern, flat.row_pattern);
   EXPECT_EQ(again.hessian, flat.hessian);
@@ -75,7 +75,7 @@ TEST(FlatQp, RecoversTheStages) {
 }
 
 TEST(FlatQp, RejectsSoftRows) {
-  StageQp qp = step_recovery_qp({3, 0}, nominal_start());
+  qp::StageQp qp = step_recovery_qp({3, 0}, nominal_start());
   qp.stages[1].groups[0].soft = true;
   EXPECT_THROW(flatten(qp), DefinitionError);
 }
@@ -89,16 +89,16 @@ TEST(ClosedLoops, AreSolvedColdAndWarm) {
     int cold = 0, warm = 0;
     for (const int number : {1, late / 2, late}) {
       const QpInstance instance = problem.instance(number);
-      const StageQp& qp = *instance.stages;
-      const auto solver = make_riccati_solver(qp, {}, problem.kernels);
-      StagePoint point = instance.guess, from_warm = *instance.warm;
-      const QpResult result = solver->solve(qp, point, /*warm=*/false);
+      const qp::StageQp& qp = *instance.stages;
+      const auto solver = qp::make_riccati_solver(qp, {}, problem.kernels);
+      qp::StagePoint point = instance.guess, from_warm = *instance.warm;
+      const qp::QpResult result = solver->solve(qp, point, /*warm=*/false);
       cold += result.iterations;
       warm += solver->solve(qp, from_warm, /*warm=*/true).iterations;
       EXPECT_LE(kkt_residual(qp, point).largest(), 1e-8) << name << number;
       EXPECT_LE(kkt_residual(qp, from_warm).largest(), 1e-8) << name << number;
       double pushed = 0.0;
-      for (const StagePoint::AtStage& stage : point.stages)
+      for (const qp::StagePoint::AtStage& stage : point.stages)
         if (stage.u_bound.size() > 0)
           pushed = std::max(pushed, stage.u_bound.cwiseAbs().maxCoeff());
       EXPECT_EQ(pushed > 1e-4, number == 1 || name == std::string("steps/car")) << name << number;
@@ -114,8 +114,8 @@ TEST(QpFile, RoundTrip) {
   const auto written = answerer.answer(
       {{"do", "export"}, {"problem", "recipe/kI=7"}, {"instance", 2}, {"file", file.string()}});
   ASSERT_TRUE(written.contains("written")) << written.dump();
-  const SparseQp there = flatten(step_recovery_qp({15, 7}, random_start(2)));
-  const SparseQp here = read_program(file).flat;
+  const qp::SparseQp there = flatten(step_recovery_qp({15, 7}, random_start(2)));
+  const qp::SparseQp here = read_program(file).flat;
   EXPECT_EQ(here.hessian_pattern, there.hessian_pattern);
   EXPECT_EQ(here.row_pattern, there.row_pattern);
   EXPECT_EQ(here.hessian, there.hessian);

@@ -72,7 +72,7 @@ TEST(LatencyOutput, FailuresNameTheirSeed) {
   LatencyReport report;
   report.calibration_us = 1.0;
   report.cases.emplace_back().name = "case";
-  report.cases[0].failures.push_back({42, QpStatus::iteration_limit, 0.5});
+  report.cases[0].failures.push_back({42, qp::QpStatus::iteration_limit, 0.5});
   EXPECT_NE(closing_text(report).find("case seed 42"), std::string::npos);
   EXPECT_EQ(to_json(report).at("cases")[0].at("failed")[0].at("seed"), 42);
 }

@@ -30,13 +30,13 @@ void expect_optimal(const std::string& only) {
 }
 
 TEST(Measurement, LargeResidualFailsForAnyStatus) {
-  QpResult optimal;
-  optimal.status = QpStatus::optimal;
+  qp::QpResult optimal;
+  optimal.status = qp::QpStatus::optimal;
   Measurement m("case");
   m.count(1.0, optimal, 0.9e-8, 1);
   m.count(1.0, optimal, 1.1e-8, 2);
   m.count(1.0, optimal, NAN, 3);
-  m.count(1.0, QpResult{}, 0.0, 4);
+  m.count(1.0, qp::QpResult{}, 0.0, 4);
   const CaseResult result = m.result();
   ASSERT_EQ(result.failures.size(), 3u);
   EXPECT_EQ(result.failures[0].seed, 2u);

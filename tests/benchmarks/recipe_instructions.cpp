@@ -30,10 +30,10 @@ constexpr int instances = 10, intervals = 15;
 struct Count {
   int solves = 0, iterations = 0;
   bool failed = false;
-  void add(const QpResult& result, const StageQp& qp, const StagePoint& point) {
+  void add(const qp::QpResult& result, const qp::StageQp& qp, const qp::StagePoint& point) {
     ++solves;
     iterations += result.iterations;
-    failed = failed || result.status != QpStatus::optimal ||
+    failed = failed || result.status != qp::QpStatus::optimal ||
              !(kkt_residual(qp, point).largest() <= 1e-8);
   }
 };
@@ -43,12 +43,12 @@ Count cold(const std::string& batch) {
   const Bounds push = batch == "binding" ? binding_push : between(0.2, 0.3);
   const std::span<const qp::RiccatiKernel> kernels =
       batch == "run-time-sizes" ? std::span<const qp::RiccatiKernel>() : step_recovery_kernels;
-  const StageQp capacity = step_recovery_qp({intervals, landing}, nominal_start());
-  const auto solver = make_riccati_solver(capacity, from_standing(), kernels);
+  const qp::StageQp capacity = step_recovery_qp({intervals, landing}, nominal_start());
+  const auto solver = qp::make_riccati_solver(capacity, from_standing(), kernels);
   Count count;
   for (int seed = 1; seed <= instances; ++seed) {
-    const StageQp qp = step_recovery_qp({intervals, landing}, random_start(seed, push));
-    StagePoint point = standing_guess(qp);
+    const qp::StageQp qp = step_recovery_qp({intervals, landing}, random_start(seed, push));
+    qp::StagePoint point = standing_guess(qp);
     count.add(solver->solve(qp, point, /*warm=*/false), qp, point);
   }
   return count;
@@ -58,16 +58,16 @@ Count cold(const std::string& batch) {
 Count warm() {
   std::ifstream file(SALTUS_BENCHMARK_DATA "/step_recovery_sequence.json");
   const nlohmann::json problems = nlohmann::json::parse(file).at("problems");
-  const StageQp capacity = step_recovery_qp({intervals, 0}, nominal_start());
-  const auto solver = make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
-  StagePoint point(capacity), shifted(capacity);
-  StageQp before(std::vector<StageCapacity>{});
+  const qp::StageQp capacity = step_recovery_qp({intervals, 0}, nominal_start());
+  const auto solver = qp::make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
+  qp::StagePoint point(capacity), shifted(capacity);
+  qp::StageQp before(std::vector<qp::StageCapacity>{});
   Count count;
   for (const nlohmann::json& problem : problems) {
     CentroidalState start;
     for (int i = 0; i < start.size(); ++i) start[i] = problem.at("start")[i].get<double>();
-    StageQp qp = step_recovery_qp({intervals, problem.at("landing").get<int>()}, start);
-    const StagePoint guess = standing_guess(qp);
+    qp::StageQp qp = step_recovery_qp({intervals, problem.at("landing").get<int>()}, start);
+    const qp::StagePoint guess = standing_guess(qp);
     const bool first = before.stages.empty();
     if (first) {
       for (std::size_t k = 0; k < guess.stages.size(); ++k)
@@ -91,21 +91,21 @@ constexpr qp::RiccatiKernel tick_kernels[] = {
 
 // Adds the cost weight/2 |u_k - u_(k-1)|^2 with u_(k-1) as additional states, and makes rows on
 // states soft. `applied` is the input before the first one.
-StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
+qp::StageQp as_tick(const qp::StageQp& plain, double weight, const VectorXd& applied) {
   const int N = plain.intervals();
-  std::vector<StageCapacity> capacity;
+  std::vector<qp::StageCapacity> capacity;
   for (int k = 0; k <= N; ++k) {
-    const Stage& s = plain.stages[k];
+    const qp::Stage& s = plain.stages[k];
     const int before = k > 0 ? plain.stages[k - 1].nu : 0;
-    StageCapacity& c = capacity.emplace_back(StageCapacity{s.nx + before, s.nu, {}});
-    for (const RowGroup& g : s.groups)
+    qp::StageCapacity& c = capacity.emplace_back(qp::StageCapacity{s.nx + before, s.nu, {}});
+    for (const qp::RowGroup& g : s.groups)
       c.groups.push_back({g.rows, static_cast<int>(g.columns.size()), g.columns.back() < s.nx});
   }
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
   qp.start = plain.start;
   for (int k = 0; k <= N; ++k) {
-    const Stage& from = plain.stages[k];
-    Stage& s = qp.stages[k];
+    const qp::Stage& from = plain.stages[k];
+    qp::Stage& s = qp.stages[k];
     const int nx = from.nx, nu = from.nu, before = s.nx - nx;
     s.Q.topLeftCorner(nx, nx) = from.Q;
     s.R = from.R;
@@ -124,8 +124,8 @@ StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
       if (before > 0) s.S.rightCols(before).diagonal().setConstant(-weight);
     }
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
-      const RowGroup& group = from.groups[j];
-      RowGroup& g = s.groups[j];
+      const qp::RowGroup& group = from.groups[j];
+      qp::RowGroup& g = s.groups[j];
       const bool soft = g.soft;
       g = group;
       g.soft = soft;
@@ -146,11 +146,11 @@ Count ticks(const std::string& batch) {
   const auto at = [&](const VectorXd& applied) {
     return as_tick(step_recovery_qp({intervals, landing}, start), weight, applied);
   };
-  const StageQp plain = step_recovery_qp({intervals, landing}, start);
-  const StagePoint guess = standing_guess(plain);
-  StageQp qp = at(guess.stages[0].u);
-  const auto solver = make_riccati_solver(qp, from_standing(), tick_kernels);
-  StagePoint point(qp);
+  const qp::StageQp plain = step_recovery_qp({intervals, landing}, start);
+  const qp::StagePoint guess = standing_guess(plain);
+  qp::StageQp qp = at(guess.stages[0].u);
+  const auto solver = qp::make_riccati_solver(qp, from_standing(), tick_kernels);
+  qp::StagePoint point(qp);
   for (int k = 0; k < intervals; ++k) point.stages[k].u = guess.stages[k].u;
   Random random(1);
   Count count;

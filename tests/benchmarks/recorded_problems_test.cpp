@@ -64,11 +64,11 @@ TEST(HangingChain, DerivativesMatchDifferences) {
 }
 
 TEST(PointShift, NewFootTakesTheGuessAndTheRestIsShifted) {
-  const StageQp from = step_recovery_qp({4, 4}, nominal_start());
-  const StageQp to = step_recovery_qp({4, 3}, nominal_start());
-  const StagePoint guess = standing_guess(to);
-  const StageQp capacity = step_recovery_qp({4, 0}, nominal_start());
-  StagePoint solution(capacity), out(capacity);
+  const qp::StageQp from = step_recovery_qp({4, 4}, nominal_start());
+  const qp::StageQp to = step_recovery_qp({4, 3}, nominal_start());
+  const qp::StagePoint guess = standing_guess(to);
+  const qp::StageQp capacity = step_recovery_qp({4, 0}, nominal_start());
+  qp::StagePoint solution(capacity), out(capacity);
   for (int k = 0; k <= 4; ++k) {
     solution.stages[k].x.setConstant(k);
     solution.stages[k].u.setConstant(10 + k);

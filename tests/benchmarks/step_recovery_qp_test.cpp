@@ -26,14 +26,14 @@ TEST(StepRecoveryQp, NominalOptimaMatchTheRecipe) {
                              {30, 7, 3.48965944},
                              {60, 7, 3.44198312},
                              {150, 7, 5.77996231}}) {
-    const StageQp qp = step_recovery_qp({r.intervals, r.landing}, nominal_start());
+    const qp::StageQp qp = step_recovery_qp({r.intervals, r.landing}, nominal_start());
     for (const bool fixed_sizes : {true, false}) {
       const auto solver = fixed_sizes
-                              ? make_riccati_solver(qp, from_standing(), step_recovery_kernels)
-                              : make_riccati_solver(qp);
-      StagePoint point = standing_guess(qp);
-      const QpResult result = solver->solve(qp, point, false);
-      EXPECT_EQ(result.status, QpStatus::optimal);
+                              ? qp::make_riccati_solver(qp, from_standing(), step_recovery_kernels)
+                              : qp::make_riccati_solver(qp);
+      qp::StagePoint point = standing_guess(qp);
+      const qp::QpResult result = solver->solve(qp, point, false);
+      EXPECT_EQ(result.status, qp::QpStatus::optimal);
       EXPECT_LE(kkt_residual(qp, point).largest(), accepted_residual);
       // Half a unit of the last printed digit, or 1e-8 of the value.
       const double tolerance = std::max(0.5e-8, 1e-8 * r.optimum);
@@ -45,10 +45,10 @@ TEST(StepRecoveryQp, NominalOptimaMatchTheRecipe) {
 
 TEST(StepRecoveryQp, CapturePointRowsAreActiveForFastPushes) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const StageQp qp = step_recovery_qp({}, random_start(seed, binding_push));
-    const auto solver = make_riccati_solver(qp, from_standing(), step_recovery_kernels);
-    StagePoint point = standing_guess(qp);
-    ASSERT_EQ(solver->solve(qp, point, false).status, QpStatus::optimal) << "seed " << seed;
+    const qp::StageQp qp = step_recovery_qp({}, random_start(seed, binding_push));
+    const auto solver = qp::make_riccati_solver(qp, from_standing(), step_recovery_kernels);
+    qp::StagePoint point = standing_guess(qp);
+    ASSERT_EQ(solver->solve(qp, point, false).status, qp::QpStatus::optimal) << "seed " << seed;
     int binding = binding_rows(qp, point, qp.intervals(), 0);
     for (int k = StepRecovery{}.landing; k < qp.intervals(); ++k)
       binding += binding_rows(qp, point, k, 2);

@@ -15,12 +15,12 @@ TEST(MpcQpBenchmark, OptimaMatchAllKnownDigits) {
   const char* folder = library::reference_data_folder();
   if (folder == nullptr) GTEST_SKIP() << "SALTUS_REFERENCE_DATA does not name the reference data";
   for (const library::MpcQp& known : library::read_mpc_qps(folder)) {
-    const SparseQp& qp = known.qp;
+    const qp::SparseQp& qp = known.qp;
     const auto solver =
-        make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-13});
+        qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-13});
     PrimalDualPoint point{VectorXd::Zero(qp.variables()), VectorXd(), VectorXd()};
-    const QpResult result = solver->solve(qp, point, false);
-    EXPECT_EQ(result.status, QpStatus::optimal) << known.name;
+    const qp::QpResult result = solver->solve(qp, point, false);
+    EXPECT_EQ(result.status, qp::QpStatus::optimal) << known.name;
     EXPECT_LT(result.residual, 1e-10) << known.name;
     // Thirteen digits are given.
     EXPECT_NEAR(result.objective, known.cost, 5e-13 * (1.0 + std::abs(known.cost))) << known.name;

@@ -234,8 +234,8 @@ TEST(Suite, NativeSolversFindTheRocketOrbit) {
 
 // The programs of C01 as general nonlinear programs.
 TEST(QuadraticPrograms, DerivativesMatchTheData) {
-  SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
-              SparsityPattern::from_pairs(2, 3, {{0, 0}, {0, 2}, {1, 1}}));
+  qp::SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
+                  SparsityPattern::from_pairs(2, 3, {{0, 0}, {0, 2}, {1, 1}}));
   qp.hessian << 2.0, -0.7, 0.4, 1.5;
   qp.rows << 1.0, -2.0, 3.0;
   qp.gradient << 0.3, -1.0, 0.6;

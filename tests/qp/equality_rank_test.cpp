@@ -21,7 +21,7 @@ int count(const std::vector<EqualityRow>& rows, RowRank rank) {
 }
 
 // Rank of all equations of the sparse form: dynamics, start, and rows and bounds with equal sides.
-int rank_of_all(const SparseQp& qp, int& equations) {
+int rank_of_all(const qp::SparseQp& qp, int& equations) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   MatrixXd rows = MatrixXd::Zero(m + n, n);
   equations = 0;
@@ -67,10 +67,10 @@ TEST(EqualityRank, FindsContradictions) {
 
 // x_1 = x_0 + u_0, x_2 = x_1 + u_1: with a row on each state and input, one row is redundant.
 TEST(EqualityRank, NamesRows) {
-  StageQp qp({{1, 1, {{1, 2, false}}}, {1, 1, {{2, 2, false}}}, {1, 0, {{1, 1, false}}}});
+  qp::StageQp qp({{1, 1, {{1, 2, false}}}, {1, 1, {{2, 2, false}}}, {1, 0, {{1, 1, false}}}});
   for (int k = 0; k < 2; ++k) qp.stages[k].A(0, 0) = qp.stages[k].B(0, 0) = 1.0;
   const auto demand = [&](int k, int row, double on_x, double on_u, double value) {
-    RowGroup& g = qp.stages[k].groups[0];
+    qp::RowGroup& g = qp.stages[k].groups[0];
     g.rows = std::max(g.rows, row + 1);
     g.columns = k < 2 ? std::vector<int>{0, 1} : std::vector<int>{0};
     g.M(row, 0) = on_x;

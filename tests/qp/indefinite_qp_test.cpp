@@ -17,7 +17,7 @@ constexpr int seeds = 60, intervals = 6, nx = 2, nu = 2;
 constexpr double tolerance = 1e-9;
 
 // Stages with indefinite costs, inputs in a box, and states far inside their bounds.
-StageQp indefinite_qp(int seed) {
+qp::StageQp indefinite_qp(int seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   const auto matrix = [&](int rows, int columns) -> MatrixXd {
@@ -27,10 +27,10 @@ StageQp indefinite_qp(int seed) {
     const MatrixXd m = matrix(n, n);
     return m + m.transpose();
   };
-  StageQp qp(std::vector<StageCapacity>(intervals + 1, StageCapacity{nx, nu, {}}));
+  qp::StageQp qp(std::vector<qp::StageCapacity>(intervals + 1, qp::StageCapacity{nx, nu, {}}));
   qp.start = matrix(nx, 1);
   for (int k = 0; k <= intervals; ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     s.nu = k < intervals ? nu : 0;
     s.Q = symmetric(nx);
     s.R = symmetric(nu);
@@ -49,7 +49,7 @@ StageQp indefinite_qp(int seed) {
   return qp;
 }
 
-double cost_of(const StageQp& qp, StagePoint point) {
+double cost_of(const qp::StageQp& qp, qp::StagePoint point) {
   point.stages[0].x = qp.start;
   for (int k = 0; k < intervals; ++k)
     point.stages[k + 1].x =
@@ -57,13 +57,13 @@ double cost_of(const StageQp& qp, StagePoint point) {
   return objective(qp, point);
 }
 
-void expect_local_minimum(const StageQp& qp, const StagePoint& found, int seed) {
+void expect_local_minimum(const qp::StageQp& qp, const qp::StagePoint& found, int seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const double cost = cost_of(qp, found);
   for (const double size : {1e-2, 1e-4})
     for (int i = 0; i < 200; ++i) {
-      StagePoint other = found;
+      qp::StagePoint other = found;
       for (int k = 0; k < intervals; ++k)
         for (double& u : other.stages[k].u) u = std::clamp(u + size * uniform(random), -1.0, 1.0);
       // An input off its bound by the tolerance, with a multiplier of 1, changes the cost by this
@@ -79,13 +79,13 @@ constexpr int solved_at_least = 25;
 TEST(IndefinitePrograms, StagedSolverFindsALocalSolution) {
   int solved = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const StageQp qp = indefinite_qp(seed);
-    RiccatiOptions options;
+    const qp::StageQp qp = indefinite_qp(seed);
+    qp::RiccatiOptions options;
     options.tolerance = tolerance;
     options.convex = false;
-    StagePoint point(qp);
-    const QpResult r = make_riccati_solver(qp, options)->solve(qp, point, false);
-    if (r.status != QpStatus::optimal) continue;
+    qp::StagePoint point(qp);
+    const qp::QpResult r = qp::make_riccati_solver(qp, options)->solve(qp, point, false);
+    if (r.status != qp::QpStatus::optimal) continue;
     ++solved;
     expect_local_minimum(qp, point, seed);
   }
@@ -95,17 +95,17 @@ TEST(IndefinitePrograms, StagedSolverFindsALocalSolution) {
 TEST(IndefinitePrograms, SparseSolverFindsALocalSolution) {
   int solved = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const StageQp qp = indefinite_qp(seed);
+    const qp::StageQp qp = indefinite_qp(seed);
     const StageConversion conversion(qp);
-    const SparseQp& sparse = conversion.sparse();
+    const qp::SparseQp& sparse = conversion.sparse();
     PrimalDualPoint found{VectorXd::Zero(sparse.variables()),
                           VectorXd::Zero(sparse.row_pattern.rows()),
                           VectorXd::Zero(sparse.variables())};
-    const auto solver = make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern,
-                                              {.tolerance = tolerance, .convex = false});
-    if (solver->solve(sparse, found, false).status != QpStatus::optimal) continue;
+    const auto solver = qp::make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern,
+                                                  {.tolerance = tolerance, .convex = false});
+    if (solver->solve(sparse, found, false).status != qp::QpStatus::optimal) continue;
     ++solved;
-    StagePoint point(qp);
+    qp::StagePoint point(qp);
     conversion.convert(found, point);
     expect_local_minimum(qp, point, seed);
   }

@@ -39,21 +39,21 @@ int run(const std::string& batch) {
   Random random(1);
   for (int seed = 1, solved = 0; solved < programs; ++seed) {
     testing::RandomQp instance = program(seed);
-    StageQp& qp = instance.qp;
+    qp::StageQp& qp = instance.qp;
     if (qp.stages.front().nx != states || qp.stages.front().nu != inputs) continue;
     ++solved;
     const auto solver =
-        make_riccati_solver(qp, {},
-                            fixed_sizes ? std::span<const qp::RiccatiKernel>(kernels)
-                                        : std::span<const qp::RiccatiKernel>());
-    StagePoint point(qp);
+        qp::make_riccati_solver(qp, {},
+                                fixed_sizes ? std::span<const qp::RiccatiKernel>(kernels)
+                                            : std::span<const qp::RiccatiKernel>());
+    qp::StagePoint point(qp);
     if (warm) {
       point = instance.optimum;
-      for (Stage& s : qp.stages)
+      for (qp::Stage& s : qp.stages)
         for (double& slope : s.q) slope += 0.1 * random.uniform(-1.0, 1.0);
     }
-    const QpResult result = solver->solve(qp, point, warm);
-    if (result.status != QpStatus::optimal) return -1;
+    const qp::QpResult result = solver->solve(qp, point, warm);
+    if (result.status != qp::QpStatus::optimal) return -1;
     iterations += result.iterations;
   }
   return iterations;

@@ -25,11 +25,12 @@ enum class Kind { sparse, by_stages };
 
 class NewtonSystemOf : public ::testing::TestWithParam<Kind> {
  protected:
-  static std::unique_ptr<NewtonSystem> make(const SparseQp& qp, const StageStructure& structure,
-                                            Kind kind = GetParam()) {
+  static std::unique_ptr<qp::NewtonSystem> make(const qp::SparseQp& qp,
+                                                const qp::StageStructure& structure,
+                                                Kind kind = GetParam()) {
     return kind == Kind::sparse
-               ? make_sparse_newton(qp.hessian_pattern, qp.row_pattern)
-               : make_riccati_newton(qp.hessian_pattern, qp.row_pattern, structure);
+               ? qp::make_sparse_newton(qp.hessian_pattern, qp.row_pattern)
+               : qp::make_riccati_newton(qp.hessian_pattern, qp.row_pattern, structure);
   }
 };
 INSTANTIATE_TEST_SUITE_P(Kinds, NewtonSystemOf, ::testing::Values(Kind::sparse, Kind::by_stages),
@@ -40,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, NewtonSystemOf, ::testing::Values(Kind::sparse, 
 // Weights as a barrier gives them: one for each existing side, none for fixed variables, infinite
 // for equalities.
 struct Weights {
-  Weights(const SparseQp& qp, Random& random)
+  Weights(const qp::SparseQp& qp, Random& random)
       : variables(VectorXd::Zero(qp.variables())), rows(VectorXd::Zero(qp.row_pattern.rows())) {
     for (int i = 0; i < variables.size(); ++i)
       if (qp.lower[i] != qp.upper[i] && (qp.lower[i] > -infinity || qp.upper[i] < infinity))
@@ -58,7 +59,7 @@ struct Weights {
 struct Left {
   VectorXd variables, rows;
 };
-Left with_exit_guard(const SparseQp& qp, const Weights& weights, const VectorXd& rw,
+Left with_exit_guard(const qp::SparseQp& qp, const Weights& weights, const VectorXd& rw,
                      const VectorXd& rr, const VectorXd& dw, const VectorXd& dlambda) {
   Left left{rw + weights.variables.cwiseProduct(dw), rr};
   qp.hessian_pattern.for_each([&](int a, int b, int e) {
@@ -76,8 +77,8 @@ Left with_exit_guard(const SparseQp& qp, const Weights& weights, const VectorXd&
   return left;
 }
 
-void expect_solved(const SparseQp& qp, const Weights& weights, NewtonSystem& system, Random& random,
-                   int refinements) {
+void expect_solved(const qp::SparseQp& qp, const Weights& weights, qp::NewtonSystem& system,
+                   Random& random, int refinements) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   const VectorXd rw = random.vector(n), rr = random.vector(m);
   VectorXd dw(n), dlambda(m), more_w(n), more_lambda(m);
@@ -144,14 +145,14 @@ TEST_P(NewtonSystemOf, OtherFactorisationGivesTheSameSolution) {
 
 // The step ignores an equation between fixed variables, with every factorisation.
 TEST(SparseNewton, HandlesAnEquationOfFixedVariables) {
-  SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
-              SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}));
+  qp::SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
+                  SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}));
   qp.hessian << 1.0, 2.0;
   qp.rows << 1.0, 0.5, 1.0;
   qp.lower[0] = qp.upper[0] = 1.0;
   qp.row_lower << 1.0, 0.0;
   qp.row_upper << 1.0, 0.0;
-  const auto system = make_sparse_newton(qp.hessian_pattern, qp.row_pattern);
+  const auto system = qp::make_sparse_newton(qp.hessian_pattern, qp.row_pattern);
   ASSERT_TRUE(system->load(qp));
   ASSERT_TRUE(system->factor(VectorXd::Zero(2), VectorXd::Constant(2, infinity)));
   int ways = 1;
@@ -169,10 +170,10 @@ TEST(SparseNewton, HandlesAnEquationOfFixedVariables) {
 TEST(SparseNewton, RestartTakesTheSameStep) {
   RandomStaged staged(3, /*whole_diagonal=*/true);
   Random random(3);
-  const SparseQp& qp = staged.qp;
+  const qp::SparseQp& qp = staged.qp;
   const Weights weights(qp, random);
   const VectorXd rw = random.vector(qp.variables()), rr = random.vector(qp.row_pattern.rows());
-  const auto system = make_sparse_newton(qp.hessian_pattern, qp.row_pattern);
+  const auto system = qp::make_sparse_newton(qp.hessian_pattern, qp.row_pattern);
   VectorXd first = rw, dw = rw, dlambda = rr;
   ASSERT_TRUE(system->load(qp) && system->factor(weights.variables, weights.rows));
   system->solve(rw, rr, first, dlambda);
@@ -194,7 +195,7 @@ TEST(RiccatiNewton, RejectsASlackWithoutCost) {
   const int slack = staged.structure.soft_rows.front().below;
   ASSERT_GE(slack, 0);
   const auto system =
-      make_riccati_newton(staged.qp.hessian_pattern, staged.qp.row_pattern, staged.structure);
+      qp::make_riccati_newton(staged.qp.hessian_pattern, staged.qp.row_pattern, staged.structure);
   const auto works = [&] {
     return system->load(staged.qp) && system->factor(weights.variables, weights.rows);
   };
@@ -208,7 +209,7 @@ TEST(RiccatiNewton, RejectsASlackWithoutCost) {
 TEST_P(NewtonSystemOf, RejectsNonFiniteAndNonConvexSystems) {
   RandomStaged staged(3, /*whole_diagonal=*/true);
   Random random(3);
-  SparseQp& qp = staged.qp;
+  qp::SparseQp& qp = staged.qp;
   const Weights weights(qp, random);
   const auto system = make(qp, staged.structure);
   const auto works = [&] {

@@ -12,11 +12,12 @@ int main(int count, char** words) {
   const int programs = count > 1 ? std::atoi(words[1]) : 500;
   for (int seed = 1; seed <= programs; ++seed) {
     const testing::RandomQp random = testing::random_qp(seed, {});
-    StagePoint point(random.qp);
-    const QpResult result = make_riccati_solver(random.qp)->solve(random.qp, point, /*warm=*/false);
+    qp::StagePoint point(random.qp);
+    const qp::QpResult result =
+        qp::make_riccati_solver(random.qp)->solve(random.qp, point, /*warm=*/false);
     fmt::print("{} {} {} {}", seed, static_cast<int>(result.status), result.iterations,
                result.objective);
-    for (const StagePoint::AtStage& stage : point.stages)
+    for (const qp::StagePoint::AtStage& stage : point.stages)
       for (const double x : stage.x) fmt::print(" {}", x);
     fmt::print("\n");
   }

@@ -11,14 +11,14 @@ namespace saltus::testing {
 
 /// Groups of three inputs that act through the sum of their forces. Each group has bounds,
 /// friction-like rows and rows with equal sides. There are four states.
-inline StageQp program_with_groups(int groups, std::uint64_t seed, double equality = 0.0) {
+inline qp::StageQp program_with_groups(int groups, std::uint64_t seed, double equality = 0.0) {
   constexpr int nx = 4, size = 3, intervals = 6;
   Random random(seed);
-  std::vector<StageCapacity> capacity(intervals + 1, {nx, groups * size, {}});
+  std::vector<qp::StageCapacity> capacity(intervals + 1, {nx, groups * size, {}});
   capacity.back().nu = 0;
   for (int k = 0; k < intervals; ++k)
     for (int g = 0; g < groups; ++g) capacity[k].groups.push_back({3, size, false});
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
   qp.start = random.vector(nx);
   const MatrixXd B = random.matrix(nx, size);
   std::vector<MatrixXd> T;
@@ -27,7 +27,7 @@ inline StageQp program_with_groups(int groups, std::uint64_t seed, double equali
                     ? MatrixXd(MatrixXd::Identity(size, size))
                     : MatrixXd(MatrixXd::Identity(size, size) + 0.4 * random.matrix(size, size)));
   for (int k = 0; k <= intervals; ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     s.Q = MatrixXd::Identity(nx, nx);
     s.q = random.vector(nx);
     if (k == intervals) break;
@@ -40,7 +40,7 @@ inline StageQp program_with_groups(int groups, std::uint64_t seed, double equali
       const MatrixXd root = random.matrix(size, size);
       s.R.block(g * size, g * size, size, size) =
           0.01 * MatrixXd::Identity(size, size) + 0.1 * root * root.transpose();
-      RowGroup& rows = s.groups[g];
+      qp::RowGroup& rows = s.groups[g];
       rows.rows = 3;
       rows.columns.clear();
       for (int i = 0; i < size; ++i) rows.columns.push_back(nx + g * size + i);

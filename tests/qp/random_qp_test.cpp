@@ -14,12 +14,12 @@ using namespace testing;
 
 constexpr int seeds = 1000;
 
-double largest_multiplier(const StagePoint& point) {
+double largest_multiplier(const qp::StagePoint& point) {
   double largest = 0.0;
   const auto see = [&](const VectorXd& v) {
     if (v.size() > 0) largest = std::max(largest, v.lpNorm<Eigen::Infinity>());
   };
-  for (const StagePoint::AtStage& p : point.stages) {
+  for (const qp::StagePoint::AtStage& p : point.stages) {
     see(p.costate);
     see(p.u_bound);
     if (&p != &point.stages.front()) see(p.x_bound);
@@ -39,7 +39,7 @@ TEST(RandomQp, OptimaAreOptimalWithMargins) {
     EXPECT_LE(multiplier, 2.01e6) << seed;
     degenerate += random.degenerate;
     rank_deficient += random.rank_deficient;
-    for (const StagePoint::AtStage& p : random.optimum.stages)
+    for (const qp::StagePoint::AtStage& p : random.optimum.stages)
       active += static_cast<int>((p.u_bound.array() != 0.0).count());
   }
   // Probabilities of 15 and 10 percent.
@@ -61,7 +61,7 @@ TEST(UnboundedQp, DirectionDecreasesTheCostAndIsFeasible) {
     const double start = objective(random.qp, random.feasible);
     EXPECT_LT(kkt_residual(random.qp, random.feasible).feasibility, 1e-12) << seed;
     for (const double s : {1.0, 1000.0}) {
-      StagePoint far = random.feasible;
+      qp::StagePoint far = random.feasible;
       for (std::size_t k = 0; k < far.stages.size(); ++k) {
         far.stages[k].x += s * random.direction.stages[k].x;
         far.stages[k].u += s * random.direction.stages[k].u;

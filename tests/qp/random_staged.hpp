@@ -22,8 +22,8 @@ class RandomStaged {
     make_variables();
     make_rows();
     make_hessian();
-    qp = SparseQp(SparsityPattern::from_pairs(variables_, variables_, hessian_),
-                  SparsityPattern::from_pairs(rows_, variables_, entries_));
+    qp = qp::SparseQp(SparsityPattern::from_pairs(variables_, variables_, hessian_),
+                      SparsityPattern::from_pairs(rows_, variables_, entries_));
     draw();
   }
 
@@ -88,8 +88,8 @@ class RandomStaged {
     }
   }
 
-  SparseQp qp;
-  StageStructure structure;
+  qp::SparseQp qp;
+  qp::StageStructure structure;
   VectorXd w;  ///< satisfies all hard constraints
 
  private:
@@ -116,7 +116,7 @@ class RandomStaged {
   void make_variables() {
     const int N = integer(0, 5);
     structure.stages.resize(N + 1);
-    for (StageStructure::Stage& s : structure.stages) {
+    for (qp::StageStructure::Stage& s : structure.stages) {
       for (int i = integer(1, 3); i > 0; --i) s.states.push_back(new_variable(true));
       for (int i = integer(0, 3); i > 0; --i) s.inputs.push_back(new_variable(false));
     }
@@ -162,7 +162,7 @@ class RandomStaged {
       }
     first_slack_ = variables_;
     for (const int row : soft) {
-      StageStructure::SoftRow s{row, -1, -1};
+      qp::StageStructure::SoftRow s{row, -1, -1};
       const auto slack = [&](double sign) {
         const int v = new_variable(false);
         entries_.emplace_back(row, v);

@@ -27,7 +27,7 @@ struct Sizes {
   int states() const { return own + first_copied; }
 };
 
-Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
+qp::Stage repeated_stage(const Sizes& sizes, Random& random, qp::Stage s) {
   const int nx = sizes.states(), nu = sizes.inputs, m = sizes.first_copied;
   s.A.setZero();
   s.B.setZero();
@@ -47,13 +47,13 @@ Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
   s.u_upper.setConstant(0.7);
   if (random.chance(0.3)) s.u_lower[0] = s.u_upper[0] = 0.05;  // held
 
-  RowGroup& hard = s.groups[0];  // on inputs: held inputs are compatible with these bounds
+  qp::RowGroup& hard = s.groups[0];  // on inputs: held inputs are compatible with these bounds
   hard.rows = 2;
   for (int j = 0; j < nu; ++j) hard.columns.push_back(nx + j);
   hard.M = random.matrix(2, nu);
   hard.lower.setConstant(-0.4);
   hard.upper.setConstant(0.3);
-  RowGroup& soft = s.groups[1];
+  qp::RowGroup& soft = s.groups[1];
   soft.rows = 3;
   for (int j = 0; j < sizes.own; ++j) soft.columns.push_back(j);
   soft.M = random.matrix(3, sizes.own);
@@ -66,18 +66,18 @@ Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
 
 // Equal stages. With `changes`, stages from the middle on differ. Linear costs differ in every
 // stage.
-StageQp repeated_stages(int seed, bool changes) {
+qp::StageQp repeated_stages(int seed, bool changes) {
   Random random(seed);
   const int inputs = random.integer(1, 14);
   const Sizes sizes{random.integer(1, 6), inputs,
                     random.chance(0.7) ? random.integer(1, inputs) : 0};
-  const StageCapacity inner{sizes.states(), inputs, {{2, inputs, false}, {3, sizes.own, true}}};
-  std::vector<StageCapacity> capacity(random.integer(4, 9), inner);
+  const qp::StageCapacity inner{sizes.states(), inputs, {{2, inputs, false}, {3, sizes.own, true}}};
+  std::vector<qp::StageCapacity> capacity(random.integer(4, 9), inner);
   capacity.push_back({sizes.states(), 0, {}});
-  StageQp qp(capacity);
-  const Stage empty = qp.stages.front();
-  const Stage first = repeated_stage(sizes, random, empty),
-              second = repeated_stage(sizes, random, empty);
+  qp::StageQp qp(capacity);
+  const qp::Stage empty = qp.stages.front();
+  const qp::Stage first = repeated_stage(sizes, random, empty),
+                  second = repeated_stage(sizes, random, empty);
   for (int k = 0; k < qp.intervals(); ++k) {
     qp.stages[k] = changes && 2 * k >= qp.intervals() ? second : first;
     if (changes) qp.stages[k].r = random.vector(inputs);
@@ -93,17 +93,18 @@ INSTANTIATE_TEST_SUITE_P(Stages, RepeatedStages, ::testing::Values(false, true),
                            return param.param ? "change_once" : "are_equal";
                          });
 
-void expect_optimum(const StageQp& qp, int seed) {
-  StagePoint point(qp);
-  const QpResult structured = make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);
-  const SparseQp sparse = to_sparse(qp);
+void expect_optimum(const qp::StageQp& qp, int seed) {
+  qp::StagePoint point(qp);
+  const qp::QpResult structured = qp::make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);
+  const qp::SparseQp sparse = to_sparse(qp);
   PrimalDualPoint other{VectorXd::Zero(sparse.variables()),
                         VectorXd::Zero(sparse.row_pattern.rows()),
                         VectorXd::Zero(sparse.variables())};
-  const QpResult expected = make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern)
-                                ->solve(sparse, other, false);
-  ASSERT_EQ(expected.status, QpStatus::optimal) << "seed " << seed;
-  ASSERT_EQ(structured.status, QpStatus::optimal) << "seed " << seed;
+  const qp::QpResult expected =
+      qp::make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern)
+          ->solve(sparse, other, false);
+  ASSERT_EQ(expected.status, qp::QpStatus::optimal) << "seed " << seed;
+  ASSERT_EQ(structured.status, qp::QpStatus::optimal) << "seed " << seed;
   EXPECT_LE(kkt_residual(qp, point).largest(), required * testing::multiplier_scale(point))
       << "seed " << seed;
   EXPECT_NEAR(structured.objective, expected.objective,
@@ -119,23 +120,23 @@ TEST_P(RepeatedStages, HaveTheOptimumOfTheSparseProgram) {
 // Equal stages from the last solve must be compared again with the present numbers.
 TEST_P(RepeatedStages, AreReadAgainInTheNextSolve) {
   for (int seed = 1; seed <= programs; seed += 10) {
-    const StageQp first = repeated_stages(seed, GetParam());
-    StageQp next = first;
+    const qp::StageQp first = repeated_stages(seed, GetParam());
+    qp::StageQp next = first;
     for (int k = 0; k < next.intervals(); k += 2) {
       next.stages[k].groups[0].upper.array() -= 0.05;
       next.stages[k].groups[1].M *= 1.1;
       next.stages[k].A *= 0.9;
     }
-    for (const QpOptions::Start start :
-         {QpOptions::Start::least_squares, QpOptions::Start::guess}) {
-      RiccatiOptions options;
+    for (const qp::QpOptions::Start start :
+         {qp::QpOptions::Start::least_squares, qp::QpOptions::Start::guess}) {
+      qp::RiccatiOptions options;
       options.start = start;
-      const auto solver = make_riccati_solver(first, options);
-      StagePoint point(first), again(first), fresh(first);
+      const auto solver = qp::make_riccati_solver(first, options);
+      qp::StagePoint point(first), again(first), fresh(first);
       solver->solve(first, point, false);
-      const QpResult a = solver->solve(next, again, false);
-      const QpResult b = make_riccati_solver(next, options)->solve(next, fresh, false);
-      EXPECT_EQ(a.status, QpStatus::optimal) << "seed " << seed;
+      const qp::QpResult a = solver->solve(next, again, false);
+      const qp::QpResult b = qp::make_riccati_solver(next, options)->solve(next, fresh, false);
+      EXPECT_EQ(a.status, qp::QpStatus::optimal) << "seed " << seed;
       EXPECT_EQ(a.objective, b.objective) << "seed " << seed;
       EXPECT_EQ(a.iterations, b.iterations) << "seed " << seed;
     }
@@ -143,19 +144,19 @@ TEST_P(RepeatedStages, AreReadAgainInTheNextSolve) {
 }
 
 // Each stage has the rows of the previous one except for one difference.
-StageQp almost_repeated_stages(int seed) {
+qp::StageQp almost_repeated_stages(int seed) {
   Random random(seed);
   const int inputs = random.integer(2, 6);
   const Sizes sizes{random.integer(2, 5), inputs, 0};
-  const std::vector<StageCapacity::RowGroup> groups{{2, inputs, true}, {3, sizes.own, true}};
-  std::vector<StageCapacity> capacity(10, {sizes.states(), inputs, groups});
+  const std::vector<qp::StageCapacity::RowGroup> groups{{2, inputs, true}, {3, sizes.own, true}};
+  std::vector<qp::StageCapacity> capacity(10, {sizes.states(), inputs, groups});
   capacity.push_back({sizes.states(), 0, {}});
-  StageQp qp(capacity);
-  const Stage first = repeated_stage(sizes, random, qp.stages.front());
+  qp::StageQp qp(capacity);
+  const qp::Stage first = repeated_stage(sizes, random, qp.stages.front());
   for (int k = 0; k < qp.intervals(); ++k) {
-    Stage& s = qp.stages[k];
+    qp::Stage& s = qp.stages[k];
     s = k == 0 ? first : qp.stages[k - 1];
-    RowGroup &on_inputs = s.groups[0], &on_states = s.groups[1];
+    qp::RowGroup &on_inputs = s.groups[0], &on_states = s.groups[1];
     if (k == 0) {
       on_inputs.l1.setConstant(0.2);
       on_inputs.l2.setConstant(1.0);
@@ -205,13 +206,13 @@ TEST(RepeatedRows, StagesOfOtherSizesHaveSeparateStorage) {
   for (int seed = 1; seed <= 40; ++seed) {
     Random random(seed);
     const auto inputs = [&](int k) { return 1 + k % 2 * (seed % 3 + 1); };
-    std::vector<StageCapacity> capacity;
+    std::vector<qp::StageCapacity> capacity;
     for (int k = 0; k < 8; ++k) capacity.push_back({nx, inputs(k), {{2, 2, false}}});
     capacity.push_back({nx, 0, {}});
-    StageQp qp(capacity);
+    qp::StageQp qp(capacity);
     const MatrixXd rows = random.matrix(2, 2);
     for (int k = 0; k <= 8; ++k) {
-      Stage& s = qp.stages[k];
+      qp::Stage& s = qp.stages[k];
       s.Q.setIdentity();
       s.q = random.vector(nx);
       if (k == 8) break;
@@ -219,7 +220,7 @@ TEST(RepeatedRows, StagesOfOtherSizesHaveSeparateStorage) {
       s.A = 0.5 * random.matrix(nx, nx);
       s.B = random.matrix(nx, inputs(k));
       if (k == 0) continue;  // the start is given
-      RowGroup& g = s.groups[0];
+      qp::RowGroup& g = s.groups[0];
       g.rows = 2;
       g.columns = {2, 5};
       g.M = rows;
@@ -231,9 +232,10 @@ TEST(RepeatedRows, StagesOfOtherSizesHaveSeparateStorage) {
 
 TEST(QpStatus, EachStatusHasItsSentence) {
   std::set<std::string> sentences;
-  for (const QpStatus status :
-       {QpStatus::optimal, QpStatus::infeasible, QpStatus::unbounded, QpStatus::iteration_limit,
-        QpStatus::deadline, QpStatus::numerical_failure, QpStatus::invalid_problem}) {
+  for (const qp::QpStatus status :
+       {qp::QpStatus::optimal, qp::QpStatus::infeasible, qp::QpStatus::unbounded,
+        qp::QpStatus::iteration_limit, qp::QpStatus::deadline, qp::QpStatus::numerical_failure,
+        qp::QpStatus::invalid_problem}) {
     const std::string sentence = describe(status);
     ASSERT_FALSE(sentence.empty());
     EXPECT_EQ(sentence.back(), '.');

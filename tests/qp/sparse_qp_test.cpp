@@ -25,7 +25,7 @@ class TwoVariables : public ::testing::Test {
     qp.upper[0] = 0.5;
     point = {Vec<double, 2>{0.5, -0.25}, VectorXd::Zero(1), Vec<double, 2>{2.25, 0.0}};
   }
-  SparseQp qp;
+  qp::SparseQp qp;
   PrimalDualPoint point;
 };
 
@@ -65,8 +65,8 @@ TEST(SparseQpResidual, CoversLargePrograms) {
     chain.push_back({i, i});
     chain.push_back({i, i + 1});
   }
-  SparseQp qp(SparsityPattern::from_pairs(n, n, diagonal),
-              SparsityPattern::from_pairs(n - 1, n, chain));
+  qp::SparseQp qp(SparsityPattern::from_pairs(n, n, diagonal),
+                  SparsityPattern::from_pairs(n - 1, n, chain));
   qp.hessian.setOnes();
   qp.rows.setOnes();
   PrimalDualPoint point{VectorXd::Zero(n), VectorXd::Zero(n - 1), VectorXd::Zero(n)};

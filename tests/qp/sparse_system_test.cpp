@@ -23,7 +23,7 @@ static_assert(qp::KktSystem<qp::SparseSystem>);
 
 // H, g, E, e, G and beta of a program whose fixed variables keep their columns.
 struct Dense {
-  explicit Dense(const SparseQp& qp) {
+  explicit Dense(const qp::SparseQp& qp) {
     const int n = qp.variables();
     MatrixXd J = MatrixXd::Zero(qp.row_pattern.rows(), n);
     qp.row_pattern.for_each([&](int i, int j, int entry) { J(i, j) = qp.rows[entry]; });
@@ -98,8 +98,8 @@ double difference(const VectorXd& a, const VectorXd& b) {
 // The data of the last solution are valid for its program only.
 TEST(SparseSystem, RecomputesProductsForAnotherProgram) {
   const std::vector<std::pair<int, int>> squares{{0, 0}, {1, 1}}, entries{{0, 0}, {0, 1}};
-  SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),
-              SparsityPattern::from_pairs(1, 2, entries));
+  qp::SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),
+                  SparsityPattern::from_pairs(1, 2, entries));
   qp.hessian.setOnes();
   qp.rows << 1.0, 2.0;
   qp.row_lower << 5.0;
@@ -120,7 +120,7 @@ TEST(SparseSystem, RecomputesProductsForAnotherProgram) {
 
 TEST(SparseSystem, AgreesWithDenseMatrices) {
   for (int seed = 1; seed <= 100; ++seed) {
-    const SparseQp qp = to_sparse(random_qp(seed, {.rank_deficient = 0.0}).qp);
+    const qp::SparseQp qp = to_sparse(random_qp(seed, {.rank_deficient = 0.0}).qp);
     Dense dense(qp);
     qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
     ASSERT_TRUE(system.load(qp));
@@ -179,7 +179,7 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
 
 TEST(SparseSystem, DoesNotAllocateAfterConstruction) {
   const RandomQp random = random_qp(7, {.equality_rows = 1.0, .soft_rows = 1.0});
-  SparseQp qp = to_sparse(random.qp);
+  qp::SparseQp qp = to_sparse(random.qp);
   qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
   Arrays a(system);
   PrimalDualPoint point{VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),
@@ -206,7 +206,7 @@ TEST(SparseSystem, DoesNotAllocateAfterConstruction) {
 TEST(SparseSystem, ReplacesAPoorFactor) {
   constexpr double small = 4e-13;
   const SparsityPattern hessian = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}});
-  SparseQp qp(hessian, SparsityPattern::from_pairs(0, 2, {}));
+  qp::SparseQp qp(hessian, SparsityPattern::from_pairs(0, 2, {}));
   qp.hessian << 1.0, small;
   qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
   ASSERT_TRUE(system.load(qp));

@@ -30,7 +30,7 @@ TEST(StageConversion, KeepsOptimaAndTheirCost) {
     EXPECT_NEAR(objective(conversion.sparse(), point.w), random.cost, 10.0 * rounding(point))
         << seed << ": " << random.describe();
 
-    StagePoint back(random.qp);
+    qp::StagePoint back(random.qp);
     conversion.convert(point, back);
     const double residual = kkt_residual(random.qp, back).largest();
     EXPECT_EQ(residual, kkt_residual(random.qp, random.optimum).largest()) << seed;
@@ -43,8 +43,8 @@ TEST(StageConversion, KeepsCostsOfAllPoints) {
   for (int seed = 1; seed <= seeds; ++seed) {
     const RandomQp program = random_qp(seed);
     Random random(seed);
-    StagePoint point = program.optimum;
-    for (StagePoint::AtStage& p : point.stages) {
+    qp::StagePoint point = program.optimum;
+    for (qp::StagePoint::AtStage& p : point.stages) {
       p.x += random.vector(p.x.size());
       p.u += random.vector(p.u.size());
     }
@@ -53,7 +53,7 @@ TEST(StageConversion, KeepsCostsOfAllPoints) {
     conversion.convert(program.qp, point, sparse);
     const double cost = objective(program.qp, point);
     EXPECT_NEAR(objective(conversion.sparse(), sparse.w), cost, 1e-12 * (1.0 + std::abs(cost)));
-    const StageQp::Residual residual = kkt_residual(program.qp, point);
+    const qp::StageQp::Residual residual = kkt_residual(program.qp, point);
     EXPECT_NEAR(kkt_residual(conversion.sparse(), sparse).feasibility, residual.feasibility,
                 1e-14 * (10.0 + residual.feasibility));
   }
@@ -61,11 +61,11 @@ TEST(StageConversion, KeepsCostsOfAllPoints) {
 
 TEST(StageConversion, UpdatesWithoutAllocationAndRejectsOtherSizes) {
   const RandomQp random = random_qp(3, {.equality_rows = 1.0, .soft_rows = 1.0});
-  StageQp qp = random.qp;
+  qp::StageQp qp = random.qp;
   StageConversion conversion(qp);
   PrimalDualPoint point;
   conversion.convert(qp, random.optimum, point);
-  StagePoint back(qp);
+  qp::StagePoint back(qp);
   qp.stages[0].q[0] += 0.5;
   const AllocationCount count;
   conversion.update(qp);
@@ -74,7 +74,7 @@ TEST(StageConversion, UpdatesWithoutAllocationAndRejectsOtherSizes) {
   EXPECT_EQ(count.made(), 0);
   EXPECT_NEAR(objective(conversion.sparse(), point.w), objective(qp, random.optimum), 1e-12);
 
-  StageQp other = qp;
+  qp::StageQp other = qp;
   --other.stages.back().nx;
   EXPECT_THROW(conversion.update(other), DefinitionError);
 }

@@ -28,16 +28,16 @@ class RandomStages : public ::testing::TestWithParam<unsigned> {};
 
 TEST_P(RandomStages, AreEquivalentAndPointsRoundTrip) {
   RandomStaged staged(GetParam());
-  StageMap map(staged.qp, staged.structure);
+  qp::StageMap map(staged.qp, staged.structure);
   std::mt19937 random(GetParam());
   for (int draw = 0; draw < 4; ++draw) {
     if (draw > 0) staged.draw();
-    ASSERT_EQ(map.fill(staged.qp), StageFill::filled) << draw;
+    ASSERT_EQ(map.fill(staged.qp), qp::StageFill::filled) << draw;
     expect_equivalent(staged.qp, map, random);
     expect_same_optimum(staged.qp, map);
     // Updated lists equal lists that are built from scratch.
-    StageMap fresh(staged.qp, staged.structure);
-    ASSERT_EQ(fresh.fill(staged.qp), StageFill::filled);
+    qp::StageMap fresh(staged.qp, staged.structure);
+    ASSERT_EQ(fresh.fill(staged.qp), qp::StageFill::filled);
     expect_equal(map.stages(), fresh.stages());
     if (HasFailure()) FAIL() << "seed " << GetParam() << ", draw " << draw;
   }
@@ -45,18 +45,18 @@ TEST_P(RandomStages, AreEquivalentAndPointsRoundTrip) {
 
 TEST_P(RandomStages, DoNotAllocate) {
   RandomStaged first(GetParam());
-  std::vector<SparseQp> draws{first.qp};
+  std::vector<qp::SparseQp> draws{first.qp};
   for (int i = 0; i < 3; ++i) {
     first.draw();
     draws.push_back(first.qp);
   }
-  StageMap map(first.qp, first.structure);
-  StagePoint point(map.stages());
+  qp::StageMap map(first.qp, first.structure);
+  qp::StagePoint point(map.stages());
   PrimalDualPoint sparse;
   map.fill(first.qp);
   map.convert(first.qp, point, sparse);
   const testing::AllocationCount count;
-  for (const SparseQp& qp : draws) {
+  for (const qp::SparseQp& qp : draws) {
     map.fill(qp);
     map.convert(qp, point, sparse);
     map.convert(qp, sparse, point);
@@ -69,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Seeds, RandomStages, ::testing::Range(1u, 101u));
 // --- rows written directly into the stages -------------------------------------------------------
 
 // Writes the rows of a sparse program.
-struct Written final : DirectRows {
-  explicit Written(const SparseQp& rows) : qp(rows) {}
+struct Written final : qp::DirectRows {
+  explicit Written(const qp::SparseQp& rows) : qp(rows) {}
   bool write(std::span<const detail::EntryTarget> targets) noexcept override {
     qp.row_pattern.for_each([&](int r, int, int e) {
       if (qp.row_lower[r] > -infinity || qp.row_upper[r] < infinity)
@@ -85,7 +85,7 @@ struct Written final : DirectRows {
   void add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept override {
     qp.row_pattern.for_each([&](int r, int v, int e) { gradient[v] += qp.rows[e] * lambda[r]; });
   }
-  const SparseQp& qp;
+  const qp::SparseQp& qp;
 };
 
 // Factor of the dynamics: 1, -1 or another number.
@@ -93,23 +93,23 @@ TEST(DirectRows, MatchStagesFilledFromSparseRows) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     RandomStaged staged(seed);
-    SparseQp& qp = staged.qp;
+    qp::SparseQp& qp = staged.qp;
     for (std::size_t k = 0; k + 1 < staged.structure.stages.size() && seed % 3 != 0; ++k)
       for (std::size_t i = 0; i < staged.structure.stages[k].dynamics.size(); ++i)
         qp.rows[qp.row_pattern.find(staged.structure.stages[k].dynamics[i],
                                     staged.structure.stages[k + 1].states[i])] =
             seed % 3 == 1 ? 1.0 : -1.0;
-    StageMap expected(qp, staged.structure);
-    ASSERT_EQ(expected.fill(qp), StageFill::filled);
-    const SparseQp source = qp;
+    qp::StageMap expected(qp, staged.structure);
+    ASSERT_EQ(expected.fill(qp), qp::StageFill::filled);
+    const qp::SparseQp source = qp;
     Written rows(source);
-    StageMap map(qp, staged.structure);
+    qp::StageMap map(qp, staged.structure);
     qp.rows.setConstant(std::numeric_limits<double>::quiet_NaN());  // only `rows` contains them
     map.write_directly(qp, rows);
-    ASSERT_EQ(map.fill(qp, true), StageFill::filled);
-    const StageQp &a = map.stages(), &b = expected.stages();
+    ASSERT_EQ(map.fill(qp, true), qp::StageFill::filled);
+    const qp::StageQp &a = map.stages(), &b = expected.stages();
     for (std::size_t k = 0; k < b.stages.size(); ++k) {
-      const Stage &s = a.stages[k], &t = b.stages[k];
+      const qp::Stage &s = a.stages[k], &t = b.stages[k];
       ASSERT_EQ(s.nx, t.nx);
       ASSERT_EQ(s.nu, t.nu);
       const int next = k + 1 < b.stages.size() ? b.stages[k + 1].nx : 0;
@@ -140,19 +140,20 @@ struct Small {
     structure.stages = {{.states = {0}, .inputs = {1}, .dynamics = {1}, .groups = {{2}}},
                         {.states = {2}}};
     structure.start_rows = {0};
-    qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}}),
-                  SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {1, 1}, {1, 2}, {2, 1}}));
+    qp = qp::SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}}),
+                      SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {1, 1}, {1, 2}, {2, 1}}));
     qp.hessian << 1.0, 1.0;
     qp.rows << 1.0, -1.0, -1.0, 1.0, 1.0;
     qp.row_lower << 0.5, 0.0, -1.0;
     qp.row_upper << 0.5, 0.0, 1.0;
   }
-  SparseQp qp;
-  StageStructure structure;
+  qp::SparseQp qp;
+  qp::StageStructure structure;
 };
 
 std::string refusal(const Small& small) {
-  return error_of<DefinitionError>([&] { StageMap map(small.qp, small.structure); }, "accepted");
+  return error_of<DefinitionError>([&] { qp::StageMap map(small.qp, small.structure); },
+                                   "accepted");
 }
 
 TEST(StageMap, NamesMismatches) {
@@ -184,21 +185,21 @@ TEST(StageMap, NamesMismatches) {
 
 TEST(StageMap, ChecksAndDropsARowOfVanishedVariables) {
   Small small;
-  StageMap map(small.qp, small.structure);
+  qp::StageMap map(small.qp, small.structure);
   small.qp.lower[1] = small.qp.upper[1] = 0.5;
-  EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
   EXPECT_EQ(map.stages().stages[0].nu, 0);
   EXPECT_EQ(map.stages().stages[0].groups[0].rows, 0);
   EXPECT_EQ(map.stages().stages[0].b[0], 0.5);
   small.qp.lower[1] = small.qp.upper[1] = 1.5;
-  EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::infeasible);
 }
 
 TEST(StageMap, RejectsTwoVariablesCarriedAsOneState) {
   Small small;  // x0 and u couple with x1 and share a state
   small.structure.carried = {{0, 1}};
-  small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}, {2, 0}, {2, 1}}),
-                      small.qp.row_pattern);
+  small.qp = qp::SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}, {2, 0}, {2, 1}}),
+                          small.qp.row_pattern);
   small.qp.rows << 1.0, -1.0, -1.0, 1.0, 1.0;
   small.qp.row_lower << 0.5, 0.0, -1.0;
   small.qp.row_upper << 0.5, 0.0, 1.0;
@@ -207,38 +208,39 @@ TEST(StageMap, RejectsTwoVariablesCarriedAsOneState) {
   };
   entry(1, 1) = entry(2, 2) = 1.0;
   entry(2, 0) = entry(2, 1) = 0.1;
-  StageMap map(small.qp, small.structure);
-  EXPECT_EQ(map.fill(small.qp), StageFill::not_staged);
+  qp::StageMap map(small.qp, small.structure);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::not_staged);
   entry(2, 0) = 0.0;
-  EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
   EXPECT_EQ(map.stages().stages[1].nx, 2);
   entry(2, 1) = 0.0;
-  EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
   EXPECT_EQ(map.stages().stages[1].nx, 1);
 }
 
 // This also holds if the cost is the first entry of the Hessian.
 TEST(StageMap, CarriesAStateUntilItsLastCost) {
   Small small;
-  small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{2, 0}, {2, 2}}), small.qp.row_pattern);
+  small.qp =
+      qp::SparseQp(SparsityPattern::from_pairs(3, 3, {{2, 0}, {2, 2}}), small.qp.row_pattern);
   small.qp.rows << 1.0, -1.0, -1.0, 1.0, 1.0;
   small.qp.row_lower << 0.5, 0.0, -1.0;
   small.qp.row_upper << 0.5, 0.0, 1.0;
-  StageMap map(small.qp, small.structure);
+  qp::StageMap map(small.qp, small.structure);
   for (const double entry : {0.1, 0.0, 0.2}) {
     small.qp.hessian << entry, 1.0;
-    EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+    EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
     EXPECT_EQ(map.stages().stages[1].nx, entry == 0.0 ? 1 : 2);
   }
 }
 
 TEST(StageMap, RejectsDynamicsWithoutEquality) {
   Small small;
-  StageMap map(small.qp, small.structure);
+  qp::StageMap map(small.qp, small.structure);
   small.qp.row_upper[1] = 1.0;
-  EXPECT_EQ(map.fill(small.qp), StageFill::not_staged);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::not_staged);
   small.qp.row_upper[1] = 0.0;
-  EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+  EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
 }
 
 // A soft row of the second stage depends on the input of the first: x1 = 1/2 + u, 1 <= u + x1 <= 5.
@@ -247,7 +249,7 @@ TEST(StageMap, SoftRowWithoutABoundKeepsItsColumns) {
   const auto pattern = SparsityPattern::from_pairs;
   const std::vector<std::pair<int, int>> squares{{1, 1}, {2, 2}},
       entries{{0, 0}, {1, 0}, {1, 1}, {1, 2}, {2, 1}, {2, 2}, {2, 3}, {2, 4}};
-  SparseQp qp(pattern(5, 5, squares), pattern(3, 5, entries));
+  qp::SparseQp qp(pattern(5, 5, squares), pattern(3, 5, entries));
   qp.hessian << 1.0, 1.0;
   qp.gradient << 0.0, 0.0, 0.0, 10.0, 10.0;
   const auto set = [&](int row, int column, double value) {
@@ -260,16 +262,16 @@ TEST(StageMap, SoftRowWithoutABoundKeepsItsColumns) {
   qp.upper.setConstant(infinity);
   qp.row_lower << 0.5, 0.0, 1.0;
   qp.row_upper << 0.5, 0.0, 5.0;
-  StageStructure structure;
+  qp::StageStructure structure;
   structure.stages.resize(2);
   structure.stages[0] = {.states = {0}, .inputs = {1}, .dynamics = {1}};
   structure.stages[1] = {.states = {2}, .groups = {{2}}};
   structure.start_rows = {0};
   structure.soft_rows = {{2, 3, 4}};
-  StageMap map(qp, structure);
+  qp::StageMap map(qp, structure);
   for (const double upper : {5.0, infinity, 5.0}) {
     qp.row_upper[2] = upper;
-    ASSERT_EQ(map.fill(qp), StageFill::filled);
+    ASSERT_EQ(map.fill(qp), qp::StageFill::filled);
     EXPECT_EQ(map.stages().stages[1].nx, 2) << upper;
     expect_same_optimum(qp, map);
   }
@@ -278,15 +280,15 @@ TEST(StageMap, SoftRowWithoutABoundKeepsItsColumns) {
 // --- the solver behind the interface of sparse programs
 // ----------------------------------------------
 
-class DenseStages final : public StageQpSolver {
+class DenseStages final : public qp::StageQpSolver {
  public:
-  QpResult solve(const StageQp& qp, StagePoint& point, bool) noexcept override {
+  qp::QpResult solve(const qp::StageQp& qp, qp::StagePoint& point, bool) noexcept override {
     const StageConversion conversion(qp);
     PrimalDualPoint sparse;
     conversion.convert(qp, point, sparse);
-    const QpResult result = make_dense_qp_solver(conversion.sparse().hessian_pattern,
-                                                 conversion.sparse().row_pattern, {})
-                                ->solve(conversion.sparse(), sparse, false);
+    const qp::QpResult result = make_dense_qp_solver(conversion.sparse().hessian_pattern,
+                                                     conversion.sparse().row_pattern, {})
+                                    ->solve(conversion.sparse(), sparse, false);
     conversion.convert(sparse, point);
     return result;
   }
@@ -295,21 +297,22 @@ class DenseStages final : public StageQpSolver {
 
 TEST(StagedSolver, SolvesSparseProgramsByStages) {
   const Small small;
-  const auto solver = make_sparse_solver_by_stages(
-      small.qp, small.structure, [](const StageQp&) { return std::make_unique<DenseStages>(); });
+  const auto solver = qp::make_sparse_solver_by_stages(
+      small.qp, small.structure,
+      [](const qp::StageQp&) { return std::make_unique<DenseStages>(); });
   PrimalDualPoint point{VectorXd::Zero(3), {}, {}};
-  EXPECT_EQ(solver->solve(small.qp, point, false).status, QpStatus::optimal);
+  EXPECT_EQ(solver->solve(small.qp, point, false).status, qp::QpStatus::optimal);
   // min 1/2 (u^2 + x1^2) with x1 = 1/2 + u
   EXPECT_NEAR(point.w[1], -0.25, 1e-8);
   EXPECT_NEAR(point.w[2], 0.25, 1e-8);
   EXPECT_LE(kkt_residual(small.qp, point).largest(), 1e-8);
 
-  SparseQp other = small.qp;
+  qp::SparseQp other = small.qp;
   other.lower[1] = other.upper[1] = 1.5;  // outside its row
-  EXPECT_EQ(solver->solve(other, point, true).status, QpStatus::infeasible);
+  EXPECT_EQ(solver->solve(other, point, true).status, qp::QpStatus::infeasible);
   other = small.qp;
   other.row_upper[1] = 1.0;
-  EXPECT_EQ(solver->solve(other, point, true).status, QpStatus::invalid_problem);
+  EXPECT_EQ(solver->solve(other, point, true).status, qp::QpStatus::invalid_problem);
 }
 
 TEST(StageMap, GivenStartOutsideItsBoundsIsInfeasible) {
@@ -317,14 +320,14 @@ TEST(StageMap, GivenStartOutsideItsBoundsIsInfeasible) {
     Small small;  // x0 = 1/2
     small.qp.rows[0] = sign;
     small.qp.row_lower[0] = small.qp.row_upper[0] = 0.5 * sign;
-    StageMap map(small.qp, small.structure);
+    qp::StageMap map(small.qp, small.structure);
     small.qp.upper[0] = 0.5;
-    EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+    EXPECT_EQ(map.fill(small.qp), qp::StageFill::filled);
     small.qp.upper[0] = 0.4;
-    EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
+    EXPECT_EQ(map.fill(small.qp), qp::StageFill::infeasible);
     small.qp.upper[0] = infinity;
     small.qp.lower[0] = 0.6;
-    EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
+    EXPECT_EQ(map.fill(small.qp), qp::StageFill::infeasible);
   }
 }
 

@@ -22,7 +22,7 @@ class OneStep : public ::testing::Test {
     qp.start[0] = 1.0;
     qp.stages[0].A(0, 0) = qp.stages[0].B(0, 0) = 1.0;
     qp.stages[0].R(0, 0) = qp.stages[1].Q(0, 0) = 1.0;
-    point = StagePoint(qp);
+    point = qp::StagePoint(qp);
   }
   void input_at(double u, double costate) {
     point.stages[0].x[0] = 1.0;
@@ -30,7 +30,7 @@ class OneStep : public ::testing::Test {
     point.stages[1].x[0] = 1.0 + u;
     point.stages[0].costate[0] = costate;
   }
-  RowGroup& row() { return qp.stages[0].groups[0]; }
+  qp::RowGroup& row() { return qp.stages[0].groups[0]; }
   void row_at_least(double lower) {
     row().rows = 1;
     row().columns = {1};
@@ -43,10 +43,10 @@ class OneStep : public ::testing::Test {
     row().l2[0] = l2;
   }
   double& multiplier() { return point.stages[0].group[0][0]; }
-  StageQp::Residual residual() const { return kkt_residual(qp, point); }
+  qp::StageQp::Residual residual() const { return kkt_residual(qp, point); }
 
-  StageQp qp;
-  StagePoint point;
+  qp::StageQp qp;
+  qp::StagePoint point;
 };
 
 TEST_F(OneStep, FreeOptimum) {
@@ -149,9 +149,9 @@ TEST_F(OneStep, NanIsDetected) {
 
 TEST_F(OneStep, SizesBelowTheCapacityAreRespected) {
   input_at(-0.5, 0.5);
-  StageQp roomy({{3, 2, {{4, 3, false}, {2, 2, true}}}, {2, 1, {}}});
-  StagePoint there(roomy);
-  for (Stage& s : roomy.stages) {
+  qp::StageQp roomy({{3, 2, {{4, 3, false}, {2, 2, true}}}, {2, 1, {}}});
+  qp::StagePoint there(roomy);
+  for (qp::Stage& s : roomy.stages) {
     for (MatrixXd* M : {&s.A, &s.B, &s.Q, &s.S, &s.R}) M->setConstant(7.0);
     for (VectorXd* v : {&s.q, &s.r, &s.b}) v->setConstant(7.0);
     s.nx = 1;

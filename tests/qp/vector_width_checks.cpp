@@ -19,20 +19,21 @@ WidthReport solve_random_programs(int programs, bool fixed_sizes) {
     RandomQpOptions options;
     if (fixed_sizes) options.varying_sizes = 0.0;
     const RandomQp random = random_qp(seed, options);
-    const Stage& first = random.qp.stages.front();
+    const qp::Stage& first = random.qp.stages.front();
     if (fixed_sizes && (first.nx != 5 || first.nu != 3)) continue;
     ++report.programs;
-    StagePoint point(random.qp);
-    const auto solver = make_riccati_solver(random.qp, {},
-                                            fixed_sizes ? std::span<const qp::RiccatiKernel>(fixed)
-                                                        : std::span<const qp::RiccatiKernel>());
-    const QpResult result = solver->solve(random.qp, point, /*warm=*/false);
+    qp::StagePoint point(random.qp);
+    const auto solver =
+        qp::make_riccati_solver(random.qp, {},
+                                fixed_sizes ? std::span<const qp::RiccatiKernel>(fixed)
+                                            : std::span<const qp::RiccatiKernel>());
+    const qp::QpResult result = solver->solve(random.qp, point, /*warm=*/false);
     report.worst_cost = std::max(report.worst_cost, std::abs(result.objective - random.cost) /
                                                         std::max(1.0, std::abs(random.cost)));
     report.worst_residual =
         std::max(report.worst_residual,
                  kkt_residual(random.qp, point).largest() / multiplier_scale(random.optimum));
-    if (result.status == QpStatus::optimal) continue;
+    if (result.status == qp::QpStatus::optimal) continue;
     if (report.failed++ == 0) report.first_failed = seed;
   }
   return report;
@@ -41,17 +42,17 @@ WidthReport solve_random_programs(int programs, bool fixed_sizes) {
 namespace {
 
 // The cost 1/2 |u - w|^2 makes the inputs follow the previous inputs w, and the inputs are bounded.
-StageQp with_previous_inputs(int seed) {
+qp::StageQp with_previous_inputs(int seed) {
   constexpr int intervals = 4;
   Random random(seed);
   const int own = 1 + seed % 11, nu = 1 + seed % 7;
-  std::vector<StageCapacity> capacity;
+  std::vector<qp::StageCapacity> capacity;
   for (int k = 0; k <= intervals; ++k)
     capacity.push_back({own + (k > 0 ? nu : 0), k < intervals ? nu : 0, {}});
-  StageQp qp(capacity);
+  qp::StageQp qp(capacity);
   qp.fixed_start = seed % 3 > 0;
   qp.start = random.vector(own);
-  for (Stage& s : qp.stages) {
+  for (qp::Stage& s : qp.stages) {
     s.Q.diagonal().setOnes();
     s.q = random.vector(s.nx);
     if (s.nu == 0) continue;
@@ -76,7 +77,7 @@ WidthReport solve_with_previous_inputs(int programs) {
       qp::riccati_kernel<0, 7, 16, true>(), qp::riccati_kernel<16, 7, 16, true>()};
   WidthReport report{qp::lanes};
   for (int seed = 1; seed <= programs; ++seed) {
-    const StageQp program = with_previous_inputs(seed);
+    const qp::StageQp program = with_previous_inputs(seed);
     ++report.programs;
     qp::PackedQp packed(program, kernels);
     bool good = packed.pack(program);
@@ -87,11 +88,11 @@ WidthReport solve_with_previous_inputs(int programs) {
           s.nx == s.next && ((s.nx == 8 && s.nu == 6) || (s.nx == 16 && s.nu == 7));
       good = good && packed.stages[k].kernel->copies_inputs == is_known;
     }
-    StagePoint point(program);
-    const QpResult result =
-        make_riccati_solver(program, {}, kernels)->solve(program, point, /*warm=*/false);
+    qp::StagePoint point(program);
+    const qp::QpResult result =
+        qp::make_riccati_solver(program, {}, kernels)->solve(program, point, /*warm=*/false);
     report.worst_residual = std::max(report.worst_residual, kkt_residual(program, point).largest());
-    if (good && result.status == QpStatus::optimal) continue;
+    if (good && result.status == qp::QpStatus::optimal) continue;
     if (report.failed++ == 0) report.first_failed = seed;
   }
   return report;

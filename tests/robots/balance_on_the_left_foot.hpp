@@ -35,7 +35,7 @@ void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, 
       tasks.torque = -5.0 * model.angular_momentum();
       tasks.swing_acceleration = swing.acceleration(model.sole(Side::right));
       const WholeBodyController::Command& command = controller.control(model, plant.state(), tasks);
-      ASSERT_EQ(command.status, QpStatus::optimal) << t;
+      ASSERT_EQ(command.status, qp::QpStatus::optimal) << t;
       check(command, t);
       plant.set_torques(command.torques);
     }

@@ -202,7 +202,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
       tasks.swing_acceleration = -20.0 * dynamics->sole(Side::right).twist;
       const WholeBodyController::Command& command =
           controller->control(*dynamics, plant->state(), tasks);
-      ASSERT_EQ(command.status, QpStatus::optimal) << k;
+      ASSERT_EQ(command.status, qp::QpStatus::optimal) << k;
       plant->set_torques(command.torques);
     }
     plant->step();

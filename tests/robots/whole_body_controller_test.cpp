@@ -91,7 +91,7 @@ TEST_F(Controllers, TorquesBalanceGravityAtRest) {
     ASSERT_LT(expected.head<6>().cwiseAbs().maxCoeff(), tolerance);  // the feet carry the base
     for (auto* controller : {inverse_dynamics.get(), momentum.get()}) {
       const WholeBodyController::Command& command = controller->control(*model, state, tasks);
-      EXPECT_EQ(command.status, QpStatus::optimal);
+      EXPECT_EQ(command.status, qp::QpStatus::optimal);
       EXPECT_LT((command.torques - expected.tail(robot.joints())).cwiseAbs().maxCoeff(), tolerance);
       EXPECT_LT((command.wrenches - tasks.wrenches).cwiseAbs().maxCoeff(), tolerance);
       EXPECT_LT(command.joint_acceleration.cwiseAbs().maxCoeff(), tolerance);
@@ -136,7 +136,7 @@ TEST_F(Controllers, BoundTorquesAtTheirLimits) {
   const WholeBodyController::Command found = controller->control(*model, state, tasks);
   const WholeBodyController::Command again = controller->control(*model, state, tasks);
   for (const WholeBodyController::Command* command : {&found, &again}) {
-    EXPECT_EQ(command->status, QpStatus::optimal);
+    EXPECT_EQ(command->status, qp::QpStatus::optimal);
     EXPECT_GT(command->solve_seconds, 0.0);
     int at_limit = 0;
     for (int i = 0; i < robot.joints(); ++i) {
@@ -221,7 +221,7 @@ TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
   for (const int i : {0, 1}) {
     momentum = make_momentum_controller(robot, left, right, i == 0 ? to_plan : to_torques);
     const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
-    ASSERT_EQ(command.status, QpStatus::optimal);
+    ASSERT_EQ(command.status, qp::QpStatus::optimal);
     Vec<double, 6> rate = Vec<double, 6>::Zero();
     for (const Side side : {Side::left, Side::right})
       rate += wrench_to_momentum(model->sole(side), model->com()) *
@@ -240,7 +240,7 @@ TEST_F(Controllers, MomentumWrenchesRealiseTheRateWithinTheCones) {
   tasks.right_stands = false;
   tasks.force = {0.0, -300.0, 0.0};
   const WholeBodyController::Command& command = momentum->control(*model, state, tasks);
-  ASSERT_EQ(command.status, QpStatus::optimal);
+  ASSERT_EQ(command.status, qp::QpStatus::optimal);
   EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);
   EXPECT_EQ(command.wrenches.tail<6>().norm(), 0.0);
 }
@@ -301,7 +301,7 @@ TEST_F(Controllers, LevelsATippedSole) {
       tasks.torque = model->sole(Side::left).pose.linear() * turning;
       controller->control(*model, state, tasks);  // the first call detects the corner
       const WholeBodyController::Command& command = controller->control(*model, state, tasks);
-      EXPECT_EQ(command.status, QpStatus::optimal);
+      EXPECT_EQ(command.status, qp::QpStatus::optimal);
       const double pressure = -command.wrenches[4] / command.wrenches[2];
       const double lifted =
           std::abs((ends.upper - ends.lower) * std::sin(tilt)) - gains.tipped_threshold;
@@ -343,7 +343,7 @@ TEST_F(Controllers, KeepSpeedLimitsAndClearances) {
     const testing::AllocationCount count;
     const WholeBodyController::Command& command = controller->control(*model, state, tasks);
     EXPECT_EQ(count.made(), 0);
-    EXPECT_EQ(command.status, QpStatus::optimal);
+    EXPECT_EQ(command.status, qp::QpStatus::optimal);
     const bool keeps = controller == keeping.get();
     const double margin = gains.speed_margin * fastest;
     EXPECT_EQ(command.joint_acceleration[elbow] < -0.9 * margin * 4.0 / gains.limit_horizon, keeps);
@@ -366,7 +366,7 @@ TEST_F(Controllers, BrakesAJointAboveItsSpeedLimit) {
   state.dq[elbow] = 6.0 * body.velocity;
   const WholeBodyController::Tasks tasks = rest_tasks(state, false);
   const WholeBodyController::Command& command = keeping->control(*model, state, tasks);
-  EXPECT_EQ(command.status, QpStatus::optimal);
+  EXPECT_EQ(command.status, qp::QpStatus::optimal);
   constexpr double solved = 1e-4;  // Nm, accuracy of the program
   EXPECT_NEAR(command.torques[elbow], -body.effort, solved);
 }

@@ -138,16 +138,16 @@ TEST(PromiseOfQpSolvers, EachCallOfAStageQpSolverMayComeFromAnotherThread) {
   const auto points_at = [](const Place& place) {
     Numbers numbers;
     for (const int seed : {1, 2, 3, 4, 5}) {
-      const StageQp qp = testing::random_qp(seed).qp;
-      std::unique_ptr<StageQpSolver> solver;
-      place([&] { solver = make_riccati_solver(qp); });
-      StagePoint point(qp);
+      const qp::StageQp qp = testing::random_qp(seed).qp;
+      std::unique_ptr<qp::StageQpSolver> solver;
+      place([&] { solver = qp::make_riccati_solver(qp); });
+      qp::StagePoint point(qp);
       for (const bool warm : {false, true, false}) {
-        QpResult result;
+        qp::QpResult result;
         place([&] { result = solver->solve(qp, point, warm); });
-        EXPECT_EQ(result.status, QpStatus::optimal) << seed;
+        EXPECT_EQ(result.status, qp::QpStatus::optimal) << seed;
         numbers.insert(numbers.end(), {1.0 * result.iterations, result.objective});
-        for (const StagePoint::AtStage& stage : point.stages) {
+        for (const qp::StagePoint::AtStage& stage : point.stages) {
           append(numbers, stage.x);
           append(numbers, stage.u);
           append(numbers, stage.costate);
@@ -161,13 +161,13 @@ TEST(PromiseOfQpSolvers, EachCallOfAStageQpSolverMayComeFromAnotherThread) {
 }
 
 // Ten bounded variables, five rows with two sides, and a diagonal Hessian.
-SparseQp small_program(unsigned seed) {
+qp::SparseQp small_program(unsigned seed) {
   constexpr int variables = 10, rows = 5;
   std::vector<std::pair<int, int>> diagonal, entries;
   for (int v = 0; v < variables; ++v) diagonal.emplace_back(v, v);
   for (int v = 0; v < variables; ++v) entries.emplace_back(v % rows, v);
-  SparseQp qp(SparsityPattern::from_pairs(variables, variables, diagonal),
-              SparsityPattern::from_pairs(rows, variables, entries));
+  qp::SparseQp qp(SparsityPattern::from_pairs(variables, variables, diagonal),
+                  SparsityPattern::from_pairs(rows, variables, entries));
   Random random(seed);
   for (double& entry : qp.hessian) entry = random.uniform(0.5, 2.0);
   for (double& entry : qp.gradient) entry = random.uniform(-3.0, 3.0);
@@ -183,15 +183,15 @@ TEST(PromiseOfQpSolvers, EachCallOfAQpSolverMayComeFromAnotherThread) {
   const auto points_at = [](const Place& place) {
     Numbers numbers;
     for (const unsigned seed : {1, 2, 3, 4, 5}) {
-      const SparseQp qp = small_program(seed);
-      std::unique_ptr<QpSolver> solver;
-      place([&] { solver = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern); });
+      const qp::SparseQp qp = small_program(seed);
+      std::unique_ptr<qp::QpSolver> solver;
+      place([&] { solver = qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern); });
       PrimalDualPoint point{VectorXd::Zero(qp.lower.size()), VectorXd::Zero(qp.row_lower.size()),
                             VectorXd::Zero(qp.lower.size())};
       for (const bool warm : {false, true, false}) {
-        QpResult result;
+        qp::QpResult result;
         place([&] { result = solver->solve(qp, point, warm); });
-        EXPECT_EQ(result.status, QpStatus::optimal) << seed;
+        EXPECT_EQ(result.status, qp::QpStatus::optimal) << seed;
         numbers.insert(numbers.end(), {1.0 * result.iterations, result.objective});
         append(numbers, point.w);
         append(numbers, point.lambda);

@@ -89,8 +89,8 @@ TEST_P(Newton, StagedStepsMatchTheSparseFactor) {
   const NlpPoint guess = shooting.initial_guess();
   const int n = program.variables(), m = program.rows();
   const SparsityPattern pattern = BarrierEngine::full_hessian(program);
-  BarrierEngine engine(program, make_sparse_newton(pattern, program.jacobian_pattern()));
-  SparseQp& qp = engine.qp;
+  BarrierEngine engine(program, qp::make_sparse_newton(pattern, program.jacobian_pattern()));
+  qp::SparseQp& qp = engine.qp;
   qp.lower = program.lower();
   qp.upper = program.upper();
   qp.row_lower = program.row_lower();
@@ -108,7 +108,8 @@ TEST_P(Newton, StagedStepsMatchTheSparseFactor) {
     if (qp.row_lower[i] == qp.row_upper[i]) row_weights[i] = infinity;
   for (int i = 0; i < m; ++i)
     if (qp.row_lower[i] == -infinity && qp.row_upper[i] == infinity) row_weights[i] = 0.0;
-  const auto by_stages = make_riccati_newton(pattern, program.jacobian_pattern(), program.stages());
+  const auto by_stages =
+      qp::make_riccati_newton(pattern, program.jacobian_pattern(), program.stages());
   BarrierStep sparse(*engine.newton, n, m), riccati(*by_stages, n, m);
   VectorXd dw(n), dlambda(m), dw_by_stages(n), dlambda_by_stages(m);
   ASSERT_TRUE(sparse.factor(qp, weights, row_weights, 1e-2));

@@ -132,7 +132,7 @@ TEST(Sqp, IsIndependentOfItsQpSolver) {
   // The dense solver does not support indefinite models.
   const NativeSolverOptions options{.curvature = Curvature::gauss_newton};
   const QpMethod dense_qp = [](const NonlinearProgram&, const SparsityPattern& hessian,
-                               const SparsityPattern& rows, const QpOptions& qp) {
+                               const SparsityPattern& rows, const qp::QpOptions& qp) {
     return make_dense_qp_solver(hessian, rows, qp);
   };
   const auto dense = make_native_solver(

@@ -15,13 +15,13 @@ struct Side {
   double sign, limit;
 };
 
-class DenseQpSolver final : public QpSolver {
+class DenseQpSolver final : public qp::QpSolver {
  public:
-  explicit DenseQpSolver(const QpOptions& options) : options_(options) {}
+  explicit DenseQpSolver(const qp::QpOptions& options) : options_(options) {}
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
   std::string name() const override { return "dense test solver"; }
 
-  QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool) noexcept override {
+  qp::QpResult solve(const qp::SparseQp& qp, PrimalDualPoint& point, bool) noexcept override {
     const int n = qp.variables(), m = qp.row_pattern.rows();
     MatrixXd H = MatrixXd::Zero(n, n), A = MatrixXd::Zero(m + n, n);
     qp.hessian_pattern.for_each([&](int r, int c, int e) { H(r, c) = H(c, r) = qp.hessian[e]; });
@@ -31,7 +31,7 @@ class DenseQpSolver final : public QpSolver {
     lower << qp.row_lower, qp.lower;
     upper << qp.row_upper, qp.upper;
 
-    QpResult result;
+    qp::QpResult result;
     if (!H.allFinite() || !A.allFinite() || !(lower.array() <= upper.array()).all()) return result;
     std::vector<Side> sides;
     std::vector<int> equal;
@@ -59,11 +59,11 @@ class DenseQpSolver final : public QpSolver {
       point.lambda = all.head(m);
       point.z = all.tail(n);
     };
-    result.status = QpStatus::iteration_limit;
+    result.status = qp::QpStatus::iteration_limit;
     MatrixXd kkt(n + me, n + me);
     for (result.iterations = 0; result.iterations < options_.max_iterations; ++result.iterations) {
       if (WallClock::now() > deadline_) {
-        result.status = QpStatus::deadline;
+        result.status = qp::QpStatus::deadline;
         break;
       }
       VectorXd rd = H * w + qp.gradient, re(me), ri(mi);
@@ -81,7 +81,7 @@ class DenseQpSolver final : public QpSolver {
           std::max({size(rd), size(re), size(ri), mi > 0 ? s.cwiseProduct(l).maxCoeff() : 0.0});
       keep(worst);
       if (worst <= 0.1 * options_.tolerance) {
-        result.status = QpStatus::optimal;
+        result.status = qp::QpStatus::optimal;
         break;
       }
       if (!(worst < 1e20)) break;
@@ -134,27 +134,27 @@ class DenseQpSolver final : public QpSolver {
       y += alpha * dy;
       l += alpha * dl;
     }
-    const SparseQp::Residual residual = kkt_residual(qp, point);
+    const qp::SparseQp::Residual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point.w);
     result.residual = residual.largest();
     result.violation = residual.feasibility;
-    if (result.status == QpStatus::iteration_limit && result.residual <= options_.tolerance)
-      result.status = QpStatus::optimal;
+    if (result.status == qp::QpStatus::iteration_limit && result.residual <= options_.tolerance)
+      result.status = qp::QpStatus::optimal;
     // This solver has no certificates: a violation that remains counts as infeasible.
-    if (result.status == QpStatus::iteration_limit && residual.feasibility > 1e-6)
-      result.status = QpStatus::infeasible;
+    if (result.status == qp::QpStatus::iteration_limit && residual.feasibility > 1e-6)
+      result.status = qp::QpStatus::infeasible;
     return result;
   }
 
  private:
-  QpOptions options_;
+  qp::QpOptions options_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace
 
-std::unique_ptr<QpSolver> make_dense_qp_solver(const SparsityPattern&, const SparsityPattern&,
-                                               const QpOptions& options) {
+std::unique_ptr<qp::QpSolver> make_dense_qp_solver(const SparsityPattern&, const SparsityPattern&,
+                                                   const qp::QpOptions& options) {
   return std::make_unique<DenseQpSolver>(options);
 }
 

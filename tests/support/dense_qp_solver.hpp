@@ -1,5 +1,5 @@
-// A slow, dense solver of quadratic programs behind the QpSolver interface. Tests of code that uses
-// this interface need it, because it is independent of the solvers of saltus/qp.
+// A slow, dense solver of quadratic programs behind the qp::QpSolver interface. Tests of code that
+// uses this interface need it, because it is independent of the solvers of saltus/qp.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@ namespace saltus::testing_support {
 
 /// Mehrotra's predictor-corrector method with an LU of the whole system. The result for a non-
 /// convex program is arbitrary.
-std::unique_ptr<QpSolver> make_dense_qp_solver(const SparsityPattern& hessian,
-                                               const SparsityPattern& rows,
-                                               const QpOptions& options);
+std::unique_ptr<qp::QpSolver> make_dense_qp_solver(const SparsityPattern& hessian,
+                                                   const SparsityPattern& rows,
+                                                   const qp::QpOptions& options);
 
 }  // namespace saltus::testing_support

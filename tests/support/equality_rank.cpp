@@ -32,7 +32,7 @@ class Demands {
     }
     rows_.push_back({std::move(row), side, std::max(size, std::abs(side)), label});
   }
-  void demand_of_next(const Stage& s, const Demands& next) {
+  void demand_of_next(const qp::Stage& s, const Demands& next) {
     const auto A = s.A.topLeftCorner(next.nx_, nx_);
     const auto B = s.B.topLeftCorner(next.nx_, nu_);
     for (const Row& r : next.rows_) {
@@ -116,9 +116,9 @@ class Demands {
   std::vector<Row> rows_;
 };
 
-void add_rows_of_stage(const StageQp& qp, int k, Demands& demands,
+void add_rows_of_stage(const qp::StageQp& qp, int k, Demands& demands,
                        std::vector<EqualityRow>& found) {
-  const Stage& s = qp.stages[k];
+  const qp::Stage& s = qp.stages[k];
   const auto add = [&](VectorXd row, double side, int group, int index) {
     demands.add(std::move(row), 0.0, side, 0.0, static_cast<int>(found.size()));
     found.push_back({k, group, index, RowRank::independent});
@@ -130,7 +130,7 @@ void add_rows_of_stage(const StageQp& qp, int k, Demands& demands,
     if (lower == upper) add(VectorXd::Unit(n, i), lower, -1, i);
   }
   for (std::size_t j = 0; j < s.groups.size(); ++j) {
-    const RowGroup& g = s.groups[j];
+    const qp::RowGroup& g = s.groups[j];
     for (int i = 0; i < (g.soft ? 0 : g.rows); ++i) {
       if (g.lower[i] != g.upper[i]) continue;
       VectorXd row = VectorXd::Zero(n);
@@ -157,14 +157,14 @@ std::string describe(const EqualityRow& row) {
   return name;
 }
 
-std::vector<EqualityRow> rank_equality_rows(const StageQp& qp) {
+std::vector<EqualityRow> rank_equality_rows(const qp::StageQp& qp) {
   std::vector<EqualityRow> found;
   const auto judge = [&](int label, bool holds) {
     found[label].rank = holds ? RowRank::dependent : RowRank::contradictory;
   };
   Demands next(0, 0);
   for (int k = qp.intervals(); k >= 0; --k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     Demands demands(s.nx, s.nu);
     add_rows_of_stage(qp, k, demands, found);
     demands.demand_of_next(s, next);

@@ -32,6 +32,6 @@ std::string describe(const EqualityRow& row);
 /// rows D A x + D B u = d - D b to the rows of a stage. Complete pivoting eliminates the inputs: a
 /// choice of input can meet the pivot rows, and the remaining rows are demands on x. At the start
 /// these must hold for the given x; if x is free, they are eliminated as well.
-std::vector<EqualityRow> rank_equality_rows(const StageQp& qp);
+std::vector<EqualityRow> rank_equality_rows(const qp::StageQp& qp);
 
 }  // namespace saltus

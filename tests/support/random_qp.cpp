@@ -42,9 +42,9 @@ class Builder {
     N_ = random_.integer(o_.min_intervals, o_.max_intervals);
     const bool varying = random_.chance(o_.varying_sizes);
     const int nx = random_.integer(1, o_.max_states), nu = random_.integer(1, o_.max_inputs);
-    std::vector<StageCapacity> capacity;
+    std::vector<qp::StageCapacity> capacity;
     for (int k = 0; k <= N_; ++k) {
-      StageCapacity c{nx, nu, {}};
+      qp::StageCapacity c{nx, nu, {}};
       if (varying) {
         c.nx = random_.integer(1, o_.max_states);
         c.nu = random_.integer(0, o_.max_inputs);
@@ -52,7 +52,7 @@ class Builder {
       if (k == N_ && random_.chance(0.7)) c.nu = 0;
       capacity.push_back(c);
     }
-    qp_ = StageQp(capacity);
+    qp_ = qp::StageQp(capacity);
     qp_.fixed_start = !random_.chance(o_.free_start);
     with_equalities_ = random_.chance(o_.equality_rows);
     with_soft_rows_ = random_.chance(o_.soft_rows);
@@ -60,7 +60,7 @@ class Builder {
 
   void fill_costs_and_dynamics() {
     for (int k = 0; k <= N_; ++k) {
-      Stage& s = stage(k);
+      qp::Stage& s = stage(k);
       const int n = s.nx + s.nu;
       const int rank = out_.semidefinite ? std::max(1, n / 3) : n;
       const MatrixXd root = random_.matrix(rank, n);
@@ -80,18 +80,18 @@ class Builder {
   }
 
   void choose_points() {
-    StagePoint& z = out_.optimum = StagePoint(qp_);
-    d_ = StagePoint(qp_);
+    qp::StagePoint& z = out_.optimum = qp::StagePoint(qp_);
+    d_ = qp::StagePoint(qp_);
     const double length = out_.tight ? random_.log_uniform(1e-3, 1.0) : 1.0;
     for (int k = 0; k <= N_; ++k) {
-      Stage& s = stage(k);
+      qp::Stage& s = stage(k);
       z.stages[k].x = random_.vector(s.nx);
       z.stages[k].u = random_.vector(s.nu);
       z.stages[k].costate = random_.vector(s.b.size());
       d_.stages[k].u = length * random_.vector(s.nu);
       if (k == 0 && !qp_.fixed_start) d_.stages[0].x = length * random_.vector(s.nx);
       if (k > 0) {
-        const Stage& p = stage(k - 1);
+        const qp::Stage& p = stage(k - 1);
         stage(k - 1).b = z.stages[k].x - p.A * z.stages[k - 1].x - p.B * z.stages[k - 1].u;
         d_.stages[k].x = p.A * d_.stages[k - 1].x + p.B * d_.stages[k - 1].u;
       }
@@ -127,9 +127,9 @@ class Builder {
   }
 
   void choose_bounds(int k) {
-    Stage& s = stage(k);
-    StagePoint::AtStage& z = out_.optimum.stages[k];
-    const StagePoint::AtStage& d = d_.stages[k];
+    qp::Stage& s = stage(k);
+    qp::StagePoint::AtStage& z = out_.optimum.stages[k];
+    const qp::StagePoint::AtStage& d = d_.stages[k];
     const double bounded_inputs = random_.uniform(0.0, 1.0);
     const double bounded_states = 0.4 * random_.uniform(0.0, 1.0);
     for (int i = 0; i < s.nu; ++i)
@@ -141,12 +141,12 @@ class Builder {
         choose_hard_sides(z.x[i], d.x[i], 0.3, s.x_lower[i], s.x_upper[i], z.x_bound[i]);
   }
 
-  std::vector<int> all_columns(const Stage& s) {
+  std::vector<int> all_columns(const qp::Stage& s) {
     std::vector<int> columns;
     for (int i = 0; i < s.nx + s.nu; ++i) columns.push_back(i);
     return columns;
   }
-  std::vector<int> some_columns(const Stage& s) {
+  std::vector<int> some_columns(const qp::Stage& s) {
     const int kind = random_.integer(0, 2);
     std::vector<int> columns;
     for (int i = 0; i < s.nx + s.nu; ++i)
@@ -155,10 +155,10 @@ class Builder {
     return columns;
   }
 
-  double entry(const Stage& s, const StagePoint::AtStage& p, int column) const {
+  double entry(const qp::Stage& s, const qp::StagePoint::AtStage& p, int column) const {
     return column < s.nx ? p.x[column] : p.u[column - s.nx];
   }
-  double product(int k, const RowGroup& g, int row, const StagePoint& point) {
+  double product(int k, const qp::RowGroup& g, int row, const qp::StagePoint& point) {
     double sum = 0.0;
     for (std::size_t j = 0; j < g.columns.size(); ++j)
       sum += g.M(row, j) * entry(stage(k), point.stages[k], g.columns[j]);
@@ -166,8 +166,9 @@ class Builder {
   }
 
   // Reserves one more row than the `rows` that are drawn.
-  std::pair<RowGroup&, VectorXd&> add_group(int k, std::vector<int> columns, int rows, bool soft) {
-    RowGroup& g = stage(k).groups.emplace_back();
+  std::pair<qp::RowGroup&, VectorXd&> add_group(int k, std::vector<int> columns, int rows,
+                                                bool soft) {
+    qp::RowGroup& g = stage(k).groups.emplace_back();
     g.columns = std::move(columns);
     g.rows = rows;
     g.soft = soft;
@@ -180,7 +181,7 @@ class Builder {
   }
 
   void choose_groups(int k) {
-    Stage& s = stage(k);
+    qp::Stage& s = stage(k);
     for (int count = random_.integer(0, 2); count > 0; --count) add_inequalities(k);
     if (with_soft_rows_ && random_.chance(0.7)) add_soft_rows(k);
     // Fewer rows than inputs, so that rows are independent and d exists.
@@ -251,7 +252,7 @@ class Builder {
     // Within a stage: the sum of two equality rows, or twice a single row.
     for (int k = 0; k <= N_; ++k) {
       for (std::size_t j = 0; j < stage(k).groups.size(); ++j) {
-        RowGroup& g = stage(k).groups[j];
+        qp::RowGroup& g = stage(k).groups[j];
         if (g.soft || g.rows == 0 || g.lower[0] != g.upper[0] || !random_.chance(0.5)) continue;
         const int last = g.rows - 1;
         g.M.row(g.rows) = g.M.row(0) + g.M.row(last);
@@ -278,20 +279,20 @@ class Builder {
     y2[0] = random_.uniform(-1.0, 1.0);
   }
 
-  static std::vector<int> state_columns(const Stage& s) {
+  static std::vector<int> state_columns(const qp::Stage& s) {
     std::vector<int> columns;
     for (int i = 0; i < s.nx; ++i) columns.push_back(i);
     return columns;
   }
 
   void set_gradients() {
-    const StagePoint& z = out_.optimum;
+    const qp::StagePoint& z = out_.optimum;
     for (int k = 0; k <= N_; ++k) {
-      Stage& s = stage(k);
-      const StagePoint::AtStage& p = z.stages[k];
+      qp::Stage& s = stage(k);
+      const qp::StagePoint::AtStage& p = z.stages[k];
       VectorXd pull = VectorXd::Zero(s.nx + s.nu);
       for (std::size_t j = 0; j < s.groups.size(); ++j) {
-        const RowGroup& g = s.groups[j];
+        const qp::RowGroup& g = s.groups[j];
         for (int i = 0; i < g.rows; ++i)
           for (std::size_t c = 0; c < g.columns.size(); ++c)
             pull[g.columns[c]] += g.M(i, c) * p.group[j][i];
@@ -309,13 +310,13 @@ class Builder {
     }
   }
 
-  Stage& stage(int k) { return qp_.stages[k]; }
+  qp::Stage& stage(int k) { return qp_.stages[k]; }
 
   const RandomQpOptions& o_;
   Random random_;
   RandomQp out_;
-  StageQp& qp_ = out_.qp;
-  StagePoint d_;
+  qp::StageQp& qp_ = out_.qp;
+  qp::StagePoint d_;
   int N_ = 0;
   bool with_equalities_ = false, with_soft_rows_ = false;
 };
@@ -337,12 +338,12 @@ RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options) {
   return Builder(seed, options).build();
 }
 
-double multiplier_scale(const StagePoint& point) {
+double multiplier_scale(const qp::StagePoint& point) {
   double scale = 1.0;
   const auto take = [&](const VectorXd& v) {
     if (v.size() > 0) scale = std::max(scale, v.lpNorm<Eigen::Infinity>());
   };
-  for (const StagePoint::AtStage& z : point.stages) {
+  for (const qp::StagePoint::AtStage& z : point.stages) {
     take(z.costate);
     take(z.x_bound);
     take(z.u_bound);

@@ -28,9 +28,9 @@ struct RandomQpOptions {
 };
 
 struct RandomQp {
-  StageQp qp;
-  StagePoint optimum;  ///< satisfies the KKT conditions to rounding
-  double cost = 0.0;   ///< there
+  qp::StageQp qp;
+  qp::StagePoint optimum;  ///< satisfies the KKT conditions to rounding
+  double cost = 0.0;       ///< there
   double margin = infinity;
   bool degenerate = false, rank_deficient = false, semidefinite = false, tight = false;
   bool large_multipliers = false;
@@ -39,6 +39,6 @@ struct RandomQp {
 RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options = {});
 
 /// Scale for the residuals of a point: its largest multiplier, at least 1.
-double multiplier_scale(const StagePoint& point);
+double multiplier_scale(const qp::StagePoint& point);
 
 }  // namespace saltus::testing

@@ -13,15 +13,15 @@ double uniform(std::mt19937& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-StagePoint random_trajectory(const StageQp& qp, std::mt19937& random) {
-  StagePoint point(qp);
+qp::StagePoint random_trajectory(const qp::StageQp& qp, std::mt19937& random) {
+  qp::StagePoint point(qp);
   const auto between = [&](double lower, double upper) {
     const double low = std::max(lower, upper < infinity ? upper - 2.0 : -1.0);
     return uniform(random, low, std::min(upper, low + 2.0));
   };
   for (int k = 0; k <= qp.intervals(); ++k) {
-    const Stage& s = qp.stages[k];
-    StagePoint::AtStage& p = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
+    qp::StagePoint::AtStage& p = point.stages[k];
     for (int i = 0; i < s.nu; ++i) p.u[i] = between(s.u_lower[i], s.u_upper[i]);
     if (k == 0)
       for (int i = 0; i < s.nx; ++i)
@@ -35,9 +35,9 @@ StagePoint random_trajectory(const StageQp& qp, std::mt19937& random) {
   return point;
 }
 
-void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random) {
+void expect_equivalent(const qp::SparseQp& qp, qp::StageMap& map, std::mt19937& random) {
   for (int trial = 0; trial < 3; ++trial) {
-    const StagePoint trajectory = random_trajectory(map.stages(), random);
+    const qp::StagePoint trajectory = random_trajectory(map.stages(), random);
     PrimalDualPoint sparse;
     map.convert(qp, trajectory, sparse);
     const double cost = objective(qp, sparse.w);
@@ -45,10 +45,10 @@ void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random) 
     const double violation = kkt_residual(qp, sparse).feasibility;
     EXPECT_NEAR(kkt_residual(map.stages(), trajectory).feasibility, violation,
                 1e-10 * (1.0 + violation));
-    StagePoint back(map.stages());
+    qp::StagePoint back(map.stages());
     map.convert(qp, sparse, back);
     for (int k = 0; k <= map.stages().intervals(); ++k) {
-      const Stage& s = map.stages().stages[k];
+      const qp::Stage& s = map.stages().stages[k];
       for (int i = 0; i < s.nx; ++i)
         EXPECT_NEAR(back.stages[k].x[i], trajectory.stages[k].x[i],
                     1e-10 * (1.0 + std::abs(back.stages[k].x[i])));
@@ -57,16 +57,17 @@ void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random) 
   }
 }
 
-void expect_same_optimum(const SparseQp& qp, StageMap& map) {
+void expect_same_optimum(const qp::SparseQp& qp, qp::StageMap& map) {
   const StageConversion conversion(map.stages());
-  const SparseQp& staged = conversion.sparse();
-  const QpOptions options{.tolerance = 1e-10, .max_iterations = 200};
+  const qp::SparseQp& staged = conversion.sparse();
+  const qp::QpOptions options{.tolerance = 1e-10, .max_iterations = 200};
   PrimalDualPoint solution{VectorXd::Zero(staged.variables()),
                            VectorXd::Zero(staged.row_pattern.rows()),
                            VectorXd::Zero(staged.variables())};
-  const QpResult result = make_dense_qp_solver(staged.hessian_pattern, staged.row_pattern, options)
-                              ->solve(staged, solution, false);
-  StagePoint point(map.stages());
+  const qp::QpResult result =
+      make_dense_qp_solver(staged.hessian_pattern, staged.row_pattern, options)
+          ->solve(staged, solution, false);
+  qp::StagePoint point(map.stages());
   conversion.convert(solution, point);
   const double reached = kkt_residual(map.stages(), point).largest();
   // The dense solver may stop one digit above the requested tolerance.
@@ -74,23 +75,23 @@ void expect_same_optimum(const SparseQp& qp, StageMap& map) {
 
   PrimalDualPoint sparse;
   map.convert(qp, point, sparse);
-  const SparseQp::Residual residual = kkt_residual(qp, sparse);
+  const qp::SparseQp::Residual residual = kkt_residual(qp, sparse);
   EXPECT_LE(residual.stationarity, 1e-8);
   EXPECT_LE(residual.feasibility, 1e-8);
   EXPECT_LE(residual.complementarity, 1e-8);
   EXPECT_NEAR(objective(qp, sparse.w), objective(map.stages(), point),
               1e-8 * (1.0 + std::abs(result.objective)));
 
-  StagePoint back(map.stages());
+  qp::StagePoint back(map.stages());
   map.convert(qp, sparse, back);
   EXPECT_LE(kkt_residual(map.stages(), back).largest(), 1e-8);
 }
 
-void expect_equal(const StageQp& a, const StageQp& b) {
+void expect_equal(const qp::StageQp& a, const qp::StageQp& b) {
   ASSERT_EQ(a.stages.size(), b.stages.size());
   EXPECT_EQ(a.fixed_start, b.fixed_start);
   for (std::size_t k = 0; k < a.stages.size(); ++k) {
-    const Stage &s = a.stages[k], &t = b.stages[k];
+    const qp::Stage &s = a.stages[k], &t = b.stages[k];
     ASSERT_EQ(s.nx, t.nx);
     ASSERT_EQ(s.nu, t.nu);
     EXPECT_EQ(s.resultant_size, t.resultant_size);
@@ -109,7 +110,7 @@ void expect_equal(const StageQp& a, const StageQp& b) {
     EXPECT_EQ(s.u_lower.head(nu), t.u_lower.head(nu));
     EXPECT_EQ(s.u_upper.head(nu), t.u_upper.head(nu));
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
-      const RowGroup &m = s.groups[g], &n = t.groups[g];
+      const qp::RowGroup &m = s.groups[g], &n = t.groups[g];
       ASSERT_EQ(m.rows, n.rows);
       ASSERT_EQ(m.columns, n.columns);
       const int columns = static_cast<int>(m.columns.size());

@@ -7,9 +7,9 @@
 
 namespace saltus {
 
-StageConversion::StageConversion(const StageQp& qp) {
+StageConversion::StageConversion(const qp::StageQp& qp) {
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     StageOffset& p = offsets_.emplace_back();
     p.nx = s.nx;
     p.nu = s.nu;
@@ -17,7 +17,7 @@ StageConversion::StageConversion(const StageQp& qp) {
     p.x = variables_;
     p.u = p.x + s.nx;
     variables_ = p.u + s.nu;
-    for (const RowGroup& g : s.groups) {
+    for (const qp::RowGroup& g : s.groups) {
       p.groups.push_back({g.rows, rows_, g.soft ? variables_ : -1, g.columns});
       rows_ += g.rows;
       if (g.soft) variables_ += 2 * g.rows;
@@ -28,19 +28,19 @@ StageConversion::StageConversion(const StageQp& qp) {
   std::vector<std::pair<int, int>> hessian, rows;
   for_each_hessian(qp, [&](int row, int col, double) { hessian.emplace_back(row, col); });
   for_each_row_entry(qp, [&](int row, int col, double) { rows.emplace_back(row, col); });
-  sparse_ = SparseQp(SparsityPattern::from_pairs(variables_, variables_, std::move(hessian)),
-                     SparsityPattern::from_pairs(rows_, variables_, std::move(rows)));
+  sparse_ = qp::SparseQp(SparsityPattern::from_pairs(variables_, variables_, std::move(hessian)),
+                         SparsityPattern::from_pairs(rows_, variables_, std::move(rows)));
   update(qp);
 }
 
-bool StageConversion::fits(const StageQp& qp) const {
+bool StageConversion::fits(const qp::StageQp& qp) const {
   if (qp.stages.size() != offsets_.size()) return false;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const StageOffset& p = offsets_[k];
     if (s.nx != p.nx || s.nu != p.nu || s.groups.size() != p.groups.size()) return false;
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
-      const RowGroup& g = s.groups[j];
+      const qp::RowGroup& g = s.groups[j];
       const Group& h = p.groups[j];
       if (g.rows != h.rows || g.soft != (h.first_slack >= 0) || g.columns != h.columns)
         return false;
@@ -51,9 +51,9 @@ bool StageConversion::fits(const StageQp& qp) const {
 
 // Emits entries in the order of the patterns: by rows, with ascending columns.
 template <class Emit>
-void StageConversion::for_each_hessian(const StageQp& qp, Emit&& emit) const {
+void StageConversion::for_each_hessian(const qp::StageQp& qp, Emit&& emit) const {
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const StageOffset& p = offsets_[k];
     for (int i = 0; i < s.nx; ++i)
       for (int j = 0; j <= i; ++j) emit(p.x + i, p.x + j, s.Q(i, j));
@@ -72,12 +72,12 @@ void StageConversion::for_each_hessian(const StageQp& qp, Emit&& emit) const {
 }
 
 template <class Emit>
-void StageConversion::for_each_row_entry(const StageQp& qp, Emit&& emit) const {
+void StageConversion::for_each_row_entry(const qp::StageQp& qp, Emit&& emit) const {
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const StageOffset& p = offsets_[k];
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
-      const RowGroup& g = s.groups[j];
+      const qp::RowGroup& g = s.groups[j];
       const Group& rows = p.groups[j];
       for (int i = 0; i < g.rows; ++i) {
         for (std::size_t c = 0; c < g.columns.size(); ++c)
@@ -95,12 +95,12 @@ void StageConversion::for_each_row_entry(const StageQp& qp, Emit&& emit) const {
   }
 }
 
-void StageConversion::update(const StageQp& qp) {
+void StageConversion::update(const qp::StageQp& qp) {
   if (!fits(qp))
     throw DefinitionError(
         "The sparse form was made for other sizes of states, inputs or rows than this program "
         "has.");
-  SparseQp& to = sparse_;
+  qp::SparseQp& to = sparse_;
   double* value = to.hessian.data();
   for_each_hessian(qp, [&](int, int, double entry) { *value++ = entry; });
   value = to.rows.data();
@@ -108,7 +108,7 @@ void StageConversion::update(const StageQp& qp) {
 
   to.constant = 0.0;
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
-    const Stage& s = qp.stages[k];
+    const qp::Stage& s = qp.stages[k];
     const StageOffset& p = offsets_[k];
     const bool given = k == 0 && qp.fixed_start;
     to.constant += s.constant;
@@ -119,7 +119,7 @@ void StageConversion::update(const StageQp& qp) {
     to.lower.segment(p.u, s.nu) = s.u_lower.head(s.nu);
     to.upper.segment(p.u, s.nu) = s.u_upper.head(s.nu);
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
-      const RowGroup& g = s.groups[j];
+      const qp::RowGroup& g = s.groups[j];
       const Group& rows = p.groups[j];
       to.row_lower.segment(rows.first_row, g.rows) = g.lower.head(g.rows);
       to.row_upper.segment(rows.first_row, g.rows) = g.upper.head(g.rows);
@@ -136,21 +136,21 @@ void StageConversion::update(const StageQp& qp) {
   }
 }
 
-void StageConversion::convert(const StageQp& qp, const StagePoint& from,
+void StageConversion::convert(const qp::StageQp& qp, const qp::StagePoint& from,
                               PrimalDualPoint& to) const {
   to.w.resize(variables_);
   to.z.resize(variables_);
   to.lambda.resize(rows_);
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const StageOffset& p = offsets_[k];
-    const StagePoint::AtStage& at = from.stages[k];
+    const qp::StagePoint::AtStage& at = from.stages[k];
     to.w.segment(p.x, p.nx) = at.x.head(p.nx);
     to.w.segment(p.u, p.nu) = at.u.head(p.nu);
     to.z.segment(p.x, p.nx) = at.x_bound.head(p.nx);
     to.z.segment(p.u, p.nu) = at.u_bound.head(p.nu);
     to.lambda.segment(p.dynamics, p.next) = at.costate.head(p.next);
     for (std::size_t j = 0; j < p.groups.size(); ++j) {
-      const RowGroup& g = qp.stages[k].groups[j];
+      const qp::RowGroup& g = qp.stages[k].groups[j];
       const Group& rows = p.groups[j];
       for (int i = 0; i < g.rows; ++i) {
         const double multiplier = at.group[j][i];
@@ -170,10 +170,10 @@ void StageConversion::convert(const StageQp& qp, const StagePoint& from,
   }
 }
 
-void StageConversion::convert(const PrimalDualPoint& from, StagePoint& to) const {
+void StageConversion::convert(const PrimalDualPoint& from, qp::StagePoint& to) const {
   for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const StageOffset& p = offsets_[k];
-    StagePoint::AtStage& at = to.stages[k];
+    qp::StagePoint::AtStage& at = to.stages[k];
     at.x.head(p.nx) = from.w.segment(p.x, p.nx);
     at.u.head(p.nu) = from.w.segment(p.u, p.nu);
     at.x_bound.head(p.nx) = from.z.segment(p.x, p.nx);

@@ -18,19 +18,19 @@ namespace saltus {
 /// start is a variable with equal bounds; the t of an infinite side is held at zero.
 class StageConversion {
  public:
-  explicit StageConversion(const StageQp& qp);
+  explicit StageConversion(const qp::StageQp& qp);
 
-  const SparseQp& sparse() const { return sparse_; }
+  const qp::SparseQp& sparse() const { return sparse_; }
   /// Takes new numbers for the same sizes. Throws a DefinitionError if the sizes differ. Does not
   /// allocate.
-  void update(const StageQp& qp);
+  void update(const qp::StageQp& qp);
 
   /// Computes slacks and their multipliers from the values of the rows. Does not allocate if `to`
   /// already has the right sizes.
-  void convert(const StageQp& qp, const StagePoint& from, PrimalDualPoint& to) const;
+  void convert(const qp::StageQp& qp, const qp::StagePoint& from, PrimalDualPoint& to) const;
   /// `to` must have the sizes of the program or larger ones. The multiplier of a fixed start goes
   /// to its x_bound.
-  void convert(const PrimalDualPoint& from, StagePoint& to) const;
+  void convert(const PrimalDualPoint& from, qp::StagePoint& to) const;
 
  private:
   struct Group {
@@ -43,17 +43,17 @@ class StageConversion {
     int next, dynamics;  // successor's nx, first row of the dynamics
     std::vector<Group> groups;
   };
-  bool fits(const StageQp& qp) const;
+  bool fits(const qp::StageQp& qp) const;
   template <class Emit>
-  void for_each_hessian(const StageQp& qp, Emit&& emit) const;
+  void for_each_hessian(const qp::StageQp& qp, Emit&& emit) const;
   template <class Emit>
-  void for_each_row_entry(const StageQp& qp, Emit&& emit) const;
+  void for_each_row_entry(const qp::StageQp& qp, Emit&& emit) const;
 
   std::vector<StageOffset> offsets_;
   int variables_ = 0, rows_ = 0;
-  SparseQp sparse_;
+  qp::SparseQp sparse_;
 };
 
-inline SparseQp to_sparse(const StageQp& qp) { return StageConversion(qp).sparse(); }
+inline qp::SparseQp to_sparse(const qp::StageQp& qp) { return StageConversion(qp).sparse(); }
 
 }  // namespace saltus

@@ -11,8 +11,8 @@ namespace {
 // of 1e5 could not detect it.
 constexpr double smallest_gap = 1e-3, largest_gap = 10.0;
 
-RowGroup& add_rows(Stage& s, std::vector<int> columns, int rows) {
-  RowGroup& g = s.groups.emplace_back();
+qp::RowGroup& add_rows(qp::Stage& s, std::vector<int> columns, int rows) {
+  qp::RowGroup& g = s.groups.emplace_back();
   g.M = MatrixXd::Zero(rows, static_cast<int>(columns.size()));
   g.columns = std::move(columns);
   g.rows = rows;
@@ -50,12 +50,12 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
   InfeasibleQp out{feasible.qp, "", random.log_uniform(smallest_gap, largest_gap)};
   const int N = out.qp.intervals();
   const int k = random.integer(0, N - 1);
-  Stage& s = out.qp.stages[k];
-  const StagePoint::AtStage& z = feasible.optimum.stages[k];
+  qp::Stage& s = out.qp.stages[k];
+  const qp::StagePoint::AtStage& z = feasible.optimum.stages[k];
   const int kind = random.integer(0, 3);
   if (kind == 0) {
     out.proof = "a row above one side, its copy below it";
-    RowGroup& g = add_rows(s, columns_between(0, s.nx + s.nu), 2);
+    qp::RowGroup& g = add_rows(s, columns_between(0, s.nx + s.nu), 2);
     g.M.row(0) = random.matrix(1, s.nx + s.nu);
     g.M.row(1) = 2.0 * g.M.row(0);
     g.upper[0] = random.uniform(-1.0, 1.0);
@@ -63,10 +63,10 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
   } else if (kind == 1) {
     out.proof = "an equality of a state after one of what it follows from";
     const VectorXd c = random.vector(out.qp.stages[k + 1].nx);
-    RowGroup& first = add_rows(s, columns_between(0, s.nx + s.nu), 1);
+    qp::RowGroup& first = add_rows(s, columns_between(0, s.nx + s.nu), 1);
     first.M.row(0) << c.transpose() * s.A, c.transpose() * s.B;
     first.lower[0] = first.upper[0] = c.dot(s.A * z.x + s.B * z.u);
-    RowGroup& second = add_rows(out.qp.stages[k + 1], columns_between(0, c.size()), 1);
+    qp::RowGroup& second = add_rows(out.qp.stages[k + 1], columns_between(0, c.size()), 1);
     second.M.row(0) = c.transpose();
     second.lower[0] = second.upper[0] = c.dot(feasible.optimum.stages[k + 1].x) + out.gap;
   } else {
@@ -78,7 +78,7 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
       x_upper = s.x_upper;
     }
     close_box(s.u_lower, s.u_upper, z.u);
-    Stage& next = out.qp.stages[k + 1];
+    qp::Stage& next = out.qp.stages[k + 1];
     VectorXd c = random.vector(next.nx);
     if (kind == 2) c = VectorXd::Unit(next.nx, random.integer(0, next.nx - 1));
     const double reach = largest_product(s.A.transpose() * c, x_lower, x_upper) +
@@ -91,7 +91,7 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
       next.x_upper[i] = infinity;
     } else {
       out.proof = "a row of a state out of reach of the boxes before it";
-      RowGroup& g = add_rows(next, columns_between(0, next.nx), 1);
+      qp::RowGroup& g = add_rows(next, columns_between(0, next.nx), 1);
       g.M.row(0) = c.transpose();
       g.lower[0] = reach + out.gap;
     }
@@ -103,8 +103,8 @@ namespace {
 
 // Removes an input from cost, rows and bounds. The sides of the rows are shifted so that their
 // slacks at the point do not change.
-void free_input(Stage& s, const StagePoint::AtStage& z, int i) {
-  for (RowGroup& g : s.groups) {
+void free_input(qp::Stage& s, const qp::StagePoint::AtStage& z, int i) {
+  for (qp::RowGroup& g : s.groups) {
     for (std::size_t j = 0; j < g.columns.size(); ++j) {
       if (g.columns[j] != s.nx + i) continue;
       g.lower.head(g.rows) -= z.u[i] * g.M.col(j).head(g.rows);
@@ -121,12 +121,12 @@ void free_input(Stage& s, const StagePoint::AtStage& z, int i) {
 }
 
 // Makes the given program unbounded. Returns false if the program is not suitable.
-bool make_unbounded(UnboundedQp& out, const StagePoint& optimum, Random& random) {
+bool make_unbounded(UnboundedQp& out, const qp::StagePoint& optimum, Random& random) {
   const int N = out.qp.intervals();
   const int kind = random.integer(0, 2);
   const int k = kind == 2 ? N - 1 : random.integer(0, N - 1);
-  Stage& s = out.qp.stages[k];
-  const StagePoint::AtStage& z = optimum.stages[k];
+  qp::Stage& s = out.qp.stages[k];
+  const qp::StagePoint::AtStage& z = optimum.stages[k];
   VectorXd& du = out.direction.stages[k].u;
   const double slope = -random.log_uniform(0.1, 10.0);
   if (s.nu < (kind == 1 ? 2 : 1)) return false;
@@ -151,7 +151,7 @@ bool make_unbounded(UnboundedQp& out, const StagePoint& optimum, Random& random)
     out.proof = "a last state with a linear cost alone, pushed by a free input";
     const int i = random.integer(0, s.nu - 1);
     free_input(s, z, i);
-    Stage& last = out.qp.stages[N];
+    qp::Stage& last = out.qp.stages[N];
     last.Q.setZero();
     last.S.setZero();
     last.groups.clear();
@@ -175,7 +175,7 @@ UnboundedQp unbounded_qp(std::uint64_t seed, const RandomQpOptions& options) {
   for (std::uint64_t s = seed;; s += 0x1000000) {
     const RandomQp bounded = random_qp(s, options);
     Random random(s ^ 0x9e3779b97f4a7c15u);
-    UnboundedQp out{bounded.qp, bounded.optimum, StagePoint(bounded.qp), 0.0, ""};
+    UnboundedQp out{bounded.qp, bounded.optimum, qp::StagePoint(bounded.qp), 0.0, ""};
     if (make_unbounded(out, bounded.optimum, random)) return out;
   }
 }

@@ -11,7 +11,7 @@ namespace saltus::testing {
 
 /// Infeasible by construction. `proof` describes the contradiction, and `gap` is its size.
 struct InfeasibleQp {
-  StageQp qp;
+  qp::StageQp qp;
   std::string proof;
   double gap = 0.0;
 };
@@ -19,9 +19,9 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options = 
 
 /// Feasible, and unbounded along a given direction.
 struct UnboundedQp {
-  StageQp qp;
-  StagePoint feasible, direction;  ///< feasible + s direction is feasible for all s >= 0
-  double slope = 0.0;              ///< slope of the cost along it, negative
+  qp::StageQp qp;
+  qp::StagePoint feasible, direction;  ///< feasible + s direction is feasible for all s >= 0
+  double slope = 0.0;                  ///< slope of the cost along it, negative
   std::string proof;
 };
 UnboundedQp unbounded_qp(std::uint64_t seed, const RandomQpOptions& options = {});

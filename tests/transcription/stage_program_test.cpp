@@ -109,13 +109,13 @@ void expect_near(const A& a, const B& b, const char* what) {
       }
 }
 
-void expect_same(const StageQp& a, const StageQp& b) {
+void expect_same(const qp::StageQp& a, const qp::StageQp& b) {
   ASSERT_EQ(a.stages.size(), b.stages.size());
   ASSERT_EQ(a.fixed_start, b.fixed_start);
   if (b.fixed_start) expect_near(a.start, b.start, "start");
   for (std::size_t k = 0; k < a.stages.size(); ++k) {
     SCOPED_TRACE("stage " + std::to_string(k));
-    const Stage &s = a.stages[k], &t = b.stages[k];
+    const qp::Stage &s = a.stages[k], &t = b.stages[k];
     ASSERT_EQ(s.nx, t.nx);
     ASSERT_EQ(s.nu, t.nu);
     const int nx = s.nx, nu = s.nu;
@@ -141,7 +141,7 @@ void expect_same(const StageQp& a, const StageQp& b) {
     ASSERT_EQ(s.groups.size(), t.groups.size());
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
       SCOPED_TRACE("group " + std::to_string(g));
-      const RowGroup &c = s.groups[g], &d = t.groups[g];
+      const qp::RowGroup &c = s.groups[g], &d = t.groups[g];
       ASSERT_EQ(c.rows, d.rows);
       ASSERT_EQ(c.columns, d.columns);
       const int columns = static_cast<int>(d.columns.size());
@@ -166,7 +166,7 @@ class Pair {
         model_(program_),
         direct_model_(program_),
         map_(model_.qp(), shooting.stages()),
-        sparse_(make_sparse_solver_by_stages(model_.qp(), shooting.stages(), riccati)),
+        sparse_(qp::make_sparse_solver_by_stages(model_.qp(), shooting.stages(), riccati)),
         direct_(program_, direct_model_, riccati),
         at_(program_.variables()),
         lambda_(program_.rows()) {}
@@ -181,17 +181,17 @@ class Pair {
     for (double& l : lambda_) l = some(random_);
     ASSERT_TRUE(model_.linearise(program_, at_, lambda_, Curvature::gauss_newton));
     ASSERT_TRUE(direct_.linearise(at_, lambda_, Curvature::gauss_newton));
-    ASSERT_EQ(map_.fill(model_.qp()), StageFill::filled);
+    ASSERT_EQ(map_.fill(model_.qp()), qp::StageFill::filled);
     direct_.fill();
     expect_same(direct_.stages(), map_.stages());
     if (!solves) return;
     point.lambda.setZero(program_.rows());
     point.z.setZero(program_.variables());
     NlpPoint other = point;
-    const QpResult a = direct_.solve(direct_model_.qp(), point, false);
-    const QpResult b = sparse_->solve(model_.qp(), other, false);
+    const qp::QpResult a = direct_.solve(direct_model_.qp(), point, false);
+    const qp::QpResult b = sparse_->solve(model_.qp(), other, false);
     ASSERT_EQ(a.status, b.status);
-    ASSERT_EQ(a.status, QpStatus::optimal);
+    ASSERT_EQ(a.status, qp::QpStatus::optimal);
     EXPECT_EQ(a.iterations, b.iterations);
     expect_near_points(point, other);
   }
@@ -206,13 +206,13 @@ class Pair {
   void compare_bounds() {
     direct_.fill();
     model_.update_bounds(program_);
-    ASSERT_EQ(map_.fill(model_.qp()), StageFill::filled);
+    ASSERT_EQ(map_.fill(model_.qp()), qp::StageFill::filled);
     expect_same(direct_.stages(), map_.stages());
   }
 
  private:
-  static std::unique_ptr<StageQpSolver> riccati(const StageQp& capacity) {
-    return make_riccati_solver(capacity, {});
+  static std::unique_ptr<qp::StageQpSolver> riccati(const qp::StageQp& capacity) {
+    return qp::make_riccati_solver(capacity, {});
   }
   static void expect_near_points(const NlpPoint& a, const NlpPoint& b) {
     EXPECT_LT((a.w - b.w).lpNorm<Eigen::Infinity>(), 1e-9);
@@ -224,8 +224,8 @@ class Pair {
   ShootingProgram& program_;
   bool is_exact_;
   QuadraticModel model_, direct_model_;
-  StageMap map_;
-  std::unique_ptr<QpSolver> sparse_;
+  qp::StageMap map_;
+  std::unique_ptr<qp::QpSolver> sparse_;
   StageProgram direct_;
   VectorXd at_, lambda_;
   std::mt19937 random_{7};

@@ -20,8 +20,8 @@ using namespace testing_support;
 double uniform(std::mt19937& random) { return testing_support::uniform(random, -1.0, 1.0); }
 
 // Linearisation of a program with respect to its variables.
-SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
-  SparseQp qp(nlp.hessian_pattern(), nlp.jacobian_pattern());
+qp::SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
+  qp::SparseQp qp(nlp.hessian_pattern(), nlp.jacobian_pattern());
   const VectorXd lambda = VectorXd::Zero(nlp.rows());
   VectorXd c(nlp.rows());
   EXPECT_TRUE(nlp.gradient(w.data(), qp.gradient.data()));
@@ -42,7 +42,7 @@ SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
 
 // A feasible and convex program with the same zeros, bounds and active rows, but random numbers. A
 // linearised program need be neither.
-void randomise(SparseQp& qp, VectorXd w, std::mt19937& random) {
+void randomise(qp::SparseQp& qp, VectorXd w, std::mt19937& random) {
   // Eliminated variables have no coupling in the Hessian.
   std::vector<char> is_joined(qp.variables(), 0);
   qp.hessian_pattern.for_each([&](int a, int b, int) {
@@ -71,27 +71,27 @@ void randomise(SparseQp& qp, VectorXd w, std::mt19937& random) {
   }
 }
 
-void expect_stages(MultipleShooting& shooting, StageMap& map, std::mt19937& random) {
+void expect_stages(MultipleShooting& shooting, qp::StageMap& map, std::mt19937& random) {
   const VectorXd w = shooting.initial_guess().w;
-  SparseQp qp = linearise(shooting.nlp(), w);
-  ASSERT_EQ(map.fill(qp), StageFill::filled);
+  qp::SparseQp qp = linearise(shooting.nlp(), w);
+  ASSERT_EQ(map.fill(qp), qp::StageFill::filled);
   expect_equivalent(qp, map, random);
   randomise(qp, w, random);
-  ASSERT_EQ(map.fill(qp), StageFill::filled);
+  ASSERT_EQ(map.fill(qp), qp::StageFill::filled);
   expect_equivalent(qp, map, random);
   expect_same_optimum(qp, map);
-  StageMap fresh(qp, shooting.stages());
-  ASSERT_EQ(fresh.fill(qp), StageFill::filled);
+  qp::StageMap fresh(qp, shooting.stages());
+  ASSERT_EQ(fresh.fill(qp), qp::StageFill::filled);
   expect_equal(map.stages(), fresh.stages());
 }
 
-SparseQp patterns(MultipleShooting& shooting) {
+qp::SparseQp patterns(MultipleShooting& shooting) {
   return {shooting.nlp().hessian_pattern(), shooting.nlp().jacobian_pattern()};
 }
 
 void expect_stages(const OptimalControlProblem& ocp, int intervals = 6) {
   MultipleShooting shooting(ocp, {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
-  StageMap map(patterns(shooting), shooting.stages());
+  qp::StageMap map(patterns(shooting), shooting.stages());
   std::mt19937 random(1);
   expect_stages(shooting, map, random);
 }
@@ -105,7 +105,7 @@ constexpr double impacts[] = {-0.05, 0.0, 0.04, 0.1, 0.4, 0.45, 0.83, 0.97, 1.0,
 void expect_stages_around_impact(const Phase<1, 1>& phase, CostRule rule = CostRule::nodes) {
   OptimalControlProblem ocp = with_impact(phase, 0.5);
   MultipleShooting shooting(ocp.costs(rule), ten);
-  StageMap map(patterns(shooting), shooting.stages());
+  qp::StageMap map(patterns(shooting), shooting.stages());
   std::mt19937 random(2);
   for (const double impact : impacts) {
     SCOPED_TRACE(impact);
@@ -172,8 +172,8 @@ TEST(Stages, OfAnUnknownOfLaterPhases) {
   const OptimalControlProblem ocp = late_unknown(between(-3.0, 3.0));
   expect_stages(ocp);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 4, .integrator = runge_kutta4()});
-  StageMap map(patterns(shooting), shooting.stages());
-  ASSERT_EQ(map.fill(linearise(shooting.nlp(), shooting.initial_guess().w)), StageFill::filled);
+  qp::StageMap map(patterns(shooting), shooting.stages());
+  ASSERT_EQ(map.fill(linearise(shooting.nlp(), shooting.initial_guess().w)), qp::StageFill::filled);
   EXPECT_EQ(map.stages().intervals() + 1, 15);  // 3 phases of 4 intervals; none in front
   EXPECT_EQ(map.stages().stages[3].nx, 1);
   EXPECT_EQ(map.stages().stages[4].nu, 1);  // the drift, at the jump
@@ -244,7 +244,7 @@ TEST_F(PushRecovery, HasEquivalentStagesForAnyImpactTime) {
     for (const double change : {0.0, 1e-3}) {
       MultipleShooting problem = shooting(change, penalty, 6);
       if (change > 0.0) problem.set_previous_input(VectorXd::Constant(12, 1.0));
-      StageMap map(patterns(problem), problem.stages());
+      qp::StageMap map(patterns(problem), problem.stages());
       for (const double impact :
            {-0.02, 0.0, 0.004, 0.01, 0.03, 0.043, 0.05, 0.06, 0.1, infinity}) {
         SCOPED_TRACE(impact);
@@ -258,16 +258,16 @@ TEST_F(PushRecovery, DeclaresTheCommonResultantUnlessChangesAreCharged) {
   for (const bool charged : {false, true}) {
     MultipleShooting problem = shooting(charged ? 1e-3 : 0.0, 0.0);
     problem.retime("impact", 0.083);
-    StageMap map(patterns(problem), problem.stages());
-    ASSERT_EQ(map.fill(linearise(problem.nlp(), problem.initial_guess().w)), StageFill::filled);
+    qp::StageMap map(patterns(problem), problem.stages());
+    ASSERT_EQ(map.fill(linearise(problem.nlp(), problem.initial_guess().w)), qp::StageFill::filled);
     ASSERT_EQ(map.stages().intervals(), 16);
     for (int k = 0; k < 16; ++k) {
-      const Stage& s = map.stages().stages[k];
+      const qp::Stage& s = map.stages().stages[k];
       EXPECT_EQ(s.nu, k < 9 ? 6 : 12) << k;
       // The input of the last interval has no change cost with a later one.
       EXPECT_EQ(s.resultant_size, charged && k < 15 ? 0 : 6) << k;
       EXPECT_EQ(s.nx, !charged || k == 0 ? 9 : k <= 9 ? 15 : 21) << k;
-      for (const RowGroup& g : s.groups) {  // the cones are dense in their wrench
+      for (const qp::RowGroup& g : s.groups) {  // the cones are dense in their wrench
         const bool is_cone = g.rows > 0 && g.columns.front() >= s.nx;
         EXPECT_EQ(g.columns.size(), is_cone ? 6u : g.columns.size());
       }
@@ -278,10 +278,10 @@ TEST_F(PushRecovery, DeclaresTheCommonResultantUnlessChangesAreCharged) {
 TEST_F(PushRecovery, StagesWithoutAllocation) {
   for (const double change : {0.0, 1e-3}) {
     MultipleShooting problem = shooting(change, 10.0);
-    StageMap map(patterns(problem), problem.stages());
-    StagePoint point(map.stages());
+    qp::StageMap map(patterns(problem), problem.stages());
+    qp::StagePoint point(map.stages());
     PrimalDualPoint sparse;
-    std::vector<SparseQp> programs;
+    std::vector<qp::SparseQp> programs;
     for (const double impact : {0.0, 0.05, 0.083, infinity}) {
       problem.retime("impact", impact);
       programs.push_back(linearise(problem.nlp(), problem.initial_guess().w));
@@ -289,7 +289,7 @@ TEST_F(PushRecovery, StagesWithoutAllocation) {
     map.fill(programs[0]);
     map.convert(programs[0], point, sparse);
     const testing::AllocationCount count;
-    for (const SparseQp& qp : programs) {
+    for (const qp::SparseQp& qp : programs) {
       map.fill(qp);
       map.convert(qp, sparse, point);
       map.convert(qp, point, sparse);

@@ -56,10 +56,10 @@ class Iteration final : public RealTimeSolver {
     start_ = point;
     result.of_model = !is_exact_;
     qp_->set_deadline(deadline);
-    QpResult r = qp_->solve(model_.qp(), point, warm);
+    qp::QpResult r = qp_->solve(model_.qp(), point, warm);
     result.iterations = r.iterations;
     const bool broke =
-        r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
+        r.status == qp::QpStatus::numerical_failure || r.status == qp::QpStatus::iteration_limit;
     // a warm start may be worse than a cold one
     if (warm && broke && WallClock::now() < deadline) {
       point = start_;
@@ -99,20 +99,21 @@ class Iteration final : public RealTimeSolver {
 
   // A shooting program fills the stages directly; other programs are sorted into stages.
   void make_qp_solver(NonlinearProgram& program) {
-    const QpOptions asked{.tolerance = options_.tolerance,
-                          .max_iterations = options_.max_iterations};
+    const qp::QpOptions asked{.tolerance = options_.tolerance,
+                              .max_iterations = options_.max_iterations};
     auto* shooting = options_.qp ? nullptr : dynamic_cast<ShootingProgram*>(&program);
     if (shooting == nullptr) {
       const QpMethod method = options_.qp ? options_.qp : riccati_qp();
       qp_ = method(program, model_.qp().hessian_pattern, model_.qp().row_pattern, asked);
       return;
     }
-    RiccatiOptions riccati;
+    qp::RiccatiOptions riccati;
     riccati.tolerance = asked.tolerance;
     riccati.max_iterations = asked.max_iterations;
-    auto stages = std::make_unique<StageProgram>(*shooting, model_, [&](const StageQp& capacity) {
-      return make_riccati_solver(capacity, riccati, options_.kernels);
-    });
+    auto stages =
+        std::make_unique<StageProgram>(*shooting, model_, [&](const qp::StageQp& capacity) {
+          return qp::make_riccati_solver(capacity, riccati, options_.kernels);
+        });
     stages_ = stages.get();
     qp_ = std::move(stages);
   }
@@ -148,7 +149,7 @@ class Iteration final : public RealTimeSolver {
   std::optional<Curvature> curvature_;               // empty: finite differences
   std::unique_ptr<DifferencedProgram> differenced_;  // set if the program has no curvature
   QuadraticModel model_;
-  std::unique_ptr<QpSolver> qp_;
+  std::unique_ptr<qp::QpSolver> qp_;
   StageProgram* stages_ = nullptr;  // qp_, if the program is written directly into stages
   std::unique_ptr<Convexification> convexification_;
   VectorXd at_, lambda_;  // point and multipliers of the model

@@ -66,7 +66,8 @@ struct RealTimeIterationOptions {
   /// Empty: Riccati recursion over the stages of the program. A shooting program fills them
   /// directly, so that a measurement changes only the initial state of the first one.
   QpMethod qp = {};
-  /// Kernels for compile-time stage sizes, see make_riccati_solver(). They must outlive the solver.
+  /// Kernels for compile-time stage sizes, see qp::make_riccati_solver(). They must outlive the
+  /// solver.
   std::span<const qp::RiccatiKernel> kernels = {};
 };
 

@@ -1,6 +1,6 @@
 #include "saltus/qp/qp_result.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 const char* describe(QpStatus status) {
   switch (status) {
@@ -22,4 +22,4 @@ const char* describe(QpStatus status) {
   return "";
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

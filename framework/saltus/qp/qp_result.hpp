@@ -5,7 +5,7 @@
 
 #include "saltus/core/clock.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 /// Reason why a solve ended. A solve that does not converge returns a status and never throws.
 enum class QpStatus {
@@ -39,8 +39,6 @@ struct QpOptions {
   /// False: the Hessian may be indefinite, and the solver looks for a local solution.
   bool convex = true;
 };
-/// Deprecated name.
-using QpStart [[deprecated("use QpOptions::Start; removed in 0.4")]] = QpOptions::Start;
 
 /// Result of a quadratic program solve.
 struct QpResult {
@@ -93,4 +91,17 @@ struct StageStructure {
   std::vector<SoftRow> soft_rows;  ///< rows whose slacks are variables of the program
 };
 
+}  // namespace saltus::qp
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using QpStatus [[deprecated("use qp::QpStatus; removed in 0.4")]] = qp::QpStatus;
+/// Deprecated name.
+using QpOptions [[deprecated("use qp::QpOptions; removed in 0.4")]] = qp::QpOptions;
+/// Deprecated name.
+using QpResult [[deprecated("use qp::QpResult; removed in 0.4")]] = qp::QpResult;
+/// Deprecated name.
+using StageStructure [[deprecated("use qp::StageStructure; removed in 0.4")]] = qp::StageStructure;
+/// Deprecated name.
+using QpStart [[deprecated("use qp::QpOptions::Start; removed in 0.4")]] = qp::QpOptions::Start;
 }  // namespace saltus

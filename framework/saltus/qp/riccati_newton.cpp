@@ -20,7 +20,7 @@
 #include "saltus/qp/sparse_newton.hpp"
 #include "saltus/qp/stage_map.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 constexpr double least_weight = 1e-20;
@@ -28,7 +28,7 @@ constexpr double least_weight = 1e-20;
 class RiccatiNewton final : public NewtonSystem {
  public:
   RiccatiNewton(const SparsityPattern& hessian, const SparsityPattern& rows,
-                StageStructure structure, std::span<const qp::RiccatiKernel> kernels)
+                StageStructure structure, std::span<const RiccatiKernel> kernels)
       : structure_(structure),
         step_(hessian, rows),
         map_(step_, std::move(structure)),
@@ -40,11 +40,10 @@ class RiccatiNewton final : public NewtonSystem {
         start_part_(VectorXd::Zero(rows.rows())),
         soft_(rows.rows(), 0),
         is_fixed_(rows.cols(), 0) {
-    const qp::PackedQp::Capacity& most = system_.packed().capacity;
-    for (qp::AlignedArray* of_v : {&v_, &gradient_}) *of_v = qp::AlignedArray(most.variables);
-    for (qp::AlignedArray* of_y : {&y_, &equality_}) *of_y = qp::AlignedArray(most.equalities);
-    for (qp::AlignedArray* of_sides : {&weights_, &zero_side_})
-      *of_sides = qp::AlignedArray(most.sides);
+    const PackedQp::Capacity& most = system_.packed().capacity;
+    for (AlignedArray* of_v : {&v_, &gradient_}) *of_v = AlignedArray(most.variables);
+    for (AlignedArray* of_y : {&y_, &equality_}) *of_y = AlignedArray(most.equalities);
+    for (AlignedArray* of_sides : {&weights_, &zero_side_}) *of_sides = AlignedArray(most.sides);
     for (int i = 0; i < rows.cols(); ++i) diagonal_slot_.push_back(hessian.find(i, i));
     for (const StageStructure::SoftRow& soft : structure_.soft_rows) {
       soft_[soft.row] = 1;
@@ -176,8 +175,8 @@ class RiccatiNewton final : public NewtonSystem {
                                                          : -condensed_[i];
     for (const int row : structure_.start_rows) point_.lambda[row] = 0.0;
     map_.convert(step_, point_, stage_point_);
-    qp::pack_point(map_.stages(), stage_point_, system_.packed(), true, v_.data(), y_.data(),
-                   weights_.data());
+    pack_point(map_.stages(), stage_point_, system_.packed(), true, v_.data(), y_.data(),
+               weights_.data());
     system_.expect_convex(false);
     system_.set_shift(0.0);
     return system_.factor(weights_.data());
@@ -209,8 +208,8 @@ class RiccatiNewton final : public NewtonSystem {
     system_.pack_vectors(map_.stages());
     system_.constants(gradient_.data(), equality_.data());
     system_.solve(gradient_.data(), equality_.data(), v_.data(), y_.data());
-    qp::unpack_point(map_.stages(), system_.packed(), v_.data(), y_.data(), zero_side_.data(),
-                     stage_point_);
+    unpack_point(map_.stages(), system_.packed(), v_.data(), y_.data(), zero_side_.data(),
+                 stage_point_);
     map_.convert_part(step_, stage_point_, point_);
     dw = point_.w;
     for (int i = 0; i < n; ++i)
@@ -276,7 +275,7 @@ class RiccatiNewton final : public NewtonSystem {
   StageStructure structure_;
   SparseQp step_;
   StageMap map_;
-  qp::RiccatiSystem system_;
+  RiccatiSystem system_;
   StagePoint stage_point_;
   PrimalDualPoint point_;
   VectorXd diagonal_;     // of H
@@ -288,7 +287,7 @@ class RiccatiNewton final : public NewtonSystem {
   std::vector<Start> start_;
   std::vector<double> slack_curvature_;
   std::vector<int> diagonal_slot_;
-  qp::AlignedArray v_, y_, gradient_, equality_, weights_, zero_side_;
+  AlignedArray v_, y_, gradient_, equality_, weights_, zero_side_;
 };
 
 }  // namespace
@@ -296,8 +295,8 @@ class RiccatiNewton final : public NewtonSystem {
 std::unique_ptr<NewtonSystem> make_riccati_newton(const SparsityPattern& hessian,
                                                   const SparsityPattern& rows,
                                                   StageStructure structure,
-                                                  std::span<const qp::RiccatiKernel> kernels) {
+                                                  std::span<const RiccatiKernel> kernels) {
   return std::make_unique<RiccatiNewton>(hessian, rows, std::move(structure), kernels);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

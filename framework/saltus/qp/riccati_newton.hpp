@@ -7,17 +7,15 @@
 #include "saltus/qp/qp_result.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
-namespace qp {
 struct RiccatiKernel;
-}
 
 /// Throws DefinitionError if the structure does not fit the patterns. The Hessian pattern must
 /// contain the whole diagonal. For `kernels` see make_riccati_solver().
 std::unique_ptr<NewtonSystem> make_riccati_newton(const SparsityPattern& hessian,
                                                   const SparsityPattern& rows,
                                                   StageStructure structure,
-                                                  std::span<const qp::RiccatiKernel> kernels = {});
+                                                  std::span<const RiccatiKernel> kernels = {});
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -5,7 +5,7 @@
 #include "saltus/qp/interior_point.hpp"
 #include "saltus/qp/riccati_system.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 bool is_finite(const Stage& s, int next) {
@@ -32,7 +32,7 @@ bool is_finite(const StageQp& qp) {
 class RiccatiSolver final : public StageQpSolver {
  public:
   RiccatiSolver(const StageQp& capacity, const RiccatiOptions& options,
-                std::span<const qp::RiccatiKernel> kernels)
+                std::span<const RiccatiKernel> kernels)
       : options_(options),
         system_(capacity, kernels),
         method_(system_.packed().capacity.variables, system_.packed().capacity.equalities,
@@ -61,7 +61,7 @@ class RiccatiSolver final : public StageQpSolver {
       result.status = QpStatus::infeasible;
       return result;
     }
-    qp::Iterate& iterate = method_.point();
+    Iterate& iterate = method_.point();
     pack_point(qp, point, system_.packed(), warm, iterate.v.data(), iterate.y.data(),
                iterate.lambda.data());
     if (!warm && options_.roll_out) system_.roll_out(iterate.v.data());
@@ -82,8 +82,8 @@ class RiccatiSolver final : public StageQpSolver {
   }
 
   RiccatiOptions options_;
-  qp::RiccatiSystem system_;
-  qp::InteriorPoint<qp::RiccatiSystem> method_;
+  RiccatiSystem system_;
+  InteriorPoint<RiccatiSystem> method_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
   bool is_valid_ = false;  // result of the last pack()
 };
@@ -92,8 +92,8 @@ class RiccatiSolver final : public StageQpSolver {
 
 std::unique_ptr<StageQpSolver> make_riccati_solver(const StageQp& capacity,
                                                    const RiccatiOptions& options,
-                                                   std::span<const qp::RiccatiKernel> kernels) {
+                                                   std::span<const RiccatiKernel> kernels) {
   return std::make_unique<RiccatiSolver>(capacity, options, kernels);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -5,7 +5,7 @@
 
 #include "saltus/qp/stage_map.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 class StagedSolver final : public QpSolver {
@@ -44,4 +44,4 @@ std::unique_ptr<QpSolver> make_sparse_solver_by_stages(const SparseQp& patterns,
   return std::make_unique<StagedSolver>(patterns, std::move(structure), make);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

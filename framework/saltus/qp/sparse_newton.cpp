@@ -13,7 +13,7 @@
 #include "saltus/qp/sparse_indefinite.hpp"
 #include "saltus/qp/sparse_ldl.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 // In units of the data, in the order of attempts (see sparse_factor.cpp).
@@ -55,13 +55,13 @@ class SparseNewton final : public NewtonSystem {
         m_(rows.rows()),
         hessian_pattern_(hessian),
         row_pattern_(rows),
-        ldl_(qp::quasi_definite_pattern(hessian, rows), qp::quasi_definite_signs(n_, m_)),
+        ldl_(quasi_definite_pattern(hessian, rows), quasi_definite_signs(n_, m_)),
         diagonal_(VectorXd::Zero(n_ + m_)),
         weighted_(VectorXd::Zero(n_ + m_)),
         work_(VectorXd::Zero(n_ + m_)),
         is_fixed_(n_, 0),
         has_free_(m_, 0) {
-    const SparsityPattern pattern = qp::quasi_definite_pattern(hessian, rows);
+    const SparsityPattern pattern = quasi_definite_pattern(hessian, rows);
     hessian.for_each([&](int i, int j, int) { hessian_slot_.push_back(pattern.find(i, j)); });
     rows.for_each([&](int i, int j, int) { row_slot_.push_back(pattern.find(n_ + i, j)); });
     for (int i = 0; i < n_ + m_; ++i) diagonal_slot_.push_back(pattern.find(i, i));
@@ -130,9 +130,9 @@ class SparseNewton final : public NewtonSystem {
 
   bool factor_with_pivots() {
     if (pivoting_ == nullptr)
-      pivoting_ = std::make_unique<qp::SparseIndefinite>(
-          qp::quasi_definite_pattern(hessian_pattern_, row_pattern_),
-          pairs_of(hessian_pattern_, row_pattern_));
+      pivoting_ =
+          std::make_unique<SparseIndefinite>(quasi_definite_pattern(hessian_pattern_, row_pattern_),
+                                             pairs_of(hessian_pattern_, row_pattern_));
     hessian_pattern_.for_each([&](int i, int j, int e) {
       if (i != j)
         pivoting_->set(hessian_slot_[e], is_fixed_[i] || is_fixed_[j] ? 0.0 : qp_->hessian[e]);
@@ -152,13 +152,13 @@ class SparseNewton final : public NewtonSystem {
 
   int n_, m_;
   SparsityPattern hessian_pattern_, row_pattern_;
-  qp::SparseLdl ldl_;
+  SparseLdl ldl_;
   std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  // positions in the matrix pattern
   VectorXd diagonal_;                                         // diagonal of H, then zeros
   VectorXd weighted_;                                         // diagonal_ plus the weights
   VectorXd work_;
   const SparseQp* qp_ = nullptr;
-  std::unique_ptr<qp::SparseIndefinite> pivoting_;  // created when first needed
+  std::unique_ptr<SparseIndefinite> pivoting_;  // created when first needed
   bool by_pivots_ = false;
   std::vector<char> is_fixed_, has_free_;  // of variables; of rows: true if any variable is free
   double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
@@ -172,4 +172,4 @@ std::unique_ptr<NewtonSystem> make_sparse_newton(const SparsityPattern& hessian,
   return std::make_unique<SparseNewton>(hessian, rows);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -6,10 +6,10 @@
 #include "saltus/core/sparsity.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 /// Patterns as in SparseQp. The Hessian pattern must contain the whole diagonal.
 std::unique_ptr<NewtonSystem> make_sparse_newton(const SparsityPattern& hessian,
                                                  const SparsityPattern& rows);
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -6,7 +6,7 @@
 
 #include "saltus/qp/side_residual.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 SparseQp::SparseQp(SparsityPattern hessian_shape, SparsityPattern row_shape)
     : hessian_pattern(std::move(hessian_shape)),
@@ -73,4 +73,4 @@ SparseQp::Residual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point
   return worst;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

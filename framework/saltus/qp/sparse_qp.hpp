@@ -9,7 +9,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/qp/qp_result.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 /// min 1/2 w'Hw + gradient'w + constant subject to lower <= w <= upper and row_lower <= J w <=
 /// row_upper. The patterns are fixed; all values may change between solves.
@@ -36,9 +36,6 @@ struct SparseQp {
   /// Number of variables.
   int variables() const { return static_cast<int>(gradient.size()); }
 };
-/// Deprecated name.
-using SparseQpResidual [[deprecated("use SparseQp::Residual; removed in 0.4")]] =
-    SparseQp::Residual;
 
 /// Cost at w.
 double objective(const SparseQp& qp, const VectorXd& w);
@@ -98,4 +95,15 @@ class NewtonSystem {
   virtual bool factor_with_fallback() { return false; }
 };
 
+}  // namespace saltus::qp
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using SparseQp [[deprecated("use qp::SparseQp; removed in 0.4")]] = qp::SparseQp;
+/// Deprecated name.
+using QpSolver [[deprecated("use qp::QpSolver; removed in 0.4")]] = qp::QpSolver;
+/// Deprecated name.
+using SparseQpResidual [[deprecated("use qp::SparseQp::Residual; removed in 0.4")]] =
+    qp::SparseQp::Residual;
+using qp::make_sparse_qp_solver;  ///< deprecated name
 }  // namespace saltus

@@ -5,7 +5,7 @@
 #include "saltus/qp/interior_point.hpp"
 #include "saltus/qp/sparse_system.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 class SparseQpSolver : public QpSolver {
@@ -18,7 +18,7 @@ class SparseQpSolver : public QpSolver {
 
   QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override {
     if (!system_.load(qp) || point.w.size() != qp.variables() || !point.w.allFinite()) return {};
-    qp::Iterate& iterate = method_.point();
+    Iterate& iterate = method_.point();
     system_.load_point(point, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
     // In the units of the system. For large costs the last digits exceed double precision.
     QpOptions options = options_;
@@ -43,8 +43,8 @@ class SparseQpSolver : public QpSolver {
   static constexpr double warm_barrier = 3e-3;
 
   QpOptions options_;
-  qp::SparseSystem system_;
-  qp::InteriorPoint<qp::SparseSystem> method_;
+  SparseSystem system_;
+  InteriorPoint<SparseSystem> method_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
@@ -56,4 +56,4 @@ std::unique_ptr<QpSolver> make_sparse_qp_solver(const SparsityPattern& hessian,
   return std::make_unique<SparseQpSolver>(hessian, rows, options);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

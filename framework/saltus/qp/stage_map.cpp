@@ -6,7 +6,7 @@
 
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 StageMap::StageMap(const SparseQp& patterns, StageStructure structure)
     : lists_(std::make_unique<Lists>(patterns, std::move(structure))) {}
@@ -67,4 +67,4 @@ void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoi
   lists_->to_stages(qp, from, to);
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

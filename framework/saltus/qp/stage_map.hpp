@@ -10,7 +10,7 @@
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/qp/stage_qp.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 /// Result of filling the stages with the values of a sparse program.
 enum class StageFill {
@@ -78,4 +78,4 @@ class StageMap {
   std::unique_ptr<Lists> lists_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -6,7 +6,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 void stage_map::fail(const std::string& what) { throw DefinitionError("stage structure: " + what); }
 
@@ -203,4 +203,4 @@ void StageMap::Lists::assign_chains() {
   }
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -4,7 +4,7 @@
 
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 constexpr int elsewhere = -2;  // result of column(): not carried to this stage
@@ -211,4 +211,4 @@ int StageMap::Lists::resultant_size(int k) const {
   return present == plan.nu ? plan.resultant_size : 0;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -7,7 +7,7 @@
 
 #include "saltus/qp/stage_map.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace stage_map {
 
 enum class Kind { none, state, input, global, slack };
@@ -198,4 +198,4 @@ struct StageMap::Lists {
   VectorXd row_values;                         // work space
 };
 
-}  // namespace saltus
+}  // namespace saltus::qp

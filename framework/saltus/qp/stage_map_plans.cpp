@@ -5,7 +5,7 @@
 
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 void StageMap::Lists::make_plans(const SparseQp& patterns) {
   for (Variable& variable : variables) {
@@ -142,4 +142,4 @@ void StageMap::Lists::make_stages() {
       stages.stages[k].groups[g].columns.reserve(plans[k].groups[g].variables.size());
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -5,7 +5,7 @@
 #include "saltus/qp/side_residual.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 void StageMap::Lists::part_to_sparse(const SparseQp& qp, const StagePoint& from,
                                      PrimalDualPoint& to) {
@@ -219,4 +219,4 @@ double StageMap::Lists::costate(const StagePoint& point, int k, int i) const {
   return sum;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

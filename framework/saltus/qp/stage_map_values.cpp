@@ -6,7 +6,7 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 StageFill StageMap::Lists::write(const SparseQp& qp, bool with_matrices) {
   StageFill result = StageFill::filled;
@@ -173,4 +173,4 @@ StageFill StageMap::Lists::write_start(const SparseQp& qp) {
   return result;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -5,7 +5,7 @@
 
 #include "saltus/qp/stage_map_lists.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 // Negative penalty weights down to this, relative to their terms, are rounding errors.
@@ -96,4 +96,4 @@ bool StageMap::Lists::hold_carried() {
   return true;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -4,7 +4,7 @@
 
 #include "saltus/qp/side_residual.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 namespace {
 
 // Active sizes may be smaller than the arrays: only leading parts are read. Products are sums over
@@ -176,4 +176,4 @@ StageQp::Residual kkt_residual(const StageQp& qp, const StagePoint& point) {
   return worst;
 }
 
-}  // namespace saltus
+}  // namespace saltus::qp

@@ -11,7 +11,7 @@
 #include "saltus/qp/qp_result.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 
-namespace saltus {
+namespace saltus::qp {
 
 /// Rows lower <= M v[columns] <= upper of one stage, v = (x, u). Rows with equal sides are
 /// equalities. A group is hard or soft as a whole. In a soft group a violation s >= 0 of a side
@@ -70,9 +70,6 @@ struct StageCapacity {
   int nx = 0, nu = 0;            ///< states and inputs
   std::vector<RowGroup> groups;  ///< capacities in the order of Stage::groups
 };
-/// Deprecated name.
-using RowGroupCapacity [[deprecated("use StageCapacity::RowGroup; removed in 0.4")]] =
-    StageCapacity::RowGroup;
 
 /// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, and the bounds
 /// and rows of every stage. The last stage N may have inputs and rows but no successor.
@@ -97,8 +94,6 @@ struct StageQp {
   /// Number of intervals, N.
   int intervals() const { return static_cast<int>(stages.size()) - 1; }
 };
-/// Deprecated name.
-using StageQpResidual [[deprecated("use StageQp::Residual; removed in 0.4")]] = StageQp::Residual;
 
 /// A primal-dual point. Multipliers are positive if the upper side of their row or bound is active,
 /// negative if the lower side is. Vectors have at least the current size.
@@ -145,9 +140,7 @@ class StageQpSolver {
 
 // The structured real-time solver: an interior-point method whose steps are Riccati sweeps.
 
-namespace qp {
 struct RiccatiKernel;
-}
 
 /// Options of the solver for quadratic programs in stages.
 struct RiccatiOptions : QpOptions {
@@ -165,7 +158,7 @@ struct RiccatiOptions : QpOptions {
 /// fixed start has nx = 0 in its stage. Inputs with a common resultant count once.
 std::unique_ptr<StageQpSolver> make_riccati_solver(const StageQp& capacity,
                                                    const RiccatiOptions& options = {},
-                                                   std::span<const qp::RiccatiKernel> kernels = {});
+                                                   std::span<const RiccatiKernel> kernels = {});
 
 // Adapter that solves sparse programs with known stages by a stage solver.
 
@@ -179,4 +172,32 @@ std::unique_ptr<QpSolver> make_sparse_solver_by_stages(const SparseQp& patterns,
                                                        StageStructure structure,
                                                        const MakeStageSolver& make);
 
+}  // namespace saltus::qp
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using RowGroup [[deprecated("use qp::RowGroup; removed in 0.4")]] = qp::RowGroup;
+/// Deprecated name.
+using Stage [[deprecated("use qp::Stage; removed in 0.4")]] = qp::Stage;
+/// Deprecated name.
+using StageCapacity [[deprecated("use qp::StageCapacity; removed in 0.4")]] = qp::StageCapacity;
+/// Deprecated name.
+using StageQp [[deprecated("use qp::StageQp; removed in 0.4")]] = qp::StageQp;
+/// Deprecated name.
+using StagePoint [[deprecated("use qp::StagePoint; removed in 0.4")]] = qp::StagePoint;
+/// Deprecated name.
+using StageQpSolver [[deprecated("use qp::StageQpSolver; removed in 0.4")]] = qp::StageQpSolver;
+/// Deprecated name.
+using RiccatiOptions [[deprecated("use qp::RiccatiOptions; removed in 0.4")]] = qp::RiccatiOptions;
+/// Deprecated name.
+using MakeStageSolver [[deprecated("use qp::MakeStageSolver; removed in 0.4")]] =
+    qp::MakeStageSolver;
+/// Deprecated name.
+using RowGroupCapacity [[deprecated("use qp::StageCapacity::RowGroup; removed in 0.4")]] =
+    qp::StageCapacity::RowGroup;
+/// Deprecated name.
+using StageQpResidual [[deprecated("use qp::StageQp::Residual; removed in 0.4")]] =
+    qp::StageQp::Residual;
+using qp::make_riccati_solver;           ///< deprecated name
+using qp::make_sparse_solver_by_stages;  ///< deprecated name
 }  // namespace saltus

@@ -33,7 +33,7 @@ double min_over_box(double r, double down, double up) {
 }
 
 // min over d of r'd + 1/2 d'H d, with |d| <= `reach` in directions where H is flat.
-double min_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, double reach) {
+double min_over_curvature(const qp::Stage& s, InputHold& hold, const VectorXd& r, double reach) {
   if (hold.curvature.size() == 0) {
     MatrixXd H(s.nx + s.nu, s.nx + s.nu);
     H << s.Q.topLeftCorner(s.nx, s.nx), s.S.topLeftCorner(s.nu, s.nx).transpose(),
@@ -56,8 +56,9 @@ struct DualBound {
   double size = 0.0;  // sum of magnitudes of the terms of `value`, for its rounding error
 };
 
-DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
-                   bool with_costs, const Allowance& allowed) {
+DualBound evaluate(const qp::StageQp& qp, const qp::StagePoint& point,
+                   const std::vector<InputHold*>& holds, bool with_costs,
+                   const Allowance& allowed) {
   DualBound bound;
   const auto add = [&](double term) {
     bound.value += term;
@@ -67,8 +68,8 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
   VectorXd ahead, behind;  // costates of the next and of the current state
   VectorXd rx, ru, part, value, multiplier, led, loose;
   for (int k = N; k >= 0; --k) {
-    const Stage& s = qp.stages[k];
-    const StagePoint::AtStage& p = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
+    const qp::StagePoint::AtStage& p = point.stages[k];
     const auto x = p.x.head(s.nx);
     const auto u = p.u.head(s.nu);
     rx.setZero(s.nx);
@@ -87,7 +88,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
       add(0.5 * x.dot(rx + s.q.head(s.nx)) + 0.5 * u.dot(ru + s.r.head(s.nu)));
     }
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
-      const RowGroup& group = s.groups[g];
+      const qp::RowGroup& group = s.groups[g];
       const int columns = static_cast<int>(group.columns.size());
       if (group.rows == 0 || (group.soft && !with_costs)) continue;
       const auto M = group.M.topLeftCorner(group.rows, columns);
@@ -173,8 +174,8 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
 
 }  // namespace
 
-double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
-                  double enough) {
+double dual_bound(const qp::StageQp& qp, const qp::StagePoint& point,
+                  const std::vector<InputHold*>& holds, double enough) {
   double best = -infinity;
   for (const Allowance& allowed : allowances) {
     const DualBound bound = evaluate(qp, point, holds, true, allowed);
@@ -184,7 +185,7 @@ double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<
   return best;
 }
 
-bool proves_infeasible(const StageQp& qp, const StagePoint& point,
+bool proves_infeasible(const qp::StageQp& qp, const qp::StagePoint& point,
                        const std::vector<InputHold*>& holds) {
   // First with the given costates, then with costates that remove the gradient of the states.
   for (const double moving : {infinity, 0.0}) {

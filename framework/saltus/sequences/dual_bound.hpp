@@ -28,12 +28,12 @@ struct InputHold {
 /// gradient determines them. If states have no bounds, costates are chosen so that their gradient
 /// vanishes. The curvature of the cost limits the inputs. An input without any limit is assumed to
 /// stay within a multiple of its magnitude.
-double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
-                  double enough);
+double dual_bound(const qp::StageQp& qp, const qp::StagePoint& point,
+                  const std::vector<InputHold*>& holds, double enough);
 
 /// True if the multipliers of the point prove that the program is infeasible. Assumes that inputs
 /// without bounds stay below 1e8 in the units of the stages.
-bool proves_infeasible(const StageQp& qp, const StagePoint& point,
+bool proves_infeasible(const qp::StageQp& qp, const qp::StagePoint& point,
                        const std::vector<InputHold*>& holds);
 
 /// Eigenvalues of a symmetric matrix in increasing order. Compiled once, because Eigen's template

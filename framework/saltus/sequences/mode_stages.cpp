@@ -18,19 +18,19 @@ constexpr double rounding = 1e-9;
 // Below this share, a mode's copy of the input does not represent the mode.
 constexpr double least_share = 0.05;
 
-MatrixXd hessian_of(const Stage& s) {
+MatrixXd hessian_of(const qp::Stage& s) {
   MatrixXd H(s.nx + s.nu, s.nx + s.nu);
   H << s.Q, s.S.transpose(), s.S, s.R;
   return H;
 }
 
-void set_hessian(Stage& s, const MatrixXd& H) {
+void set_hessian(qp::Stage& s, const MatrixXd& H) {
   s.Q = H.topLeftCorner(s.nx, s.nx);
   s.S = H.bottomLeftCorner(s.nu, s.nx);
   s.R = H.bottomRightCorner(s.nu, s.nu);
 }
 
-VectorXd gradient_of(const Stage& s) {
+VectorXd gradient_of(const qp::Stage& s) {
   VectorXd g(s.nx + s.nu);
   g << s.q, s.r;
   return g;
@@ -43,7 +43,7 @@ bool is_convex(const MatrixXd& H) {
 }
 
 // Keeps the leading blocks only, so that sizes match the contents.
-void trim(Stage& s, int next) {
+void trim(qp::Stage& s, int next) {
   s.A = s.A.topLeftCorner(next, s.nx).eval();
   s.B = s.B.topLeftCorner(next, s.nu).eval();
   s.b = s.b.head(next).eval();
@@ -56,8 +56,8 @@ void trim(Stage& s, int next) {
   s.x_upper = s.x_upper.head(s.nx).eval();
   s.u_lower = s.u_lower.head(s.nu).eval();
   s.u_upper = s.u_upper.head(s.nu).eval();
-  std::vector<RowGroup> groups;
-  for (RowGroup& g : s.groups) {
+  std::vector<qp::RowGroup> groups;
+  for (qp::RowGroup& g : s.groups) {
     const int columns = static_cast<int>(g.columns.size());
     if (g.rows == 0) continue;
     g.M = g.M.topLeftCorner(g.rows, columns).eval();
@@ -69,7 +69,7 @@ void trim(Stage& s, int next) {
 }
 
 // Moves rows and costs on the next state to (x, u).
-void fold_end(Stage& s, const Stage& end) {
+void fold_end(qp::Stage& s, const qp::Stage& end) {
   MatrixXd F(s.b.size(), s.nx + s.nu);
   F << s.A, s.B;
   MatrixXd H = hessian_of(s) + F.transpose() * end.Q * F;
@@ -78,7 +78,7 @@ void fold_end(Stage& s, const Stage& end) {
   set_hessian(s, H);
   s.q = g.head(s.nx);
   s.r = g.tail(s.nu);
-  for (RowGroup group : end.groups) {
+  for (qp::RowGroup group : end.groups) {
     MatrixXd on_state = MatrixXd::Zero(group.rows, s.b.size());
     for (std::size_t c = 0; c < group.columns.size(); ++c)
       on_state.col(group.columns[c]) += group.M.col(static_cast<int>(c));
@@ -92,11 +92,11 @@ void fold_end(Stage& s, const Stage& end) {
   }
 }
 
-void scale_costs(Stage& s, double by) {
+void scale_costs(qp::Stage& s, double by) {
   for (MatrixXd* m : {&s.Q, &s.S, &s.R}) *m *= by;
   for (VectorXd* v : {&s.q, &s.r}) *v *= by;
   s.constant *= by;
-  for (RowGroup& group : s.groups)
+  for (qp::RowGroup& group : s.groups)
     for (VectorXd* v : {&group.l1, &group.l2}) *v *= by;
 }
 
@@ -104,7 +104,7 @@ VectorXd largest(const VectorXd& lower, const VectorXd& upper) {
   return lower.cwiseAbs().cwiseMax(upper.cwiseAbs());
 }
 
-bool has_costs_or_rows(const Stage& s) {
+bool has_costs_or_rows(const qp::Stage& s) {
   return !s.groups.empty() || !s.Q.isZero(0.0) || !s.q.isZero(0.0) || s.constant != 0.0;
 }
 
@@ -152,7 +152,7 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
 // Converts the problem of one phase into a stage and an end. Returns the reason if that is
 // impossible; `name` appears in it.
 std::string ModeStages::stage(OptimalControlProblem problem, const std::string& name,
-                              ModeStage& made, StageFill& fill) const {
+                              ModeStage& made, qp::StageFill& fill) const {
   try {
     made.shooting = std::make_shared<MultipleShooting>(
         std::move(problem), ShootingOptions{.intervals_per_phase = 1, .integrator = integrator_});
@@ -164,10 +164,10 @@ std::string ModeStages::stage(OptimalControlProblem problem, const std::string& 
   QuadraticModel model(nlp);
   const VectorXd w = VectorXd::Zero(nlp.variables()), lambda = VectorXd::Zero(nlp.rows());
   model.linearise(nlp, w, lambda, Curvature::exact);
-  made.qp = std::make_shared<SparseQp>(model.qp());
-  made.map = std::make_shared<StageMap>(*made.qp, made.shooting->stages());
+  made.qp = std::make_shared<qp::SparseQp>(model.qp());
+  made.map = std::make_shared<qp::StageMap>(*made.qp, made.shooting->stages());
   fill = made.map->fill(*made.qp);
-  if (fill == StageFill::not_staged || made.map->stages().stages.size() != 2)
+  if (fill == qp::StageFill::not_staged || made.map->stages().stages.size() != 2)
     return name + " is not a single stage";
   return {};
 }
@@ -178,13 +178,13 @@ std::string ModeStages::transcribe(const ModeGraph& graph, int mode, bool given_
   if (!given_start)
     problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage made;
-  StageFill fill = StageFill::filled;
+  qp::StageFill fill = qp::StageFill::filled;
   const std::string why = stage(std::move(problem), fmt::format("mode '{}'", name), made, fill);
   if (!why.empty()) return why;
   // With a free start, only a row of data can be infeasible already.
-  if (!given_start && fill == StageFill::infeasible) impossible_ |= only(mode);
+  if (!given_start && fill == qp::StageFill::infeasible) impossible_ |= only(mode);
   made.stage = made.map->stages().stages[0];
-  Stage end = made.map->stages().stages[1];
+  qp::Stage end = made.map->stages().stages[1];
   if (made.stage.nx != states() || end.nx != states() || end.nu != 0)
     return fmt::format("mode '{}' has soft terms that do not fit into one stage", name);
   trim(made.stage, states());
@@ -203,10 +203,10 @@ std::string ModeStages::transcribe_end(const ModeGraph& graph, double begin_of_l
   OptimalControlProblem problem = graph.end_problem(0, begin_of_last);
   problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage last;
-  StageFill fill = StageFill::filled;
+  qp::StageFill fill = qp::StageFill::filled;
   const std::string why = stage(std::move(problem), "the end", last, fill);
   if (!why.empty()) return why;
-  end_feasible_ = fill != StageFill::infeasible;
+  end_feasible_ = fill != qp::StageFill::infeasible;
   end_ = last.map->stages().stages[1];
   end_.constant += last.map->stages().stages[0].constant;  // for the whole program
   trim(end_, 0);
@@ -223,7 +223,7 @@ void ModeStages::end_after(const ModeGraph& graph, double begin_of_last) {
 
 double ModeStages::largest_cost() const {
   double size = 0.0;
-  const auto include = [&](const Stage& s) {
+  const auto include = [&](const qp::Stage& s) {
     for (const MatrixXd* m : {&s.Q, &s.S, &s.R})
       if (m->size() > 0) size = std::max(size, m->cwiseAbs().maxCoeff());
     for (const VectorXd* v : {&s.q, &s.r})
@@ -243,8 +243,8 @@ void ModeStages::divide_costs(double by) {
 }
 
 bool ModeStages::admits(int mode, const VectorXd& x) const {
-  const Stage& s = given_[mode].stage;
-  for (const RowGroup& g : s.groups) {
+  const qp::Stage& s = given_[mode].stage;
+  for (const qp::RowGroup& g : s.groups) {
     if (g.soft || !std::all_of(g.columns.begin(), g.columns.end(), [&](int j) { return j < s.nx; }))
       continue;
     for (int i = 0; i < g.rows; ++i) {
@@ -289,7 +289,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
     nu += is_last ? mode.nu : states() + mode.nu + 1;
   }
   const int nx = states(), n = nx + nu, count = static_cast<int>(result.modes.size());
-  Stage& s = result.stage;
+  qp::Stage& s = result.stage;
   s.nx = nx;
   s.nu = nu;
   s.x_lower = VectorXd::Constant(nx, infinity);
@@ -302,7 +302,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
       VectorXd::Ones(nu);  // bounds of shares; copies lie between zero and the bounds of the mode
   for (std::size_t m = 0; m < result.modes.size(); ++m) {
     const HullMode& mode = result.modes[m];
-    const Stage& one = free_[mode.mode].stage;
+    const qp::Stage& one = free_[mode.mode].stage;
     const bool is_last = m + 1 == result.modes.size();
     if (!is_last)
       result.hold.radius.segment(mode.first, nx) =
@@ -349,7 +349,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
   }
   for (int m = 0; m < count; ++m) {
     HullMode& mode = result.modes[m];
-    const Stage& one = all[mode.mode].stage;
+    const qp::Stage& one = all[mode.mode].stage;
     const int size = nx + mode.nu;
     const MatrixXd T = maps[m].topRows(size);
     const Eigen::RowVectorXd share = maps[m].row(size);
@@ -382,7 +382,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
       if (l > -infinity) side(l, false, false);
     };
     for (std::size_t k = 0; k < one.groups.size(); ++k) {
-      const RowGroup& group = one.groups[k];
+      const qp::RowGroup& group = one.groups[k];
       if (group.soft) continue;  // a penalty is never negative
       for (int i = 0; i < group.rows; ++i) {
         Eigen::RowVectorXd on_copy = Eigen::RowVectorXd::Zero(size);
@@ -399,7 +399,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
       lower.push_back(-rest);
       upper.push_back(infinity);
     }
-    RowGroup& group = s.groups.emplace_back();
+    qp::RowGroup& group = s.groups.emplace_back();
     group.rows = static_cast<int>(rows.size());
     MatrixXd M(group.rows, n);
     for (int i = 0; i < group.rows; ++i) M.row(i) = rows[i];
@@ -421,7 +421,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
 
 VectorXd ModeStages::input(int mode, const VectorRef& x, const VectorRef& u, const VectorRef& end) {
   const ModeStage& one = free_[mode];
-  StagePoint point(one.map->stages());
+  qp::StagePoint point(one.map->stages());
   point.stages[0].x.head(x.size()) = x;
   point.stages[0].u.head(u.size()) = u;
   point.stages[1].x.head(end.size()) = end;
@@ -430,9 +430,9 @@ VectorXd ModeStages::input(int mode, const VectorRef& x, const VectorRef& u, con
   return one.shooting->trajectory(program.w).pieces().front().coefficients;
 }
 
-StageQp ModeStages::capacity(int phases, bool fixed_start) {
-  StageCapacity most{.nx = states(), .nu = 0, .groups = {}};
-  const auto include = [&](const Stage& s) {
+qp::StageQp ModeStages::capacity(int phases, bool fixed_start) {
+  qp::StageCapacity most{.nx = states(), .nu = 0, .groups = {}};
+  const auto include = [&](const qp::Stage& s) {
     most.nu = std::max(most.nu, s.nu);
     most.groups.resize(std::max(most.groups.size(), s.groups.size()));
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
@@ -446,21 +446,23 @@ StageQp ModeStages::capacity(int phases, bool fixed_start) {
   const SetStage& everything = of(all_, false);
   include(everything.stage);
   // Any of the modes may be the last one, whose rows have the most columns.
-  for (StageCapacity::RowGroup& group : most.groups) {
-    for (const RowGroup& g : everything.stage.groups) group.rows = std::max(group.rows, g.rows + 1);
+  for (qp::StageCapacity::RowGroup& group : most.groups) {
+    for (const qp::RowGroup& g : everything.stage.groups)
+      group.rows = std::max(group.rows, g.rows + 1);
     group.columns = most.nx + most.nu;
   }
-  std::vector<StageCapacity> stages(phases, most);
-  StageCapacity& last = stages.emplace_back(StageCapacity{.nx = states(), .nu = 0, .groups = {}});
-  for (const RowGroup& g : end_.groups)
+  std::vector<qp::StageCapacity> stages(phases, most);
+  qp::StageCapacity& last =
+      stages.emplace_back(qp::StageCapacity{.nx = states(), .nu = 0, .groups = {}});
+  for (const qp::RowGroup& g : end_.groups)
     last.groups.push_back({g.rows, static_cast<int>(g.columns.size()), g.soft});
-  StageQp qp(stages);
+  qp::StageQp qp(stages);
   qp.fixed_start = fixed_start;
   return qp;
 }
 
-void restrict_point(const SetStage& from, const StagePoint::AtStage& point, const SetStage& to,
-                    ModeSet to_set, StagePoint::AtStage& out) {
+void restrict_point(const SetStage& from, const qp::StagePoint::AtStage& point, const SetStage& to,
+                    ModeSet to_set, qp::StagePoint::AtStage& out) {
   const int nx = to.stage.nx;
   out.x.head(nx) = point.x.head(nx);
   out.costate = point.costate;

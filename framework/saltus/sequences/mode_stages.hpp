@@ -28,11 +28,11 @@ namespace saltus {
 /// One phase of a mode. States are scaled by the nominal states of the first mode, inputs by those
 /// of their own mode.
 struct ModeStage {
-  Stage stage;                    ///< includes conditions at its end, except state bounds
+  qp::Stage stage;                ///< includes conditions at its end, except state bounds
   VectorXd end_lower, end_upper;  ///< bounds of the state at its end
   std::shared_ptr<MultipleShooting> shooting;  ///< the transcription behind it
-  std::shared_ptr<StageMap> map;
-  std::shared_ptr<SparseQp> qp;
+  std::shared_ptr<qp::StageMap> map;
+  std::shared_ptr<qp::SparseQp> qp;
 };
 
 /// Origin of a row of the hull: row `row` of group `group`, or with group -1 a bound of entry `row`
@@ -48,7 +48,7 @@ struct HullMode {
   std::vector<HullRow> rows;  ///< rows of the group at the same position; mu_i >= 0 is the last
 };
 struct SetStage {
-  Stage stage;
+  qp::Stage stage;
   VectorXd end_lower, end_upper;
   std::vector<HullMode> modes;  ///< empty for a single mode
   InputHold hold;               ///< limits of its inputs
@@ -70,7 +70,7 @@ class ModeStages {
   SetStage& of(ModeSet set, bool first);
   const ModeStage& mode(int i) const { return free_[i]; }
   /// The last stage: the conditions at the end. It has only their bounds.
-  const Stage& end() const { return end_; }
+  const qp::Stage& end() const { return end_; }
   /// Modes that are infeasible for every state and input, because a row of data alone fails.
   ModeSet impossible() const { return impossible_; }
   /// False if a condition at the end fails that does not depend on the state, e.g. one on time
@@ -90,11 +90,11 @@ class ModeStages {
   VectorXd input(int mode, const VectorRef& x, const VectorRef& u, const VectorRef& end);
 
   /// A program of `phases` stages and an end, sized for the largest stages.
-  StageQp capacity(int phases, bool fixed_start);
+  qp::StageQp capacity(int phases, bool fixed_start);
 
  private:
   std::string stage(OptimalControlProblem problem, const std::string& name, ModeStage& made,
-                    StageFill& fill) const;
+                    qp::StageFill& fill) const;
   std::string transcribe(const ModeGraph& graph, int mode, bool given_start);
   std::string transcribe_end(const ModeGraph& graph, double begin_of_last);
   SetStage hull(ModeSet set, bool first) const;
@@ -105,7 +105,7 @@ class ModeStages {
   ModeSet impossible_ = 0;
   bool end_feasible_ = true;
   double cost_unit_ = 1.0;  // divisor of the stage costs
-  Stage end_;
+  qp::Stage end_;
   std::map<std::pair<ModeSet, bool>, SetStage> sets_;
   ModeSet all_ = 0;
   std::string reason_;
@@ -113,7 +113,7 @@ class ModeStages {
 
 /// Converts the point of a set's stage into a point of a subset's stage, to start a child node from
 /// its parent.
-void restrict_point(const SetStage& from, const StagePoint::AtStage& point, const SetStage& to,
-                    ModeSet to_set, StagePoint::AtStage& restricted);
+void restrict_point(const SetStage& from, const qp::StagePoint::AtStage& point, const SetStage& to,
+                    ModeSet to_set, qp::StagePoint::AtStage& restricted);
 
 }  // namespace saltus

@@ -35,7 +35,7 @@ struct SearchOptions {
   long max_nodes = 1000000;    ///< maximum number of programs solved
 
   // Convex problems.
-  double tolerance = 1e-8;  ///< tolerance of the quadratic programs, see QpOptions
+  double tolerance = 1e-8;  ///< tolerance of the quadratic programs, see qp::QpOptions
   bool warm = true;         ///< start each node at its parent's point; false for comparisons
   /// Solves the best sequence again as an OptimalControlProblem, or a few sequences if none was
   /// found. A disagreement with the search gives Guarantee::contradicted.

@@ -49,11 +49,11 @@ constexpr std::size_t max_leaves = 5000;
 // is farther away than that of the previous tick. (1e-5, 1e-3, 1e-2 and 3e-2 were tried.)
 constexpr double warm_barrier = 1e-2;
 
-std::unique_ptr<StageQpSolver> solver_for(const StageQp& capacity, double tolerance) {
-  RiccatiOptions options;
+std::unique_ptr<qp::StageQpSolver> solver_for(const qp::StageQp& capacity, double tolerance) {
+  qp::RiccatiOptions options;
   options.tolerance = tolerance;
   options.warm_barrier = warm_barrier;
-  return make_riccati_solver(capacity, options);
+  return qp::make_riccati_solver(capacity, options);
 }
 
 ModeGraph checked(ModeGraph graph, const SearchOptions& options) {
@@ -88,10 +88,10 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
                     graph_.name(), options_.phases, phase, total, asked->lower, asked->upper));
   qp_ = stages_->capacity(options_.phases, true);
   solver_ = solver_for(qp_, options_.tolerance);
-  point_ = StagePoint(qp_);
+  point_ = qp::StagePoint(qp_);
   tail_qp_ = stages_->capacity(1, false);
   tail_solver_ = solver_for(tail_qp_, options_.tolerance);
-  tail_point_ = StagePoint(tail_qp_);
+  tail_point_ = qp::StagePoint(tail_qp_);
   const double largest = stages_->largest_cost();
   least_unit_ = options_.least_cost > 0.0 ? options_.least_cost : least_part * largest;
   least_cost_ = least_unit_;
@@ -168,7 +168,7 @@ std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const
 void SequenceSearch::limits_of(const std::vector<ModeSet>& sets, int k, VectorXd& lower,
                                VectorXd& upper) {
   const SetStage& before = stages_->of(sets[k - 1], k == 1);
-  const Stage& here = k < options_.phases ? stages_->of(sets[k], false).stage : stages_->end();
+  const qp::Stage& here = k < options_.phases ? stages_->of(sets[k], false).stage : stages_->end();
   lower = here.x_lower.cwiseMax(before.end_lower);
   upper = here.x_upper.cwiseMin(before.end_upper);
   for (int j = 0; j < lower.size(); ++j)
@@ -176,10 +176,10 @@ void SequenceSearch::limits_of(const std::vector<ModeSet>& sets, int k, VectorXd
       lower[j] = upper[j] = 0.5 * (lower[j] + upper[j]);
 }
 
-QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node* from) {
+qp::QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node* from) {
   const std::vector<ModeSet> sets = sets_of(path);
-  QpResult result;
-  result.status = QpStatus::infeasible;
+  qp::QpResult result;
+  result.status = qp::QpStatus::infeasible;
   for (const ModeSet set : sets)
     if (set == 0) return result;
   if (!path.empty() && !stages_->admits(path.front(), start_)) return result;
@@ -218,18 +218,18 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     result = solver_->solve(qp_, point_, is_warm);
     solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
     // If the solver made no iterations, the two sides of a row contradict each other.
-    if (result.status == QpStatus::infeasible && result.iterations > 0 &&
+    if (result.status == qp::QpStatus::infeasible && result.iterations > 0 &&
         !proves_infeasible(qp_, point_, holds_))
-      result.status = QpStatus::numerical_failure;
+      result.status = qp::QpStatus::numerical_failure;
     result.iterations += before_that;
   };
   result.iterations = 0;
   solve_from(warm);
-  if (warm && result.status != QpStatus::optimal && result.status != QpStatus::infeasible &&
-      result.status != QpStatus::deadline)
+  if (warm && result.status != qp::QpStatus::optimal && result.status != qp::QpStatus::infeasible &&
+      result.status != qp::QpStatus::deadline)
     solve_from(false);
-  if (result.status != QpStatus::optimal) return result;
-  const auto bound_of = [&](const QpResult& r, const StagePoint& point) {
+  if (result.status != qp::QpStatus::optimal) return result;
+  const auto bound_of = [&](const qp::QpResult& r, const qp::StagePoint& point) {
     return dual_bound(qp_, point, holds_,
                       r.objective - options_.tolerance * std::max(1.0, std::abs(r.objective)));
   };
@@ -238,13 +238,13 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     return result;
   if (!fine_solver_) fine_solver_ = solver_for(qp_, finer * options_.tolerance);
   fine_solver_->set_deadline(deadline_);
-  StagePoint fine_point = point_;
+  qp::StagePoint fine_point = point_;
   const double begin = thread_microseconds();
-  QpResult fine = fine_solver_->solve(qp_, fine_point, true);
+  qp::QpResult fine = fine_solver_->solve(qp_, fine_point, true);
   solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
   fine.iterations += result.iterations;
   result.iterations = fine.iterations;
-  if (fine.status != QpStatus::optimal) return result;
+  if (fine.status != qp::QpStatus::optimal) return result;
   const double bound = bound_of(fine, fine_point);
   if (bound <= dual_bound_) return result;
   dual_bound_ = bound;
@@ -253,8 +253,8 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
 }
 
 // After the root of a new tree: rescales the costs by its cost.
-void SequenceSearch::settle_unit(QpResult& root) {
-  for (int round = 0; round < unit_rounds && root.status == QpStatus::optimal; ++round) {
+void SequenceSearch::settle_unit(qp::QpResult& root) {
+  for (int round = 0; round < unit_rounds && root.status == qp::QpStatus::optimal; ++round) {
     const double wanted = std::max(std::abs(root.objective) * unit_, least_unit_);
     least_cost_ = options_.least_cost > 0.0 ? options_.least_cost
                                             : std::max(least_unit_, rounding_part * wanted);
@@ -263,8 +263,8 @@ void SequenceSearch::settle_unit(QpResult& root) {
     stages_->divide_costs(unit_);
     fill_ends();
     const int iterations = root.iterations;
-    QpResult again = solve_program({}, nullptr);
-    if (again.status != QpStatus::optimal) {  // tolerance too tight for the solver
+    qp::QpResult again = solve_program({}, nullptr);
+    if (again.status != qp::QpStatus::optimal) {  // tolerance too tight for the solver
       unit_ = last;
       stages_->divide_costs(unit_);
       fill_ends();
@@ -278,7 +278,7 @@ void SequenceSearch::settle_unit(QpResult& root) {
 
 // mu of every mode of a set, by index of the mode.
 std::vector<double> SequenceSearch::shares(const SetStage& stage,
-                                           const StagePoint::AtStage& point) const {
+                                           const qp::StagePoint::AtStage& point) const {
   std::vector<double> result(graph_.size(), 0.0);
   double rest = 1.0;
   for (std::size_t m = 0; m < stage.modes.size(); ++m) {
@@ -370,7 +370,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   deadline_ = deadline;
   solver_->set_deadline(deadline);
   std::vector<Node> closed;
-  std::shared_ptr<const StagePoint> best_point;
+  std::shared_ptr<const qp::StagePoint> best_point;
   const int N = options_.phases;
   bool stopped = false;
   double lowest_closed = infinity;  // lowest bound of nodes closed without being excluded
@@ -419,23 +419,23 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
       open.push_back(std::move(node));
       break;
     }
-    QpResult solved = solve_program(node.path, &node);
+    qp::QpResult solved = solve_program(node.path, &node);
     if (node.path.empty() && !node.point) settle_unit(solved);
     ++best.nodes;
     best.iterations += solved.iterations;
-    if (solved.status == QpStatus::deadline) {
+    if (solved.status == qp::QpStatus::deadline) {
       stopped = true;
       open.push_back(std::move(node));
       break;
     }
-    if (solved.status == QpStatus::infeasible) {
+    if (solved.status == qp::QpStatus::infeasible) {
       ++best.infeasible;
-      if (solved.iterations > 0) node.proof = std::make_shared<StagePoint>(point_);
+      if (solved.iterations > 0) node.proof = std::make_shared<qp::StagePoint>(point_);
       closed.push_back(std::move(node));
       continue;
     }
     const bool complete = static_cast<int>(node.path.size()) == N;
-    if (solved.status != QpStatus::optimal) {
+    if (solved.status != qp::QpStatus::optimal) {
       ++best.unresolved;
       if (complete) {
         gave_up = true;
@@ -454,7 +454,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     }
     node.bound = std::max(node.bound, dual_bound_);
     const std::vector<ModeSet> sets = sets_of(node.path);
-    node.point = std::make_shared<StagePoint>(point_);
+    node.point = std::make_shared<qp::StagePoint>(point_);
     node.point_path = node.path;
     node.point_is_shifted = false;
     node.dual = nullptr;
@@ -467,12 +467,12 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     }
     std::vector<int> chosen;
     if (node.bound < cut() && choose(node, chosen)) {
-      const QpResult whole = solve_program(chosen, &node);
+      const qp::QpResult whole = solve_program(chosen, &node);
       ++best.nodes;
       best.iterations += whole.iterations;
-      if (whole.status == QpStatus::optimal && whole.objective < best.cost) {
+      if (whole.status == qp::QpStatus::optimal && whole.objective < best.cost) {
         accept(chosen, whole.objective, best);
-        best_point = std::make_shared<StagePoint>(point_);
+        best_point = std::make_shared<qp::StagePoint>(point_);
       }
     }
     if (node.bound >= cut()) {
@@ -542,7 +542,7 @@ void SequenceSearch::finish(SequenceResult& result) {
     result.states.push_back(stages_->physical(best_point_->stages[k].x.head(stages_->states())));
   result.states.front() = stages_->physical(start_);
   for (int k = 0; k < N; ++k) {
-    const StagePoint::AtStage& at = best_point_->stages[k];
+    const qp::StagePoint::AtStage& at = best_point_->stages[k];
     const int nu = stages_->mode(result.modes[k]).stage.nu;
     result.inputs.push_back(stages_->input(result.modes[k], at.x.head(stages_->states()),
                                            at.u.head(nu),
@@ -645,12 +645,12 @@ void SequenceSearch::confirm_infeasible(SequenceResult& result) {
 namespace {
 
 // Excludes penalties of soft rows, which are not part of the stage's function.
-double stage_cost(const Stage& s, const StagePoint::AtStage& p) {
+double stage_cost(const qp::Stage& s, const qp::StagePoint::AtStage& p) {
   const auto x = p.x.head(s.nx), u = p.u.head(s.nu);
   double cost = s.constant + s.q.dot(x) + s.r.dot(u) + 0.5 * x.dot(s.Q * x) + u.dot(s.S * x) +
                 0.5 * u.dot(s.R * u);
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
-    const RowGroup& group = s.groups[g];
+    const qp::RowGroup& group = s.groups[g];
     if (!group.soft) continue;
     for (int i = 0; i < group.rows; ++i) {
       double value = 0.0;
@@ -668,8 +668,8 @@ double stage_cost(const Stage& s, const StagePoint::AtStage& p) {
 }  // namespace
 
 // Active limits of the state alone, with multipliers. They do not apply to a fixed start.
-std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
-                                                             const StagePoint::AtStage& p,
+std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const qp::Stage& s,
+                                                             const qp::StagePoint::AtStage& p,
                                                              const VectorXd& lower,
                                                              const VectorXd& upper) {
   std::vector<Limit> limits;
@@ -678,7 +678,7 @@ std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
       limits.push_back(
           {VectorXd::Unit(s.nx, j), p.x_bound[j] > 0.0 ? upper[j] : lower[j], p.x_bound[j]});
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
-    const RowGroup& group = s.groups[g];
+    const qp::RowGroup& group = s.groups[g];
     if (group.columns.empty() || group.columns.front() >= s.nx) continue;
     for (int i = 0; i < group.rows; ++i) {
       const double multiplier = p.group[g][i];
@@ -699,7 +699,7 @@ std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
 }
 
 // See framework/design/sequences.md, "The tree of the last tick".
-std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(const StagePoint& point,
+std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(const qp::StagePoint& point,
                                                                     const std::vector<int>& path) {
   const int nx = stages_->states(), N = options_.phases;
   const std::vector<ModeSet> sets = sets_of(path);
@@ -711,7 +711,7 @@ std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(const StageP
   for (int k = 0; k < N; ++k) {
     dual->costates.emplace_back(point.stages[k].costate.head(nx));
     if (k == 0) continue;
-    const Stage& s = stages_->of(sets[k], false).stage;
+    const qp::Stage& s = stages_->of(sets[k], false).stage;
     dual->values[k] = stage_cost(s, point.stages[k]) +
                       dual->costates[k].dot(point.stages[k + 1].x.head(nx)) -
                       dual->costates[k - 1].dot(point.stages[k].x.head(nx));
@@ -725,7 +725,7 @@ double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last, Dual& next)
   const int nx = stages_->states(), N = options_.phases;
   if (dual.depth < 2 || last == 0) return -infinity;  // its first phase was relaxed
   const SetStage& set = stages_->of(last, false);
-  Stage &stage = tail_qp_.stages[0], &end = tail_qp_.stages[1];
+  qp::Stage &stage = tail_qp_.stages[0], &end = tail_qp_.stages[1];
   if (tail_set_ != last) {
     stage = set.stage;
     tail_set_ = last;
@@ -733,8 +733,8 @@ double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last, Dual& next)
   stage.q = set.stage.q - dual.costates[N - 1];
   end.x_lower = stages_->end().x_lower.cwiseMax(set.end_lower);
   end.x_upper = stages_->end().x_upper.cwiseMin(set.end_upper);
-  const QpResult tail = tail_solver_->solve(tail_qp_, tail_point_, false);
-  if (tail.status != QpStatus::optimal) return -infinity;
+  const qp::QpResult tail = tail_solver_->solve(tail_qp_, tail_point_, false);
+  if (tail.status != qp::QpStatus::optimal) return -infinity;
   double bound = dual.costates[0].dot(start_) + tail.objective;
   double sizes = 1.0 + dual.costates[0].lpNorm<1>() * start_.lpNorm<1>();
   for (int k = 1; k < N; ++k) {
@@ -757,11 +757,12 @@ double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last, Dual& next)
   return bound - options_.tolerance * sizes;
 }
 
-std::shared_ptr<const StagePoint> SequenceSearch::shifted_point(const StagePoint& from) const {
+std::shared_ptr<const qp::StagePoint> SequenceSearch::shifted_point(
+    const qp::StagePoint& from) const {
   const int N = options_.phases;
-  auto to = std::make_shared<StagePoint>(from);
+  auto to = std::make_shared<qp::StagePoint>(from);
   for (int k = 0; k + 1 < N; ++k) to->stages[k] = from.stages[k + 1];
-  StagePoint::AtStage& last = to->stages[N - 1];
+  qp::StagePoint::AtStage& last = to->stages[N - 1];
   last.x.head(stages_->states()) = from.stages[N].x.head(stages_->states());
   last.u.setZero();
   last.x_bound.setZero();
@@ -772,10 +773,11 @@ std::shared_ptr<const StagePoint> SequenceSearch::shifted_point(const StagePoint
 
 // Shifts a proof: statements about the end become statements about the end of the last phase but
 // one, which has bounds.
-std::shared_ptr<const StagePoint> SequenceSearch::shifted_proof(const StagePoint& from) const {
-  auto proof = std::make_shared<StagePoint>(*shifted_point(from));
+std::shared_ptr<const qp::StagePoint> SequenceSearch::shifted_proof(
+    const qp::StagePoint& from) const {
+  auto proof = std::make_shared<qp::StagePoint>(*shifted_point(from));
   const int N = options_.phases, nx = stages_->states();
-  StagePoint::AtStage &last = proof->stages[N - 1], &end = proof->stages[N];
+  qp::StagePoint::AtStage &last = proof->stages[N - 1], &end = proof->stages[N];
   last.x_bound.head(nx) = from.stages[N - 1].costate.head(nx);
   last.costate.setZero();
   end.x_bound.setZero();
@@ -785,7 +787,7 @@ std::shared_ptr<const StagePoint> SequenceSearch::shifted_proof(const StagePoint
 
 // Farkas: with these multipliers, the sum of all rows and dynamics is positive for every state and
 // input within bounds. The remaining gradients are bounded over the boxes.
-bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& proof) {
+bool SequenceSearch::is_proved(const std::vector<int>& path, const qp::StagePoint& proof) {
   const std::vector<ModeSet> sets = sets_of(path);
   const int N = options_.phases, nx = stages_->states();
   double value = 0.0, size = 0.0;
@@ -800,8 +802,8 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
   for (int k = 0; k <= N; ++k) {
     if (k < N && sets[k] == 0) return true;
     const SetStage* set = k < N ? &stages_->of(sets[k], k == 0) : nullptr;
-    const Stage& s = k < N ? set->stage : stages_->end();
-    const StagePoint::AtStage& p = proof.stages[k];
+    const qp::Stage& s = k < N ? set->stage : stages_->end();
+    const qp::StagePoint::AtStage& p = proof.stages[k];
     rest_x = VectorXd::Zero(nx);
     rest_u = VectorXd::Zero(s.nu);
     if (k > 0) {
@@ -811,7 +813,7 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
     }
     for (int j = 0; j < s.nu; ++j) rest_u[j] += add(p.u_bound[j], s.u_lower[j], s.u_upper[j]);
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
-      const RowGroup& group = s.groups[g];
+      const qp::RowGroup& group = s.groups[g];
       if (group.soft) continue;
       for (int i = 0; i < group.rows; ++i) {
         const double multiplier = add(p.group[g][i], group.lower[i], group.upper[i]);
@@ -846,7 +848,7 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
 // The leaves that begin with the applied mode, with their duals. Call it before start_ changes.
 std::vector<SequenceSearch::Node> SequenceSearch::reusable_leaves() {
   std::vector<Node> result;
-  std::map<const StagePoint*, std::shared_ptr<const Dual>> duals;
+  std::map<const qp::StagePoint*, std::shared_ptr<const Dual>> duals;
   for (Node& leaf : leaves_) {
     if (!leaf.path.empty() && leaf.path.front() != best_.front()) continue;
     if (leaf.path.size() < 2) return {};  // any sequence may follow: no bound is known
@@ -862,7 +864,7 @@ std::vector<SequenceSearch::Node> SequenceSearch::reusable_leaves() {
 }
 
 std::vector<SequenceSearch::Node> SequenceSearch::shifted(std::vector<Node> leaves) {
-  std::map<const StagePoint*, std::shared_ptr<const StagePoint>> points;
+  std::map<const qp::StagePoint*, std::shared_ptr<const qp::StagePoint>> points;
   struct Moved {
     double bound = -infinity;
     std::shared_ptr<const Dual> dual;
@@ -873,7 +875,7 @@ std::vector<SequenceSearch::Node> SequenceSearch::shifted(std::vector<Node> leav
     node.bound = -infinity;
     const std::shared_ptr<const Dual> dual = std::exchange(node.dual, nullptr);
     if (node.point && !node.point_path.empty()) {
-      std::shared_ptr<const StagePoint>& to = points[node.point.get()];
+      std::shared_ptr<const qp::StagePoint>& to = points[node.point.get()];
       if (!to) to = shifted_point(*node.point);
       node.point = to;
       node.point_is_shifted = true;

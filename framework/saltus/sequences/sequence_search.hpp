@@ -74,16 +74,16 @@ class SequenceSearch {
   struct Node {
     std::vector<int> path;
     double bound = -infinity;
-    std::shared_ptr<const StagePoint> point;  // point of the last solved ancestor
-    std::vector<int> point_path;              // modes of that ancestor
-    bool point_is_shifted = false;            // its last phase is extrapolated: gives no dual
-    std::shared_ptr<const Dual> dual;         // dual from the last tick; null: use `point`
-    std::shared_ptr<const StagePoint> proof;  // multipliers that prove infeasibility
+    std::shared_ptr<const qp::StagePoint> point;  // point of the last solved ancestor
+    std::vector<int> point_path;                  // modes of that ancestor
+    bool point_is_shifted = false;                // its last phase is extrapolated: gives no dual
+    std::shared_ptr<const Dual> dual;             // dual from the last tick; null: use `point`
+    std::shared_ptr<const qp::StagePoint> proof;  // multipliers that prove infeasibility
   };
 
   std::vector<ModeSet> sets_of(const std::vector<int>& path) const;
-  QpResult solve_program(const std::vector<int>& path, const Node* from);
-  void settle_unit(QpResult& root);
+  qp::QpResult solve_program(const std::vector<int>& path, const Node* from);
+  void settle_unit(qp::QpResult& root);
   void fill_ends();
   void begin_at(double time);
   double relative_gap() const;
@@ -92,15 +92,15 @@ class SequenceSearch {
   bool choose(const Node& node, std::vector<int>& path);
   std::vector<Node> reusable_leaves();
   std::vector<Node> shifted(std::vector<Node> leaves);
-  static std::vector<Limit> limits_at(const Stage& stage, const StagePoint::AtStage& at,
+  static std::vector<Limit> limits_at(const qp::Stage& stage, const qp::StagePoint::AtStage& at,
                                       const VectorXd& lower, const VectorXd& upper);
-  std::shared_ptr<const StagePoint> shifted_proof(const StagePoint& from) const;
-  bool is_proved(const std::vector<int>& path, const StagePoint& proof);
+  std::shared_ptr<const qp::StagePoint> shifted_proof(const qp::StagePoint& from) const;
+  bool is_proved(const std::vector<int>& path, const qp::StagePoint& proof);
   void limits_of(const std::vector<ModeSet>& sets, int k, VectorXd& lower, VectorXd& upper);
-  std::shared_ptr<const StagePoint> shifted_point(const StagePoint& from) const;
+  std::shared_ptr<const qp::StagePoint> shifted_point(const qp::StagePoint& from) const;
   double shifted_bound(const Dual& dual, ModeSet last, Dual& next);
-  std::shared_ptr<const Dual> dual_of(const StagePoint& point, const std::vector<int>& path);
-  std::vector<double> shares(const SetStage& stage, const StagePoint::AtStage& point) const;
+  std::shared_ptr<const Dual> dual_of(const qp::StagePoint& point, const std::vector<int>& path);
+  std::vector<double> shares(const SetStage& stage, const qp::StagePoint::AtStage& point) const;
   void accept(const std::vector<int>& path, double cost, SequenceResult& best) const;
   void finish(SequenceResult& result);
   Solution solve_sequence(const std::vector<int>& path) const;
@@ -114,14 +114,14 @@ class SequenceSearch {
   std::unique_ptr<ModeStages> stages_;
   std::vector<ModeSet> successors_;  // per mode
   ModeSet ends_ = 0;                 // the modes that may be last
-  StageQp qp_;
-  StagePoint point_;
-  std::unique_ptr<StageQpSolver> solver_;
-  std::unique_ptr<StageQpSolver> fine_solver_;  // for programs with a poor bound
-  StageQp tail_qp_;
-  StagePoint tail_point_;
+  qp::StageQp qp_;
+  qp::StagePoint point_;
+  std::unique_ptr<qp::StageQpSolver> solver_;
+  std::unique_ptr<qp::StageQpSolver> fine_solver_;  // for programs with a poor bound
+  qp::StageQp tail_qp_;
+  qp::StagePoint tail_point_;
   ModeSet tail_set_ = 0;  // mode set of its stage
-  std::unique_ptr<StageQpSolver> tail_solver_;
+  std::unique_ptr<qp::StageQpSolver> tail_solver_;
   std::vector<ModeSet> filled_;  // mode sets of the stages of qp_
 
   std::vector<InputHold*> holds_;  // limits of the stages of qp_
@@ -137,7 +137,7 @@ class SequenceSearch {
   std::vector<Node> leaves_;   // leaves that cover all sequences of the last solve
   std::vector<int> best_;
   double solver_seconds_ = 0.0;  // time of this solve
-  std::shared_ptr<const StagePoint> best_point_;
+  std::shared_ptr<const qp::StagePoint> best_point_;
 };
 
 }  // namespace saltus

@@ -101,7 +101,7 @@ double BarrierRun::barrier_slope(int i) const {
 }
 
 bool BarrierRun::compute_step(const VectorXd& rows) {
-  SparseQp& qp = engine_.qp;
+  qp::SparseQp& qp = engine_.qp;
   if (!program_.hessian(now_.x.data(), 1.0, lambda_.data(), engine_.hessian.data(), curvature_)) {
     evaluation_failed_ = true;
     return false;

@@ -34,7 +34,7 @@ SolveStatus BarrierRun::restore() {
   if (engine_.restoration == nullptr)
     engine_.restoration = std::make_unique<BarrierEngine>(
         relaxed,
-        make_sparse_newton(BarrierEngine::full_hessian(relaxed), relaxed.jacobian_pattern()));
+        qp::make_sparse_newton(BarrierEngine::full_hessian(relaxed), relaxed.jacobian_pattern()));
   BarrierOptions options = options_;
   options.first_barrier = std::max(mu_, largest(now_.rows));
   options.can_restore = false;

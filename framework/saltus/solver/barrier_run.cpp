@@ -36,7 +36,8 @@ SparsityPattern BarrierEngine::full_hessian(const NonlinearProgram& program) {
   return with_diagonal(program.hessian_pattern());
 }
 
-BarrierEngine::BarrierEngine(const NonlinearProgram& program, std::unique_ptr<NewtonSystem> system)
+BarrierEngine::BarrierEngine(const NonlinearProgram& program,
+                             std::unique_ptr<qp::NewtonSystem> system)
     : qp(full_hessian(program), program.jacobian_pattern()),
       hessian(program.hessian_pattern().entries()),
       newton(std::move(system)) {

@@ -28,14 +28,14 @@ namespace saltus {
 
 /// Data that depend only on the patterns and are kept between runs.
 struct BarrierEngine {
-  BarrierEngine(const NonlinearProgram& program, std::unique_ptr<NewtonSystem> newton);
+  BarrierEngine(const NonlinearProgram& program, std::unique_ptr<qp::NewtonSystem> newton);
   /// Hessian pattern with the whole diagonal, as Newton systems require.
   static SparsityPattern full_hessian(const NonlinearProgram& program);
 
-  SparseQp qp;                  ///< H and J of the last evaluation, and the sides of the program
+  qp::SparseQp qp;              ///< H and J of the last evaluation, and the sides of the program
   std::vector<int> position;    ///< positions of the program's Hessian entries
   std::vector<double> hessian;  ///< Hessian entries in the program's pattern
-  std::unique_ptr<NewtonSystem> newton;
+  std::unique_ptr<qp::NewtonSystem> newton;
   std::unique_ptr<BarrierEngine> restoration;  ///< created when first needed
 };
 

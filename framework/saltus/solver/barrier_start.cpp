@@ -25,7 +25,7 @@ constexpr double largest_violation = 1e4, small_violation = 1e-4;  // relative t
 }  // namespace
 
 bool BarrierRun::begin(const NlpPoint& start) {
-  SparseQp& qp = engine_.qp;
+  qp::SparseQp& qp = engine_.qp;
   engine_.newton->restart();
   qp.lower = program_.lower();
   qp.upper = program_.upper();
@@ -157,7 +157,7 @@ void BarrierRun::push_inside(int first, int last, VectorXd& x) const {
 // Multipliers of the rows that minimise the residual of stationarity |grad f + J'lambda + z|; zero
 // if they exceed `most`.
 VectorXd BarrierRun::estimate_multipliers(double most) {
-  SparseQp& qp = engine_.qp;
+  qp::SparseQp& qp = engine_.qp;
   const VectorXd hessian = qp.hessian;
   qp.hessian.setZero();
   weights_.setOnes();

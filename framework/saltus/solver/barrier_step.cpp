@@ -21,12 +21,12 @@ double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().ma
 
 }  // namespace
 
-BarrierStep::BarrierStep(NewtonSystem& system, int variables, int rows) : system_(system) {
+BarrierStep::BarrierStep(qp::NewtonSystem& system, int variables, int rows) : system_(system) {
   for (VectorXd* v : {&rest_w_, &more_w_, &trial_w_, &best_w_}) *v = VectorXd::Zero(variables);
   for (VectorXd* v : {&rest_r_, &more_r_, &trial_r_, &best_r_}) *v = VectorXd::Zero(rows);
 }
 
-bool BarrierStep::factor(const SparseQp& qp, const VectorXd& variable_weights,
+bool BarrierStep::factor(const qp::SparseQp& qp, const VectorXd& variable_weights,
                          const VectorXd& row_weights, double mu) {
   qp_ = &qp;
   variable_weights_ = variable_weights;
@@ -96,7 +96,7 @@ bool BarrierStep::solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, Ve
 // Largest backward error of the two parts.
 double BarrierStep::residual(const VectorXd& rw, const VectorXd& rr, const VectorXd& dw,
                              const VectorXd& dlambda) {
-  const SparseQp& qp = *qp_;
+  const qp::SparseQp& qp = *qp_;
   double terms_w = std::max(hessian_size_ * largest(dw), row_size_ * largest(dlambda));
   double terms_r = row_size_ * largest(dw);
   for (int i = 0; i < rest_w_.size(); ++i) {

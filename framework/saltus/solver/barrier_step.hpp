@@ -11,11 +11,11 @@ namespace saltus {
 /// with iterative refinement.
 class BarrierStep {
  public:
-  BarrierStep(NewtonSystem& system, int variables, int rows);
+  BarrierStep(qp::NewtonSystem& system, int variables, int rows);
 
-  /// Uses H and J of `qp`, and weights as in NewtonSystem. `mu` scales the shift of dependent rows.
-  /// Returns false if no shift succeeds.
-  bool factor(const SparseQp& qp, const VectorXd& variable_weights, const VectorXd& row_weights,
+  /// Uses H and J of `qp`, and weights as in qp::NewtonSystem. `mu` scales the shift of dependent
+  /// rows. Returns false if no shift succeeds.
+  bool factor(const qp::SparseQp& qp, const VectorXd& variable_weights, const VectorXd& row_weights,
               double mu);
   /// Returns false if the solution is too inaccurate; correct() may then lead to a better one.
   bool solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
@@ -35,8 +35,8 @@ class BarrierStep {
                   const VectorXd& dlambda);
   double refine(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
 
-  NewtonSystem& system_;
-  const SparseQp* qp_ = nullptr;
+  qp::NewtonSystem& system_;
+  const qp::SparseQp* qp_ = nullptr;
   VectorXd variable_weights_, row_weights_, shifted_variables_, shifted_rows_;
   VectorXd rest_w_, rest_r_, more_w_, more_r_, trial_w_, trial_r_, best_w_, best_r_;
   double hessian_size_ = 0.0, row_size_ = 0.0, mu_ = 0.0;

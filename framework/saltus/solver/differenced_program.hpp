@@ -35,7 +35,7 @@ class DifferencedProgram final : public NonlinearProgram {
   bool has_curved_cost() const override { return program_.has_curved_cost(); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   bool is_affine(int row) const override { return program_.is_affine(row); }
-  StageStructure stages() const override { return program_.stages(); }
+  qp::StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
 
   bool objective(const double* w, double& f) override { return program_.objective(w, f); }

@@ -6,8 +6,8 @@
 
 namespace saltus {
 
-ElasticQp::ElasticQp(const NonlinearProgram& program, const SparseQp& shape, const QpMethod& method,
-                     const QpOptions& options) {
+ElasticQp::ElasticQp(const NonlinearProgram& program, const qp::SparseQp& shape,
+                     const QpMethod& method, const qp::QpOptions& options) {
   const int n = shape.variables(), m = shape.row_pattern.rows();
   std::vector<std::pair<int, int>> hessian, rows;
   shape.hessian_pattern.for_each([&](int r, int c, int) { hessian.emplace_back(r, c); });
@@ -17,8 +17,8 @@ ElasticQp::ElasticQp(const NonlinearProgram& program, const SparseQp& shape, con
     rows.emplace_back(i, n + m + i);
   }
   const int all = n + 2 * m;
-  qp_ = SparseQp(SparsityPattern::from_pairs(all, all, std::move(hessian)),
-                 SparsityPattern::from_pairs(m, all, std::move(rows)));
+  qp_ = qp::SparseQp(SparsityPattern::from_pairs(all, all, std::move(hessian)),
+                     SparsityPattern::from_pairs(m, all, std::move(rows)));
   shape.row_pattern.for_each(
       [&](int r, int c, int) { position_.push_back(qp_.row_pattern.find(r, c)); });
   for (int i = 0; i < m; ++i) {
@@ -30,8 +30,8 @@ ElasticQp::ElasticQp(const NonlinearProgram& program, const SparseQp& shape, con
   solver_ = method(program, qp_.hessian_pattern, qp_.row_pattern, options);
 }
 
-QpResult ElasticQp::solve(const SparseQp& qp, double weight, PrimalDualPoint& point,
-                          WallClock::time_point deadline) {
+qp::QpResult ElasticQp::solve(const qp::SparseQp& qp, double weight, PrimalDualPoint& point,
+                              WallClock::time_point deadline) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   qp_.hessian = qp.hessian;  // slacks have no curvature: the entries are the same
   for (std::size_t e = 0; e < position_.size(); ++e) qp_.rows[position_[e]] = qp.rows[e];
@@ -52,7 +52,7 @@ QpResult ElasticQp::solve(const SparseQp& qp, double weight, PrimalDualPoint& po
     point_.w[n + m + i] = std::max(rows[i] - qp.row_upper[i], 0.0);
   }
   solver_->set_deadline(deadline);
-  const QpResult result = solver_->solve(qp_, point_, false);
+  const qp::QpResult result = solver_->solve(qp_, point_, false);
   point.w = point_.w.head(n);
   point.lambda = point_.lambda;
   point.z = point_.z.head(n);

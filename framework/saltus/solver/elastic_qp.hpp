@@ -15,17 +15,17 @@ namespace saltus {
 class ElasticQp {
  public:
   /// For models of `program`. The relaxed programs have no stages.
-  ElasticQp(const NonlinearProgram& program, const SparseQp& shape, const QpMethod& method,
-            const QpOptions& options);
+  ElasticQp(const NonlinearProgram& program, const qp::SparseQp& shape, const QpMethod& method,
+            const qp::QpOptions& options);
 
   /// `point` is the start and receives w and the multipliers.
-  QpResult solve(const SparseQp& qp, double weight, PrimalDualPoint& point,
-                 WallClock::time_point deadline);
+  qp::QpResult solve(const qp::SparseQp& qp, double weight, PrimalDualPoint& point,
+                     WallClock::time_point deadline);
 
  private:
-  SparseQp qp_;
+  qp::SparseQp qp_;
   std::vector<int> position_;  // positions of the entries of J
-  std::unique_ptr<QpSolver> solver_;
+  std::unique_ptr<qp::QpSolver> solver_;
   PrimalDualPoint point_;
 };
 

@@ -124,8 +124,8 @@ class Proof {
       rows.emplace_back(k, n_ + k);
       hessian.emplace_back(n_ + k, n_ + k);
     }
-    SparseQp qp(SparsityPattern::from_pairs(n_ + m_, n_ + m_, std::move(hessian)),
-                SparsityPattern::from_pairs(m_, n_ + m_, std::move(rows)));
+    qp::SparseQp qp(SparsityPattern::from_pairs(n_ + m_, n_ + m_, std::move(hessian)),
+                    SparsityPattern::from_pairs(m_, n_ + m_, std::move(rows)));
     qp.hessian.setOnes();
     pattern_.for_each(
         [&](int k, int i, int e) { qp.rows[qp.row_pattern.find(k, i)] = scaled(k, i, e); });
@@ -147,7 +147,7 @@ class Proof {
     divide_sides(size);
     PrimalDualPoint point{VectorXd::Zero(n_ + m_), VectorXd::Zero(m_), VectorXd::Zero(n_ + m_)};
     const auto solver =
-        make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-10});
+        qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-10});
     solver->solve(qp, point, false);
     // Solve again with sides of the size of the violation, because the tolerance is absolute.
     const double missing = point.lambda.lpNorm<Eigen::Infinity>();

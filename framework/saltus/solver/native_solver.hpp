@@ -29,17 +29,17 @@ namespace saltus {
 // Linear algebra of the native solvers: sparse factorisation or stage by stage.
 
 /// Factory of solvers for the quadratic models of `program` and for its Newton systems. The caller
-/// supplies tolerance and iteration limit. A function that makes a QpSolver is also a method, but
-/// without Newton systems. Nonlinear solvers then solve every model to convergence.
+/// supplies tolerance and iteration limit. A function that makes a qp::QpSolver is also a method,
+/// but without Newton systems. Nonlinear solvers then solve every model to convergence.
 struct QpMethod {
   /// Creates the solver of quadratic models.
-  using MakeSolver = std::function<std::unique_ptr<QpSolver>(
+  using MakeSolver = std::function<std::unique_ptr<qp::QpSolver>(
       const NonlinearProgram& program, const SparsityPattern& hessian, const SparsityPattern& rows,
-      const QpOptions& options)>;
+      const qp::QpOptions& options)>;
   /// Creates the Newton system of the barrier method.
-  using MakeNewton = std::function<std::unique_ptr<NewtonSystem>(const NonlinearProgram& program,
-                                                                 const SparsityPattern& hessian,
-                                                                 const SparsityPattern& rows)>;
+  using MakeNewton = std::function<std::unique_ptr<qp::NewtonSystem>(
+      const NonlinearProgram& program, const SparsityPattern& hessian,
+      const SparsityPattern& rows)>;
 
   QpMethod() = default;
   /// Method with both factories.
@@ -54,9 +54,10 @@ struct QpMethod {
   /// True if a factory is set.
   explicit operator bool() const { return static_cast<bool>(make_solver); }
   /// Creates the solver of quadratic models of a program.
-  std::unique_ptr<QpSolver> operator()(const NonlinearProgram& program,
-                                       const SparsityPattern& hessian, const SparsityPattern& rows,
-                                       const QpOptions& options) const {
+  std::unique_ptr<qp::QpSolver> operator()(const NonlinearProgram& program,
+                                           const SparsityPattern& hessian,
+                                           const SparsityPattern& rows,
+                                           const qp::QpOptions& options) const {
     return make_solver(program, hessian, rows, options);
   }
 
@@ -68,9 +69,10 @@ struct QpMethod {
 /// Sparse linear algebra for any program.
 QpMethod sparse_qp();
 /// The structured solver on the stages of the program. Throws DefinitionError if the program has
-/// none. Roll-out comes from `options`, the fields of QpOptions from the caller. `kernels` must
+/// none. Roll-out comes from `options`, the fields of qp::QpOptions from the caller. `kernels` must
 /// outlive the method.
-QpMethod riccati_qp(RiccatiOptions options = {}, std::span<const qp::RiccatiKernel> kernels = {});
+QpMethod riccati_qp(qp::RiccatiOptions options = {},
+                    std::span<const qp::RiccatiKernel> kernels = {});
 
 // Solvers that users can choose by name.
 

@@ -6,7 +6,7 @@ namespace saltus {
 
 void NonlinearProgram::prepare_derivatives(const double*, double, const double*, Curvature) {}
 
-StageStructure NonlinearProgram::stages() const {
+qp::StageStructure NonlinearProgram::stages() const {
   throw DefinitionError(
       "this program has no stages, so its quadratic programs cannot be solved stage by "
       "stage; use sparse_qp()");

@@ -47,7 +47,7 @@ class NonlinearProgram {
     return is_linear_quadratic();
   }
   /// Assignment of variables and rows to stages. Throws DefinitionError if the program has none.
-  virtual StageStructure stages() const;
+  virtual qp::StageStructure stages() const;
   /// Index of the first slack. Variables from here on only penalise violations of soft rows. Their
   /// weights say nothing about the size of the cost.
   virtual int first_slack() const { return variables(); }

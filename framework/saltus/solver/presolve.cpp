@@ -118,9 +118,9 @@ class Analysis {
   void keep_stages() {
     if (!options_.keeps_stages) return;
     try {
-      const StageStructure structure = program_.stages();
+      const qp::StageStructure structure = program_.stages();
       for (const int r : structure.start_rows) is_kept_[r] = 1;
-      for (const StageStructure::Stage& stage : structure.stages)
+      for (const qp::StageStructure::Stage& stage : structure.stages)
         for (const int r : stage.dynamics) is_kept_[r] = 1;
     } catch (const DefinitionError&) {  // no stages; the solver reports it
     }

@@ -65,7 +65,7 @@ class PresolvedProgram final : public NonlinearProgram {
   bool supports(Curvature curvature) const override { return program_.supports(curvature); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   bool is_affine(int row) const override { return program_.is_affine(row); }
-  StageStructure stages() const override { return program_.stages(); }
+  qp::StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
   bool has_curved_cost() const override { return program_.has_curved_cost(); }
 

@@ -33,7 +33,7 @@ double power_of_two(double size) {
 }
 
 // Slacks that stage solvers eliminate enter their rows with coefficient one.
-std::vector<StageStructure::SoftRow> soft_rows(const NonlinearProgram& program) {
+std::vector<qp::StageStructure::SoftRow> soft_rows(const NonlinearProgram& program) {
   try {
     return program.stages().soft_rows;
   } catch (const DefinitionError&) {  // no stages: nothing is eliminated
@@ -166,7 +166,7 @@ ProgramScale ProgramSize::to_one() const {
   for (int v = 0; v < unit.size(); ++v)
     if (quantity_of_[v] >= 0) unit[v] = inverse(size[quantity_of_[v]]);
 
-  const std::vector<StageStructure::SoftRow> soft = soft_rows(program_);
+  const std::vector<qp::StageStructure::SoftRow> soft = soft_rows(program_);
   std::vector<char> is_slack(unit.size(), 0);
   for (const auto& s : soft)
     for (const int slack : {s.below, s.above})

@@ -37,8 +37,8 @@ class QuadraticModel {
   /// Second-order correction: shifts the rows as if they had the values `c` at w.
   void correct_rows(const NonlinearProgram& program, const VectorXd& w, const VectorXd& c);
 
-  SparseQp& qp() { return qp_; }
-  const SparseQp& qp() const { return qp_; }
+  qp::SparseQp& qp() { return qp_; }
+  const qp::SparseQp& qp() const { return qp_; }
   // Values at the linearisation point.
   const VectorXd& w() const { return w0_; }
   double cost() const { return cost_; }
@@ -49,7 +49,7 @@ class QuadraticModel {
   bool evaluate(NonlinearProgram& program, const VectorXd& w);
   void shift_rows(const NonlinearProgram& program);
 
-  SparseQp qp_;
+  qp::SparseQp qp_;
   std::vector<int> position_;  // positions of the program's Hessian entries; empty: identical
   VectorXd hessian_;           // in the program's pattern
   VectorXd w0_, gradient_, c_;

@@ -36,7 +36,7 @@ class ScaledProgram final : public NonlinearProgram {
   bool has_curved_cost() const override { return program_.has_curved_cost(); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   bool is_affine(int row) const override { return program_.is_affine(row); }
-  StageStructure stages() const override { return program_.stages(); }
+  qp::StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
 
   bool objective(const double* w, double& f) override;

@@ -41,21 +41,21 @@ const char* describe(SolveStatus status) {
   return "unknown status";
 }
 
-SolveStatus to_solve_status(QpStatus status) {
+SolveStatus to_solve_status(qp::QpStatus status) {
   switch (status) {
-    case QpStatus::optimal:
+    case qp::QpStatus::optimal:
       return SolveStatus::optimal;
-    case QpStatus::infeasible:
+    case qp::QpStatus::infeasible:
       return SolveStatus::infeasible;
-    case QpStatus::unbounded:
+    case qp::QpStatus::unbounded:
       return SolveStatus::unbounded;
-    case QpStatus::iteration_limit:
+    case qp::QpStatus::iteration_limit:
       return SolveStatus::iteration_limit;
-    case QpStatus::deadline:
+    case qp::QpStatus::deadline:
       return SolveStatus::time_limit;
-    case QpStatus::numerical_failure:
+    case qp::QpStatus::numerical_failure:
       return SolveStatus::numerical_failure;
-    case QpStatus::invalid_problem:
+    case qp::QpStatus::invalid_problem:
       return SolveStatus::invalid_problem;
   }
   return SolveStatus::numerical_failure;

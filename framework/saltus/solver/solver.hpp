@@ -88,7 +88,7 @@ enum class SolveStatus {
 /// Describes the status in one sentence.
 const char* describe(SolveStatus status);
 /// Converts the status of a quadratic program that is the whole problem.
-SolveStatus to_solve_status(QpStatus status);
+SolveStatus to_solve_status(qp::QpStatus status);
 /// True if the solve converged, or took the single requested step and satisfies all rows and
 /// bounds.
 inline bool is_success(SolveStatus s) {

@@ -107,19 +107,19 @@ SolveStatus SqpRun::solve_once(bool warm) {
   if (!model_.linearise(program_, VectorXd::Zero(program_.variables()), point_.lambda, curvature_))
     return SolveStatus::evaluation_failed;
   const NlpPoint start = point_;
-  QpResult r = engine_.qp->solve(model_.qp(), point_, warm);
+  qp::QpResult r = engine_.qp->solve(model_.qp(), point_, warm);
   iterations_ = r.iterations;
   const bool broke =
-      r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
+      r.status == qp::QpStatus::numerical_failure || r.status == qp::QpStatus::iteration_limit;
   if (warm && broke) {  // a warm start may be worse than a cold one
     point_ = start;
     r = engine_.qp->solve(model_.qp(), point_, false);
     iterations_ += r.iterations;
   }
-  if (r.status == QpStatus::infeasible) {  // least violation, for the report
+  if (r.status == qp::QpStatus::infeasible) {  // least violation, for the report
     point_ = start;
     NlpPoint relaxed = point_;
-    const QpResult least = solve_elastic(relaxed, true);
+    const qp::QpResult least = solve_elastic(relaxed, true);
     iterations_ += least.iterations;
     if (serves(least)) point_ = relaxed;
   }
@@ -138,7 +138,7 @@ void SqpRun::estimate_multipliers() {
   rows_ = model_.constraints().cwiseMax(program_.row_lower()).cwiseMin(program_.row_upper());
   model_.correct_rows(program_, point_.w, rows_);
   NlpPoint balanced = point_;
-  const QpResult r = engine_.qp->solve(model_.qp(), balanced, false);
+  const qp::QpResult r = engine_.qp->solve(model_.qp(), balanced, false);
   if (serves(r) && largest(balanced.lambda) <= largest_estimate) point_.lambda = balanced.lambda;
 }
 
@@ -184,11 +184,11 @@ std::optional<SolveStatus> SqpRun::step(bool warm) {
       convexify(care == 0 ? 0.0 : first_shift * std::pow(10.0, care - 1) * unit);
       set_trust_region(infinity);
     }
-    const QpResult r = solve_model(is_elastic, care >= 0, warm);
-    if (r.status == QpStatus::deadline) return SolveStatus::time_limit;
-    if (r.status == QpStatus::invalid_problem) return SolveStatus::numerical_failure;
+    const qp::QpResult r = solve_model(is_elastic, care >= 0, warm);
+    if (r.status == qp::QpStatus::deadline) return SolveStatus::time_limit;
+    if (r.status == qp::QpStatus::invalid_problem) return SolveStatus::numerical_failure;
     // A nonconvex model does not prove it.
-    if (r.status == QpStatus::unbounded && care >= 0) status = SolveStatus::unbounded;
+    if (r.status == qp::QpStatus::unbounded && care >= 0) status = SolveStatus::unbounded;
     if (!serves(r)) continue;
     if (is_elastic && is_stuck()) {
       if (care >= 0) return SolveStatus::infeasible;
@@ -214,7 +214,7 @@ double SqpRun::length() const {
 void SqpRun::set_trust_region(double radius) {
   model_.update_bounds(program_);
   if (radius == infinity) return;
-  SparseQp& qp = model_.qp();
+  qp::SparseQp& qp = model_.qp();
   for (const int i : engine_.coupled) {
     qp.lower[i] = std::max(qp.lower[i], model_.w()[i] - radius);
     qp.upper[i] = std::min(qp.upper[i], model_.w()[i] + radius);
@@ -222,19 +222,19 @@ void SqpRun::set_trust_region(double radius) {
 }
 
 // Solves the model from the point, in elastic mode if it has no feasible point.
-QpResult SqpRun::solve_model(bool& is_elastic, bool last_resort, bool warm) {
-  QpResult r;
+qp::QpResult SqpRun::solve_model(bool& is_elastic, bool last_resort, bool warm) {
+  qp::QpResult r;
   if (!is_elastic) {
     next_ = point_;
     r = engine_.qp->solve(model_.qp(), next_, warm);
     // A warm start may be worse than a cold one, or be accepted as the solution in the solver's
     // scale.
     const bool stays = next_.w == point_.w;
-    if (warm && (!serves(r) || stays) && r.status != QpStatus::deadline) {
+    if (warm && (!serves(r) || stays) && r.status != qp::QpStatus::deadline) {
       next_ = point_;
       r = engine_.qp->solve(model_.qp(), next_, false);
     }
-    is_elastic = r.status == QpStatus::infeasible;
+    is_elastic = r.status == qp::QpStatus::infeasible;
   }
   if (!is_elastic) {
     if (serves(r)) largest_multiplier_ = largest(next_.lambda);
@@ -244,8 +244,8 @@ QpResult SqpRun::solve_model(bool& is_elastic, bool last_resort, bool warm) {
   return solve_elastic(next_, last_resort);
 }
 
-bool SqpRun::serves(const QpResult& r) const {
-  return r.status == QpStatus::optimal ||
+bool SqpRun::serves(const qp::QpResult& r) const {
+  return r.status == qp::QpStatus::optimal ||
          r.residual <= std::max(options_.tolerance, inexact * kkt_.scaled());
 }
 
@@ -259,7 +259,7 @@ void SqpRun::convexify(double shift) {
   shift_ = shift;
 }
 
-QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
+qp::QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
   if (engine_.elastic == nullptr)
     engine_.elastic =
         std::make_unique<ElasticQp>(program_, model_.qp(), options_.elastic_qp, engine_.qp_options);
@@ -301,7 +301,7 @@ bool SqpRun::correct_second_order(double predicted) {
   if (!merit_.rows().allFinite()) return false;
   NlpPoint other = next_;
   model_.correct_rows(program_, next_.w, merit_.rows());
-  const QpResult r = engine_.qp->solve(model_.qp(), other, true);
+  const qp::QpResult r = engine_.qp->solve(model_.qp(), other, true);
   model_.correct_rows(program_, model_.w(), model_.constraints());
   if (!serves(r) || !merit_.decreases_enough(program_, other.w, predicted)) return false;
   next_ = std::move(other);

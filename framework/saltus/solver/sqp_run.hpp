@@ -35,9 +35,9 @@ struct SqpEngine {
   bool fits(const NonlinearProgram& program) const;
 
   QuadraticModel model;
-  QpOptions qp_options;
+  qp::QpOptions qp_options;
   SparsityPattern hessian_pattern;  ///< pattern of the program
-  std::unique_ptr<QpSolver> qp;
+  std::unique_ptr<qp::QpSolver> qp;
   std::vector<int> coupled;                          ///< variables coupled to others in the Hessian
   std::unique_ptr<Convexification> convexification;  ///< for nonlinear programs
   std::unique_ptr<ElasticQp> elastic;                ///< created when first needed
@@ -59,9 +59,9 @@ class SqpRun {
   SolveStatus iterate(bool warm);
   void estimate_multipliers();
   std::optional<SolveStatus> step(bool warm);
-  QpResult solve_model(bool& is_elastic, bool last_resort, bool warm);
-  QpResult solve_elastic(NlpPoint& point, bool last_resort);
-  bool serves(const QpResult& r) const;
+  qp::QpResult solve_model(bool& is_elastic, bool last_resort, bool warm);
+  qp::QpResult solve_elastic(NlpPoint& point, bool last_resort);
+  bool serves(const qp::QpResult& r) const;
   void convexify(double shift);
   void set_trust_region(double radius);
   double length() const;

@@ -62,7 +62,7 @@ const OptimalControlProblem& MultipleShooting::problem() const { return checked(
 const Grid& MultipleShooting::grid() const { return checked().grid(); }
 const ProblemData& MultipleShooting::data() const { return checked().data(); }
 const Layout& MultipleShooting::layout() const { return checked().layout(); }
-StageStructure MultipleShooting::stages() const { return stage_structure(checked()); }
+qp::StageStructure MultipleShooting::stages() const { return stage_structure(checked()); }
 
 // --- data of the next solve ---------------------------------------------------------------------
 

@@ -65,7 +65,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// data.
   ShootingProgram& editable_program() { return checked(); }
   /// Stages of nlp(): one per node of a phase, with the interval that begins there.
-  StageStructure stages() const;
+  qp::StageStructure stages() const;
 
   // --- data of the next solve. Names and sizes are checked before any change. Setters do not
   // allocate without an error. ---

@@ -24,7 +24,7 @@ class ShootingProgram final : public BlockProgram {
   /// Transcribes the problem on these meshes, one per phase.
   ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                   const IntegratorChoice& integrator, int threads = 1);
-  StageStructure stages() const override;
+  qp::StageStructure stages() const override;
   int first_slack() const override { return first_slack_; }
   /// Includes the intervals whose integrator has no second derivatives.
   SparsityPattern curvature_pattern() const override;

@@ -29,11 +29,11 @@ void append(std::vector<int>& list, int first, int count) {
 
 }  // namespace
 
-StageStructure stage_structure(const ShootingProgram& program) {
+qp::StageStructure stage_structure(const ShootingProgram& program) {
   const Grid& grid = program.grid();
   const Layout& layout = program.layout();
   const std::vector<PhaseDefinition>& phases = program.problem().phases();
-  StageStructure structure;
+  qp::StageStructure structure;
 
   std::vector<int> first_stage;  // per phase
   std::vector<int> stage_of(program.variables(), -1);
@@ -42,7 +42,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
     first_stage.push_back(static_cast<int>(structure.stages.size()));
     const int nc = (phase.input_shape() == InputShape::constant ? 1 : 2) * phase.sizes.nu;
     for (int k = 0; k <= grid.intervals(j); ++k) {
-      StageStructure::Stage& stage = structure.stages.emplace_back();
+      qp::StageStructure::Stage& stage = structure.stages.emplace_back();
       const int integrals = static_cast<int>(phase.integrals.size());
       stage.states = range(layout.state(j, k), phase.sizes.nx);
       append(stage.states, layout.integral(j, k), integrals);
@@ -116,7 +116,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
   // Links and limits of integrals belong to the stage of their latest end. Values from earlier ends
   // are carried there.
   for (const LimitInstance& instance : program.limit_instances()) {
-    StageStructure::Stage& stage =
+    qp::StageStructure::Stage& stage =
         structure.stages[first_stage[instance.phase] + instance.point.node];
     for (int i = 0; i < instance.count; ++i) {
       const int row = instance.first_row + i, below = instance.slack_below[i],
@@ -150,7 +150,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
   return structure;
 }
 
-StageStructure ShootingProgram::stages() const { return stage_structure(*this); }
+qp::StageStructure ShootingProgram::stages() const { return stage_structure(*this); }
 
 SparsityPattern ShootingProgram::curvature_pattern() const {
   std::vector<std::pair<int, int>> pairs;

@@ -9,6 +9,6 @@ namespace saltus {
 /// One stage per node of every phase, including the last node, whose dynamics are the jump. Unknown
 /// parameters and free durations are global. Change costs and ends of input ramps require copies of
 /// inputs in the next stage.
-StageStructure stage_structure(const ShootingProgram& program);
+qp::StageStructure stage_structure(const ShootingProgram& program);
 
 }  // namespace saltus

@@ -7,7 +7,7 @@
 namespace saltus {
 
 StageProgram::StageProgram(ShootingProgram& program, QuadraticModel& model,
-                           const MakeStageSolver& make)
+                           const qp::MakeStageSolver& make)
     : program_(&program),
       model_(&model),
       map_(model.qp(), stage_structure(program)),
@@ -38,23 +38,24 @@ void StageProgram::fill() noexcept {
   }
   if (!same_bounds) model_->update_bounds(*program_);
   state_ = map_.fill(model_->qp(), is_new_model_);
-  is_new_model_ = state_ != StageFill::filled;  // entries are missing unless the fill succeeded
+  is_new_model_ = state_ != qp::StageFill::filled;  // entries are missing unless the fill succeeded
   filled_bounds_ = program_->bounds_revision();
-  if (state_ == StageFill::filled) solver_->prepare(map_.stages());
+  if (state_ == qp::StageFill::filled) solver_->prepare(map_.stages());
 }
 
-QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept {
-  QpResult result;
+qp::QpResult StageProgram::solve(const qp::SparseQp& qp, PrimalDualPoint& point,
+                                 bool warm) noexcept {
+  qp::QpResult result;
   if (point.w.size() != qp.variables()) return result;
   fill();
-  if (state_ != StageFill::filled) {
-    result.status =
-        state_ == StageFill::infeasible ? QpStatus::infeasible : QpStatus::invalid_problem;
+  if (state_ != qp::StageFill::filled) {
+    result.status = state_ == qp::StageFill::infeasible ? qp::QpStatus::infeasible
+                                                        : qp::QpStatus::invalid_problem;
     return result;
   }
   map_.convert(qp, point, point_);
   result = solver_->solve_prepared(map_.stages(), point_, warm);
-  if (result.status != QpStatus::invalid_problem) map_.convert(qp, point_, point);
+  if (result.status != qp::QpStatus::invalid_problem) map_.convert(qp, point_, point);
   return result;
 }
 

@@ -15,9 +15,9 @@ namespace saltus {
 
 /// Solves one model, which it fills itself without sparse row entries. `program` and `model` must
 /// outlive it. Does not allocate after construction.
-class StageProgram final : public QpSolver, private DirectRows {
+class StageProgram final : public qp::QpSolver, private qp::DirectRows {
  public:
-  StageProgram(ShootingProgram& program, QuadraticModel& model, const MakeStageSolver& make);
+  StageProgram(ShootingProgram& program, QuadraticModel& model, const qp::MakeStageSolver& make);
 
   /// Builds the model at w, see QuadraticModel. False if the program cannot be evaluated.
   bool linearise(const VectorXd& w, const VectorXd& lambda, Curvature curvature);
@@ -25,11 +25,11 @@ class StageProgram final : public QpSolver, private DirectRows {
   void fill() noexcept;
 
   /// `qp` belongs to the model.
-  QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override;
+  qp::QpResult solve(const qp::SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override;
   void set_deadline(WallClock::time_point deadline) override { solver_->set_deadline(deadline); }
   std::string name() const override { return "stages"; }
 
-  const StageQp& stages() const { return map_.stages(); }
+  const qp::StageQp& stages() const { return map_.stages(); }
 
  private:
   bool write(std::span<const detail::EntryTarget> targets) noexcept override;
@@ -38,13 +38,13 @@ class StageProgram final : public QpSolver, private DirectRows {
 
   ShootingProgram* program_;
   QuadraticModel* model_;
-  StageMap map_;
-  StagePoint point_;
-  std::unique_ptr<StageQpSolver> solver_;
+  qp::StageMap map_;
+  qp::StagePoint point_;
+  std::unique_ptr<qp::StageQpSolver> solver_;
   VectorXd at_, rows_times_w_;
-  StageFill state_ = StageFill::not_staged;  // result of the last fill
-  bool is_new_model_ = true;                 // true if the model changed since the last fill
-  long filled_bounds_ = -1;                  // bounds_revision() at the last fill
+  qp::StageFill state_ = qp::StageFill::not_staged;  // result of the last fill
+  bool is_new_model_ = true;  // true if the model changed since the last fill
+  long filled_bounds_ = -1;   // bounds_revision() at the last fill
 };
 
 }  // namespace saltus

@@ -169,7 +169,7 @@ void BalanceController::control(double t) {
   tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
   const WholeBodyController::Command& command =
       parts_.whole_body->control(model(), estimate().state, tasks_);
-  if (command.status != QpStatus::optimal) ++statistics_.failures;
+  if (command.status != qp::QpStatus::optimal) ++statistics_.failures;
   if (command.torques_cut > 0) ++statistics_.cuts;
   statistics_.solves.add(command.solve_seconds);
   ++statistics_.calls;

@@ -30,7 +30,7 @@ inline Mat<double, 6, 6> wrench_to_momentum(const DynamicsModel::SoleMotion& sol
 
 /// Adds rows that keep the wrench in inputs first, ..., first + 5 within its cone. The group has
 /// the capacity of the cone, so nothing allocates.
-inline void keep_in_cone(RowGroup& group, const ContactCone& cone, int first) {
+inline void keep_in_cone(qp::RowGroup& group, const ContactCone& cone, int first) {
   group.rows = cone.rows();
   group.columns.resize(6);
   for (int i = 0; i < 6; ++i) group.columns[i] = first + i;

@@ -35,15 +35,15 @@ constexpr double effort_tolerance = 1e-6;
 // A centre of pressure within this distance of the end of an edge, m, is moving to a corner.
 constexpr double corner = 0.01;
 
-StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
+qp::StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
   const int all = joints + 12;
-  StageCapacity stage{0, all, {}};
+  qp::StageCapacity stage{0, all, {}};
   for (const int foot : {left, right}) stage.groups.push_back({cones[foot].rows(), 6, false});
   stage.groups.push_back({joints, all, false});
   stage.groups.push_back({12, all, true});
   stage.groups.push_back({joints, joints, true});
   if (clearance) stage.groups.push_back({nearest_pairs, joints, true});
-  return StageQp({stage});
+  return qp::StageQp({stage});
 }
 
 class InverseDynamicsController final : public WholeBodyController {
@@ -84,10 +84,10 @@ class InverseDynamicsController final : public WholeBodyController {
       clearance.emplace(robot, nearest_pairs);
       row.resize(n);
     }
-    RiccatiOptions options;
+    qp::RiccatiOptions options;
     options.tolerance = 1e-6;
     options.max_iterations = 40;
-    solver = make_riccati_solver(qp, options);
+    solver = qp::make_riccati_solver(qp, options);
     const int all = n + 12;
     base.resize(6, all);
     base_0.resize(6);
@@ -115,13 +115,13 @@ class InverseDynamicsController final : public WholeBodyController {
   FootRectangle rectangle[2];
   // first of four rows in the cone: centre of pressure x min, max, y min, max
   int pressure_rows[2];
-  StageQp qp;
-  StagePoint point;
+  qp::StageQp qp;
+  qp::StagePoint point;
   VectorXd effort, lower, upper, fastest;
   std::vector<bool> leg[2];  // true if a joint lies between base and sole
   std::optional<Clearance> clearance;
   VectorXd row;
-  std::unique_ptr<StageQpSolver> solver;
+  std::unique_ptr<qp::StageQpSolver> solver;
 
   MatrixXd base;  // base acceleration = base z + base_0
   VectorXd base_0;
@@ -141,14 +141,14 @@ class InverseDynamicsController final : public WholeBodyController {
   void bound_torque(int joint);
   bool bound_torques_beyond();
   void set_limits(const WholeBodyState& state);
-  void keep_off_tipped_corners(RowGroup& cone, int foot, const Mat<double, 3, 3>& sole) const;
+  void keep_off_tipped_corners(qp::RowGroup& cone, int foot, const Mat<double, 3, 3>& sole) const;
   void set_clearance(const WholeBodyState& state);
   double approach_speed(double distance) const;
 };
 
 // 1/2 weight |task z - wanted|^2 for the first rows of `task`.
 void InverseDynamicsController::add_cost(int rows, const Vec<double, 6>& wanted, double weight) {
-  Stage& stage = qp.stages[0];
+  qp::Stage& stage = qp.stages[0];
   const auto J = task.topLeftCorner(rows, size);
   stage.R.topLeftCorner(size, size).noalias() += weight * J.transpose() * J;
   stage.r.head(size).noalias() -= weight * J.transpose() * wanted.head(rows);
@@ -172,7 +172,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     standing[foot] = size;
     size += 6;
   }
-  Stage& stage = qp.stages[0];
+  qp::Stage& stage = qp.stages[0];
   stage.nx = 0;
   stage.nu = size;
 
@@ -240,7 +240,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   }
 
   // Rows.
-  RowGroup& torques = stage.groups[torque_group];
+  qp::RowGroup& torques = stage.groups[torque_group];
   torques.rows = 0;
   torques.columns.resize(size);
   for (int i = 0; i < size; ++i) torques.columns[i] = i;
@@ -248,12 +248,12 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   for (int i = 0; i < n; ++i)
     if (std::abs(command.torques[i]) > near_effort * effort[i]) bound_torque(i);
 
-  RowGroup& stance = stage.groups[stance_group];
+  qp::RowGroup& stance = stage.groups[stance_group];
   stance.soft = true;
   stance.rows = 0;
   stance.columns = torques.columns;
   for (const int foot : {left, right}) {
-    RowGroup& cone = stage.groups[cone_group + foot];
+    qp::RowGroup& cone = stage.groups[cone_group + foot];
     cone.rows = 0;
     if (standing[foot] < 0) continue;
     keep_in_cone(cone, cones[foot], standing[foot]);
@@ -277,7 +277,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
 // Most motors are far from their limits, and a row of torques is dense. So only torques that are
 // near or beyond a limit have a row.
 void InverseDynamicsController::bound_torque(int joint) {
-  RowGroup& torques = qp.stages[0].groups[torque_group];
+  qp::RowGroup& torques = qp.stages[0].groups[torque_group];
   const int i = torques.rows++;
   torques.M.row(i).head(size) = torque.row(joint).head(size);
   torques.lower[i] = -effort[joint] - torque_0[joint];
@@ -299,7 +299,7 @@ bool InverseDynamicsController::bound_torques_beyond() {
 // The ground supports a tipped sole only where it touches, independent of the requested wrench. A
 // wrench away from the loaded edge turns the sole back. A sole may stay on the middle of an edge.
 // On a corner it would rotate further as soon as the load moves.
-void InverseDynamicsController::keep_off_tipped_corners(RowGroup& cone, int foot,
+void InverseDynamicsController::keep_off_tipped_corners(qp::RowGroup& cone, int foot,
                                                         const Mat<double, 3, 3>& sole) const {
   if (gains.tipped_reserve == 0.0) return;
   const Bounds sides[2] = {rectangle[foot].x, rectangle[foot].y};
@@ -336,7 +336,7 @@ double InverseDynamicsController::approach_speed(double distance) const {
 // A joint may approach its limit at (limit - q) / T and returns to that speed within T / 4. This is
 // critically damped, so the joint does not overshoot.
 void InverseDynamicsController::set_limits(const WholeBodyState& state) {
-  RowGroup& limits = qp.stages[0].groups[limit_group];
+  qp::RowGroup& limits = qp.stages[0].groups[limit_group];
   limits.soft = true;
   limits.rows = n;
   limits.columns.resize(n);
@@ -370,7 +370,7 @@ void InverseDynamicsController::set_limits(const WholeBodyState& state) {
 void InverseDynamicsController::set_clearance(const WholeBodyState& state) {
   const double T = gains.clearance_horizon;
   clearance->update(state, near, T);
-  RowGroup& rows = qp.stages[0].groups[clearance_group];
+  qp::RowGroup& rows = qp.stages[0].groups[clearance_group];
   rows.soft = true;
   rows.rows = clearance->count();
   rows.columns.resize(n);
@@ -397,11 +397,11 @@ const WholeBodyController::Command& InverseDynamicsController::control(
   command.solve_seconds = 0.0;
   do {
     const double begin = thread_microseconds();
-    const QpResult r = solver->solve(qp, point, false);
+    const qp::QpResult r = solver->solve(qp, point, false);
     command.status = r.status;
     command.iterations += r.iterations;
     command.solve_seconds += 1e-6 * (thread_microseconds() - begin);
-    if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return command;
+    if (r.status != qp::QpStatus::optimal && !(r.residual < 1e-2)) return command;
     exerted.noalias() = torque.leftCols(size) * z;
     exerted += torque_0;
   } while (bound_torques_beyond());
@@ -411,7 +411,7 @@ const WholeBodyController::Command& InverseDynamicsController::control(
   for (const int foot : {left, right})
     if (standing[foot] >= 0) command.wrenches.segment<6>(6 * foot) = z.segment<6>(standing[foot]);
   const auto excess = [&](int group) {
-    const RowGroup& g = qp.stages[0].groups[group];
+    const qp::RowGroup& g = qp.stages[0].groups[group];
     double most = 0.0;
     for (int i = 0; i < g.rows; ++i) {
       double value = 0.0;

@@ -40,10 +40,10 @@ void check(const WholeBodyController::MomentumOptions& o) {
   positive("limit_horizon", o.limit_horizon);
 }
 
-StageQp capacity(const ContactCone cones[feet]) {
-  StageCapacity stage{0, 6 * feet, {}};
+qp::StageQp capacity(const ContactCone cones[feet]) {
+  qp::StageCapacity stage{0, 6 * feet, {}};
   for (int i = 0; i < feet; ++i) stage.groups.push_back({cones[i].rows(), 6, false});
-  return StageQp({stage});
+  return qp::StageQp({stage});
 }
 
 class MomentumController final : public WholeBodyController {
@@ -78,10 +78,10 @@ class MomentumController final : public WholeBodyController {
       lower_[i] = robot.bodies[i + 1].position.lower;
       upper_[i] = robot.bodies[i + 1].position.upper;
     }
-    RiccatiOptions solver;
+    qp::RiccatiOptions solver;
     solver.tolerance = 1e-6;  // N and Nm, relative to hundreds of them
     solver.max_iterations = 40;
-    solver_ = make_riccati_solver(qp_, solver);
+    solver_ = qp::make_riccati_solver(qp_, solver);
     pull_.setZero();
     momentum_.setZero();
     command_.torques = VectorXd::Zero(n_);
@@ -103,9 +103,9 @@ class MomentumController final : public WholeBodyController {
   int n_;
   WholeBodyController::MomentumOptions options_;
   ContactCone cones_[feet];
-  StageQp qp_;
-  StagePoint point_;
-  std::unique_ptr<StageQpSolver> solver_;
+  qp::StageQp qp_;
+  qp::StagePoint point_;
+  std::unique_ptr<qp::StageQpSolver> solver_;
   VectorXd effort_, lower_, upper_;
 
   // Equations with the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
@@ -208,11 +208,11 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
 
 bool MomentumController::find_wrenches(const DynamicsModel& model,
                                        const WholeBodyController::Tasks& tasks) {
-  command_.status = QpStatus::optimal;
+  command_.status = qp::QpStatus::optimal;
   command_.iterations = 0;
   command_.solve_seconds = 0.0;
   if (size_ == 0) return true;
-  Stage& stage = qp_.stages[0];
+  qp::Stage& stage = qp_.stages[0];
   stage.nx = 0;
   stage.nu = size_;
   Vec<double, 6> wanted, weight;
@@ -226,7 +226,7 @@ bool MomentumController::find_wrenches(const DynamicsModel& model,
   stage.R.topLeftCorner(size_, size_).noalias() += options_.torque * T.transpose() * T;
   stage.r.head(size_).noalias() += options_.torque * T.transpose() * torque_0_;
   for (int i = 0; i < feet; ++i) {
-    RowGroup& cone = stage.groups[i];
+    qp::RowGroup& cone = stage.groups[i];
     cone.rows = 0;
     if (!stands_[i]) continue;
     stage.R.diagonal().segment<6>(column_[i]).array() += options_.wrench;
@@ -234,12 +234,12 @@ bool MomentumController::find_wrenches(const DynamicsModel& model,
     keep_in_cone(cone, cones_[i], column_[i]);
   }
   const double begin = thread_microseconds();
-  const QpResult r = solver_->solve(qp_, point_, false);
+  const qp::QpResult r = solver_->solve(qp_, point_, false);
   command_.solve_seconds = 1e-6 * (thread_microseconds() - begin);
   command_.status = r.status;
   command_.iterations = r.iterations;
   // A wrench within a hundredth of a N of the optimum is accepted too.
-  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return false;
+  if (r.status != qp::QpStatus::optimal && !(r.residual < 1e-2)) return false;
   wrench_.head(size_) = point_.stages[0].u.head(size_);
   return true;
 }

@@ -27,11 +27,11 @@ class WholeBodyController {
 
   /// Torques, and diagnostics of their computation.
   struct Command {
-    VectorXd torques;                                    ///< Nm, within their limits
-    VectorXd joint_acceleration;                         ///< rad/s^2
-    Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected wrenches, axes of the soles
-    QpStatus status = QpStatus::invalid_problem;         ///< status of the quadratic program
-    int iterations = 0;                                  ///< iterations of the quadratic program
+    VectorXd torques;                                     ///< Nm, within their limits
+    VectorXd joint_acceleration;                          ///< rad/s^2
+    Vec<double, 12> wrenches = Vec<double, 12>::Zero();   ///< expected wrenches, axes of the soles
+    qp::QpStatus status = qp::QpStatus::invalid_problem;  ///< status of the quadratic program
+    int iterations = 0;                                   ///< iterations of the quadratic program
     double solve_seconds = 0.0;  ///< processor time of the quadratic program
     double stance_slip = 0.0;    ///< largest entry of a stance foot's acceleration that remains
     double limit_excess = 0.0;   ///< violation of a joint limit, rad/s^2
