@@ -9,7 +9,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-using walking::StepSituation;
+using robots::walking::StepSituation;
 
 using Vector2 = Vec<double, 2>;
 using Vector3 = Vec<double, 3>;
@@ -41,13 +41,13 @@ class Walker {
     now_.period = o_.period;
     now_.mass = o_.mass;
     now_.omega = omega_;
-    now_.left.sole = flat_sole(Vector3::Zero());
-    now_.right.sole = flat_sole({0.0, -o_.apart, 0.0});
+    now_.left.sole = robots::flat_sole(Vector3::Zero());
+    now_.right.sole = robots::flat_sole({0.0, -o_.apart, 0.0});
     now_.left.stands = o_.left_stands;
     now_.right.stands = o_.right_stands;
     com_ = now_.left.stands && now_.right.stands
-               ? Vector2(0.5 * (centre(Side::left) + centre(Side::right)))
-               : centre(now_.left.stands ? Side::left : Side::right);
+               ? Vector2(0.5 * (centre(robots::Side::left) + centre(robots::Side::right)))
+               : centre(now_.left.stands ? robots::Side::left : robots::Side::right);
     capture_ = com_;
   }
 
@@ -73,7 +73,7 @@ class Walker {
   }
 
  private:
-  Vector2 centre(Side side) const {
+  Vector2 centre(robots::Side side) const {
     return now_.foot(side).sole.position.head<2>() + o_.centres.of(side);
   }
 
@@ -94,8 +94,8 @@ class Walker {
   }
 
   Vector2 nearest_support(const Vector2& point) const {
-    const Vector2 a = centre(now_.left.stands ? Side::left : Side::right),
-                  b = centre(now_.right.stands ? Side::right : Side::left);
+    const Vector2 a = centre(now_.left.stands ? robots::Side::left : robots::Side::right),
+                  b = centre(now_.right.stands ? robots::Side::right : robots::Side::left);
     const Vector2 along = b - a;
     const double share = along.squaredNorm() > 0.0
                              ? std::clamp((point - a).dot(along) / along.squaredNorm(), 0.0, 1.0)
@@ -124,7 +124,7 @@ class Walker {
   }
 
   void advance_foot(const StepPlan& plan) {
-    for (const Side side : {Side::left, Side::right}) {
+    for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
       StepSituation::Foot& foot = now_.foot(side);
       if (!foot.swings() || plan.count == 0) continue;
       const double left = plan.steps[0].landing - now_.time;

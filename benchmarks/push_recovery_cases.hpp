@@ -45,10 +45,10 @@ inline QpCase read_case(const std::string& name) {
   const nlohmann::json& p = json.at("params");
   QpCase c;
   c.model.mass = p.at("m");
-  ContactCone::Options contact;
+  robots::ContactCone::Options contact;
   contact.friction = p.at("mu");
   contact.edges = 4;
-  contact.pyramid = ContactCone::Pyramid::circumscribed;
+  contact.pyramid = robots::ContactCone::Pyramid::circumscribed;
   contact.foot.x = between(p.at("foot_x")[0], p.at("foot_x")[1]);
   contact.foot.y = between(p.at("foot_y")[0], p.at("foot_y")[1]);
   contact.torsional_friction = p.at("mu_z");
@@ -76,7 +76,7 @@ inline QpCase read_case(const std::string& name) {
   Eigen::Matrix<double, 4, 2> corners;
   const auto x = p.at("hull_x"), y = p.at("hull_y");
   corners << x[0], y[0], x[1], y[0], x[1], y[1], x[0], y[1];
-  c.data.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
+  c.data.set_hull(robots::SupportPolygon::hull(corners).half_planes(hull_rows));
 
   const int k = p.at("k_impact");
   c.impact_time = k * c.model.step;

@@ -27,9 +27,10 @@ constexpr int ticks = 60, intervals = 15, substeps = 10, seed = 1;
 constexpr double noise[3] = {1e-3, 5e-3, 0.02};  // m, m/s, Nms
 
 nlohmann::ordered_json record() {
-  CentroidalPlant plant(StepRecovery::mass, nominal_start(), runge_kutta4({.steps = substeps}));
-  plant.left = {flat_sole(Vec<double, 3>(StepRecovery::left_foot.data())), true};
-  plant.right = {flat_sole(Vec<double, 3>(StepRecovery::right_foot.data())), false};
+  robots::CentroidalPlant plant(StepRecovery::mass, nominal_start(),
+                                runge_kutta4({.steps = substeps}));
+  plant.left = {robots::flat_sole(Vec<double, 3>(StepRecovery::left_foot.data())), true};
+  plant.right = {robots::flat_sole(Vec<double, 3>(StepRecovery::right_foot.data())), false};
   Random random(seed);
   nlohmann::ordered_json problems = nlohmann::ordered_json::array();
   for (int tick = 0; tick < ticks; ++tick) {

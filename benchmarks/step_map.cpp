@@ -43,10 +43,10 @@ StepModel model_of(const Variant& v, const WalkerOptions& walker) {
   const double x = v.free_place ? reach_forward : fixed,
                y0 = v.free_place ? reach_near : usual_place[1] - fixed,
                y1 = v.free_place ? reach_far : usual_place[1] + fixed;
-  m.reach =
-      SupportPolygon::hull(corners_of(between(-x, x), between(y0, y1))).half_planes(reach_rows);
+  m.reach = robots::SupportPolygon::hull(robots::corners_of(between(-x, x), between(y0, y1)))
+                .half_planes(reach_rows);
   const Bounds far = between(-0.5, 0.5);
-  m.leg = SupportPolygon::hull(corners_of(far, far)).half_planes(reach_rows);
+  m.leg = robots::SupportPolygon::hull(robots::corners_of(far, far)).half_planes(reach_rows);
   m.swing_speed = 2.0;
   if (v.free_time)
     m.swing = between(shortest_time, 0.9);
@@ -62,25 +62,26 @@ StepModel model_of(const Variant& v, const WalkerOptions& walker) {
 double bound(int steps, double angle, const WalkerOptions& walker) {
   const double omega = pendulum_frequency(walker.height), duration = PendulumPush{}.duration;
   const double decay = (1.0 - std::exp(-omega * duration)) / (omega * duration);
-  const FootRectangle sole{between(-walker.half_sole[0], walker.half_sole[0]),
-                           between(-walker.half_sole[1], walker.half_sole[1])};
-  const SteppingLimits limits{sole,
-                              sole,
-                              {{-reach_forward, reach_near},
-                               {reach_forward, reach_near},
-                               {reach_forward, reach_far},
-                               {-reach_forward, reach_far}},
-                              shortest_time};
-  const Point2 right(0.0, -usual_place[1]);
+  const robots::FootRectangle sole{between(-walker.half_sole[0], walker.half_sole[0]),
+                                   between(-walker.half_sole[1], walker.half_sole[1])};
+  const robots::SteppingLimits limits{sole,
+                                      sole,
+                                      {{-reach_forward, reach_near},
+                                       {reach_forward, reach_near},
+                                       {reach_forward, reach_far},
+                                       {-reach_forward, reach_far}},
+                                      shortest_time};
+  const robots::Point2 right(0.0, -usual_place[1]);
   const bool both = walker.left_stands && walker.right_stands;
-  const std::vector<SupportPolygon> sets =
-      both ? capturable_on_two_feet(limits, right, steps, omega)
-           : std::vector<SupportPolygon>{capturable(limits, Side::left, steps, omega)};
-  const Point2 middle = both ? Point2(0.5 * right) : Point2(0.0, 0.0);
-  const Point2 along(std::cos(angle), std::sin(angle));
+  const std::vector<robots::SupportPolygon> sets =
+      both ? robots::capturable_on_two_feet(limits, right, steps, omega)
+           : std::vector<robots::SupportPolygon>{
+                 robots::capturable(limits, robots::Side::left, steps, omega)};
+  const robots::Point2 middle = both ? robots::Point2(0.5 * right) : robots::Point2(0.0, 0.0);
+  const robots::Point2 along(std::cos(angle), std::sin(angle));
   double distance = 0.0;
-  for (const SupportPolygon& set : sets)
-    distance = std::max(distance, distance_to_border(set, middle, along));
+  for (const robots::SupportPolygon& set : sets)
+    distance = std::max(distance, robots::distance_to_border(set, middle, along));
   return distance * walker.mass * omega / decay;
 }
 

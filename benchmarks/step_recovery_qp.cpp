@@ -18,7 +18,7 @@ using Matrix9 = Mat<double, 9, 9>;
 using Matrix96 = Mat<double, 9, 6>;
 const Vec<double, 3> left_foot(StepRecovery::left_foot.data());
 const Vec<double, 3> right_foot(StepRecovery::right_foot.data());
-const FootRectangle sole{between(-0.07, 0.10), between(-0.03, 0.03)};
+const robots::FootRectangle sole{between(-0.07, 0.10), between(-0.03, 0.03)};
 
 Mat<double, 3, 3> cross_matrix(const Vec<double, 3>& a) {
   Mat<double, 3, 3> m;
@@ -99,10 +99,10 @@ qp::StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState&
   const Matrix96 left = E * input_matrix(left_foot), right = E * input_matrix(right_foot);
   const CentroidalState b = E * c;
 
-  const SupportPolygon hull =
-      SupportPolygon::under({{flat_sole(left_foot), sole}, {flat_sole(right_foot), sole}});
-  const SupportPolygon::HalfPlanes planes = hull.half_planes();
-  const Point2 centroid = hull.centroid();
+  const robots::SupportPolygon hull = robots::SupportPolygon::under(
+      {{robots::flat_sole(left_foot), sole}, {robots::flat_sole(right_foot), sole}});
+  const robots::SupportPolygon::HalfPlanes planes = hull.half_planes();
+  const robots::Point2 centroid = hull.centroid();
   CentroidalState desired = CentroidalState::Zero();
   desired.head<3>() << centroid, height;
   CentroidalState always, after;

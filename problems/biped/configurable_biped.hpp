@@ -10,7 +10,7 @@ namespace saltus {
 class Settings;
 }
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// A problem on a biped for `saltus run`, `saltus map` and `saltus robot`.
 class ConfigurableBiped : public BipedProblem {
@@ -21,4 +21,4 @@ class ConfigurableBiped : public BipedProblem {
   virtual void declare(Settings& settings) = 0;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

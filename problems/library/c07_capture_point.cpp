@@ -28,8 +28,10 @@ namespace saltus::library {
 namespace {
 
 constexpr double height = 0.53;  // m
-constexpr StepLimits point_foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.0};
-constexpr StepLimits flat_foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.05};
+constexpr robots::StepLimits point_foot{
+    .longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.0};
+constexpr robots::StepLimits flat_foot{
+    .longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.05};
 constexpr double rounding = 1e-13;  // 15 digits are given
 constexpr double margin = 1e-6;     // m, distance from the threshold at which feasibility is tested
 
@@ -43,7 +45,7 @@ struct Walker {
   }
 };
 
-OptimalControlProblem walk(int steps, double capture_point, const StepLimits& limits) {
+OptimalControlProblem walk(int steps, double capture_point, const robots::StepLimits& limits) {
   const double omega = pendulum_frequency(height), r = limits.foot_radius;
   const auto inputs = [](const auto&, const auto&, const auto& u) { return u; };
   const auto stride = [](const auto&, const auto& x) { return x[2] - x[1]; };
@@ -82,8 +84,8 @@ double is_feasible(int steps, double capture_point) {
 }
 
 void check_pendulum(double omega, std::vector<CheckedValue>& values) {
-  const PendulumState<double> start{-0.05, 0.4};
-  const PendulumState<double> end = propagate_pendulum(start, 0.0, omega, 0.6);
+  const robots::PendulumState<double> start{-0.05, 0.4};
+  const robots::PendulumState<double> end = propagate_pendulum(start, 0.0, omega, 0.6);
   const double xi = saltus::capture_point(start.position, start.velocity, omega);
   values.insert(
       values.end(),

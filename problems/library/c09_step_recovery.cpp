@@ -61,7 +61,7 @@ OptimalControlProblem problem(double impact_time) {
   tick.capture_point_desired = com_desired.head<2>();
   Eigen::Matrix<double, 4, 2> corners;  // of both soles, m
   corners << -0.05, -0.15, 0.1, -0.15, 0.1, 0.1, -0.05, 0.1;
-  tick.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
+  tick.set_hull(robots::SupportPolygon::hull(corners).half_planes(hull_rows));
 
   Vector9 start;
   start << com, 0, -0.35, 0, 0, 0, 0;  // m, m/s, Nms

@@ -44,7 +44,7 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
        fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max)});
   if (v.body)
     for (int foot = 0; foot < 2; ++foot) {
-      const char* side = name_of(foot == 0 ? Side::left : Side::right);
+      const char* side = name_of(foot == 0 ? robots::Side::left : robots::Side::right);
       causes.push_back(
           {v.body->slips_from[foot], fmt::format("the {} foot slipped", side),
            fmt::format("the {} foot slipped by {:.0f} mm", side, 1e3 * v.body->slip[foot])});
@@ -53,8 +53,8 @@ std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
 }
 
 // The first criterion of rest that a sample violates, or an empty string.
-std::string unrest(const BipedSample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
-                   double momentum) {
+std::string unrest(const BipedSample& s, const robots::SupportPolygon& ground,
+                   const Vec<double, 2>& target, double momentum) {
   if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
   if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
   if ((s.gamma.head<2>() - target).norm() > rest_com_error) return "the CoM missed its target";
@@ -70,13 +70,13 @@ double end_time(double push_end, double landing, double touchdown) {
   return std::max(push_end, last) + rest_after + rest_length;
 }
 
-LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& robot) {
+LimitsOnTheWay limits_on_the_way(const Config& config, const robots::RobotDescription& robot) {
   LimitsOnTheWay limits;
   if (robot.postures.empty()) return limits;
   // The bounds are those of a robot on one foot.
-  const StandingPosture& one_foot = config.scene.stance == Stance::both
-                                        ? robot.default_posture()
-                                        : posture_on(config.scene.stance, robot);
+  const robots::StandingPosture& one_foot = config.scene.stance == robots::Stance::both
+                                                ? robot.default_posture()
+                                                : posture_on(config.scene.stance, robot);
   const double length = one_foot.com[2] / reference_height;
   limits.height = between(height_lowest * length, height_highest * length);
   limits.momentum = angular_momentum_limit * robot.mass / reference_mass * std::pow(length, 1.5);
@@ -92,7 +92,7 @@ Verdict judge(const Config& config, const RunLog& log) {
   const double momentum = limits.momentum / angular_momentum_limit;  // 1 for iCub
   std::vector<Cause> causes = causes_on_the_way(log, v, limits);
   const Scene& scene = log.final_scene;
-  const SupportPolygon ground =
+  const robots::SupportPolygon ground =
       log.samples.back().two_feet() ? scene.hull() : scene.stance_polygon();
   const Vec<double, 2> target = scene.target_point();
   for (const BipedSample& s : log.samples)

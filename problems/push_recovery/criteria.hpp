@@ -19,7 +19,7 @@ struct LimitsOnTheWay {
   Bounds height = between(height_lowest, height_highest);  ///< height of the CoM, m
   double momentum = angular_momentum_limit;                ///< angular momentum about the CoM, Nms
 };
-LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& robot);
+LimitsOnTheWay limits_on_the_way(const Config& config, const robots::RobotDescription& robot);
 
 /// Time (s) after which the run can be judged: the last push is over at `push_end`, the last foot
 /// has landed, and the robot has had time to settle. `landing` is infinite while none is due,

@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
   const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(),
                                         saltus::push_recovery::robot_verb(),
-                                        saltus::walking::movie_verb(),
+                                        saltus::robots::walking::movie_verb(),
                                         saltus::plot_verb(),
                                         saltus::logs_verb(),
                                         saltus::new_verb()};

@@ -9,8 +9,8 @@ namespace {
 
 // Sets the data of the tick that depend only on the scene, which changes only during a swing.
 void set_scene(const Scene& scene, Tick<double>& data) {
-  data.left_foot = scene.sole(Side::left).position;
-  data.right_foot = scene.sole(Side::right).position;
+  data.left_foot = scene.sole(robots::Side::left).position;
+  data.right_foot = scene.sole(robots::Side::right).position;
   const Vec<double, 2> target = scene.target_point();
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
@@ -25,7 +25,7 @@ void set_measurement(const Planner::Measurement& measured, const Scene& scene, T
 
 // Fits the motion through three points of the horizon; constant at the target without a plan.
 void set_motion(const Scene& scene, double begin, double length, Tick<double>& data) {
-  const walking::StepPlan::Motion& motion = scene.motion;
+  const robots::walking::StepPlan::Motion& motion = scene.motion;
   data.motion_begin = begin;
   data.com_motion.setZero();
   data.capture_motion.setZero();
@@ -51,7 +51,7 @@ void set_motion(const Scene& scene, double begin, double length, Tick<double>& d
 
 class Mpc final : public Planner {
  public:
-  Mpc(const Config& config, const RobotDescription& robot, const Scene& scene)
+  Mpc(const Config& config, const robots::RobotDescription& robot, const Scene& scene)
       : charges_change_(config.weights.wrench_change > 0.0),
         follows_motion_(config.planning.leads_the_way()),
         horizon_(config.planner.step * config.planner.intervals),
@@ -85,25 +85,26 @@ class Mpc final : public Planner {
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
-  static Tick<double> data_at_rest(const RobotDescription& robot, const Scene& scene) {
+  static Tick<double> data_at_rest(const robots::RobotDescription& robot, const Scene& scene) {
     Planner::Measurement at_rest;
     at_rest.gamma.head<3>() = scene.two_feet ? Vec<double, 3>(0.0, 0.0, scene.com_height)
                                              : robot.posture_on(scene.side).com;
-    at_rest.contact_force[2] = robot.mass * standard_gravity;
+    at_rest.contact_force[2] = robot.mass * robots::standard_gravity;
     Tick<double> data;
     set_scene(scene, data);
     set_measurement(at_rest, scene, data);
     return data;
   }
 
-  static OptimalControlProblem problem_of(const Config& config, const RobotDescription& robot,
+  static OptimalControlProblem problem_of(const Config& config,
+                                          const robots::RobotDescription& robot,
                                           const Scene& scene) {
     Model model;
     model.mass = robot.mass;
-    model.left_rotation = scene.sole(Side::left).rotation;
-    model.right_rotation = scene.sole(Side::right).rotation;
-    model.left_contact = cone_options(config.contact, scene.rectangle(Side::left));
-    model.right_contact = cone_options(config.contact, scene.rectangle(Side::right));
+    model.left_rotation = scene.sole(robots::Side::left).rotation;
+    model.right_rotation = scene.sole(robots::Side::right).rotation;
+    model.left_contact = cone_options(config.contact, scene.rectangle(robots::Side::left));
+    model.right_contact = cone_options(config.contact, scene.rectangle(robots::Side::right));
     model.step = config.planner.step;
     model.intervals = config.planner.intervals;
     model.cost_rule = config.planner.costs;
@@ -121,7 +122,7 @@ class Mpc final : public Planner {
 
 }  // namespace
 
-std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,
+std::unique_ptr<Planner> make_mpc(const Config& config, const robots::RobotDescription& robot,
                                   const Scene& scene) {
   return std::make_unique<Mpc>(config, robot, scene);
 }

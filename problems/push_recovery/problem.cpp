@@ -13,7 +13,7 @@
 
 namespace saltus::push_recovery {
 
-using walking::double_support, walking::left_support, walking::right_support;
+using robots::walking::double_support, walking::left_support, walking::right_support;
 
 namespace {
 
@@ -27,14 +27,14 @@ struct Dynamics {
                        const Vec<S, size_of<Tick>>& p) const {
     const auto tick = view_as<Tick>(p);
     const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
-    const Contact<S> left =
-        contact<S>(SoleFrameOf<S>{tick.left_foot, model.left_rotation.template cast<S>()},
-                   Vec<S, 6>(f.template head<6>()));
-    const Contact<S> right =
-        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
-                   Vec<S, 6>(f.template tail<6>()));
+    const robots::Contact<S> left = robots::contact<S>(
+        robots::SoleFrameOf<S>{tick.left_foot, model.left_rotation.template cast<S>()},
+        Vec<S, 6>(f.template head<6>()));
+    const robots::Contact<S> right = robots::contact<S>(
+        robots::SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
+        Vec<S, 6>(f.template tail<6>()));
     Vec<S, 3> acceleration = (left.force + right.force) * S(1.0 / model.mass);
-    acceleration[2] -= standard_gravity;
+    acceleration[2] -= robots::standard_gravity;
     Vec<S, 9> rate;
     rate << velocity, acceleration,
         left.torque + right.torque + (left.position - tick.com).cross(left.force) +
@@ -101,8 +101,10 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   phase.data("tick", data);
 
   // Contacts ("Constraints definition"). A foot in the air exerts no wrench.
-  keep_in_cone(phase, "left foot", model.left_contact, 0, during(left_support, double_support));
-  keep_in_cone(phase, "right foot", model.right_contact, 6, during(right_support, double_support));
+  robots::keep_in_cone(phase, "left foot", model.left_contact, 0,
+                       during(left_support, double_support));
+  robots::keep_in_cone(phase, "right foot", model.right_contact, 6,
+                       during(right_support, double_support));
   for (int i = 0; i < 6; ++i) {
     phase.bound_input(i, exactly(0.0), during(right_support));
     phase.bound_input(6 + i, exactly(0.0), during(left_support));

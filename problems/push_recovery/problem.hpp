@@ -26,7 +26,7 @@ struct Model {
   // The positions of the soles are data, their axes are constant.
   Mat<double, 3, 3> left_rotation = Mat<double, 3, 3>::Identity(),
                     right_rotation = Mat<double, 3, 3>::Identity();
-  ContactCone::Options left_contact = {}, right_contact = {};
+  robots::ContactCone::Options left_contact = {}, right_contact = {};
   double step = 0.01;                    // dt, s
   int intervals = 15;                    // N
   CostRule cost_rule = CostRule::nodes;  // the paper sums costs over the samples

@@ -17,13 +17,13 @@ std::unique_ptr<ConfigurableBiped> PushRecovery::clone() const {
   return std::make_unique<PushRecovery>(*this);
 }
 
-std::unique_ptr<Planner> PushRecovery::make_planner(const RobotDescription& nominal,
+std::unique_ptr<Planner> PushRecovery::make_planner(const robots::RobotDescription& nominal,
                                                     const Scene& scene) const {
   return make_mpc(config_, nominal, scene);
 }
 
-std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescription& nominal,
-                                                             const Scene& scene) const {
+std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(
+    const robots::RobotDescription& nominal, const Scene& scene) const {
   Step step = config_.step;
   step.shortest = config_.planning.shortest;
   switch (step.planner) {
@@ -42,7 +42,7 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
 
 // The reactive planner steps as often as needed, but more than three steps gain little.
 std::optional<BipedProblem::StepBounds> PushRecovery::step_bounds(
-    const RobotDescription& nominal) const {
+    const robots::RobotDescription& nominal) const {
   const StepPlanning& planning = config_.planning;
   std::optional<survey::FootReach> reach;
   switch (config_.step.planner) {
@@ -88,8 +88,8 @@ double PushRecovery::end_time(double push_end, double landing, double touchdown)
 
 Verdict PushRecovery::judge(const RunLog& log) const { return push_recovery::judge(config_, log); }
 
-std::unique_ptr<walking::UnmetExplanations> PushRecovery::unmet_explanations(
-    const RobotDescription& robot) const {
+std::unique_ptr<robots::walking::UnmetExplanations> PushRecovery::unmet_explanations(
+    const robots::RobotDescription& robot) const {
   return std::make_unique<PushRecoveryExplanations>(limits_on_the_way(config_, robot));
 }
 

@@ -17,16 +17,16 @@ class PushRecovery final : public ConfigurableBiped {
   Config& settings() override { return config_; }
   void declare(Settings& settings) override { declare_settings(settings, config_); }
   void scale(const RobotScale& scale) override;
-  std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+  std::unique_ptr<Planner> make_planner(const robots::RobotDescription& nominal,
                                         const Scene& scene) const override;
-  std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
+  std::unique_ptr<StepPlanner> make_step_planner(const robots::RobotDescription& nominal,
                                                  const Scene& scene) const override;
   std::optional<BipedProblem::StepBounds> step_bounds(
-      const RobotDescription& nominal) const override;
+      const robots::RobotDescription& nominal) const override;
   double end_time(double push_end, double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
-  std::unique_ptr<walking::UnmetExplanations> unmet_explanations(
-      const RobotDescription& robot) const override;
+  std::unique_ptr<robots::walking::UnmetExplanations> unmet_explanations(
+      const robots::RobotDescription& robot) const override;
 
  private:
   Config config_;

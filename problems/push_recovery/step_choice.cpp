@@ -42,19 +42,19 @@ Vec<double, 3> StepChoice::Frame::out(const Vec<double, 2>& point) const {
   return origin + Vec<double, 3>(along[0], along[1], 0.0);
 }
 
-Vec<double, 3> StepChoice::centre(const StepSituation& now, Side side) const {
-  const SoleFrame& sole = now.foot(side).sole;
+Vec<double, 3> StepChoice::centre(const StepSituation& now, robots::Side side) const {
+  const robots::SoleFrame& sole = now.foot(side).sole;
   const Vec<double, 2>& c = centres_.of(side);
   return sole.position + sole.rotation * Vec<double, 3>(c[0], c[1], 0.0);
 }
 
-StepChoice::Frame StepChoice::frame_on(const StepSituation& now, Side stance) const {
+StepChoice::Frame StepChoice::frame_on(const StepSituation& now, robots::Side stance) const {
   Frame frame;
   frame.origin = centre(now, stance);
   const Vec<double, 2> forward = now.foot(stance).sole.rotation.col(0).head<2>();
   // except for a foot that is not upright
   if (forward.norm() > 0.5) frame.forward = forward.normalized();
-  const double side = stance == Side::left ? -1.0 : 1.0;
+  const double side = stance == robots::Side::left ? -1.0 : 1.0;
   frame.towards = side * Vec<double, 2>(-frame.forward[1], frame.forward[0]);
   return frame;
 }
@@ -72,7 +72,7 @@ StepChoice::StepChoice(const StepModel& model, const StepChoiceSettings& setting
   candidates_.push_back({StepProgram(model, 0, false), 0, false});
   for (int k = 1; k <= most; ++k) {
     candidates_.push_back({StepProgram(model, k, false), k, false});
-    for (const Side first : {Side::left, Side::right})
+    for (const robots::Side first : {robots::Side::left, robots::Side::right})
       candidates_.push_back({StepProgram(model, k, true), k, true, first});
   }
 }
@@ -104,7 +104,8 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   if (now.time >= settings_.walk_until) velocity_.setZero();
   const bool two_feet = now.left.stands && now.right.stands;
   if (!now.left.stands && !now.right.stands) return plan_;
-  const Side in_air = now.left.stands ? Side::right : Side::left;  // of one foot
+  const robots::Side in_air =
+      now.left.stands ? robots::Side::right : robots::Side::left;  // of one foot
   if (!two_feet || now.gamma.segment<3>(3).norm() > rest_speed)
     at_rest_since_ = infinity;
   else
@@ -192,18 +193,19 @@ const MultipleShooting* StepChoice::shooting() const {
 bool StepChoice::is_off_its_place(const StepSituation& now) const {
   if (is_bringing_back_ && unloading_since_ < infinity) return true;
   if (now.time < at_rest_since_ + rest_before) return false;
-  const Vec<double, 2> apart = frame_on(now, Side::left).into(centre(now, Side::right));
+  const Vec<double, 2> apart =
+      frame_on(now, robots::Side::left).into(centre(now, robots::Side::right));
   return (apart - stride_).norm() > off_place;
 }
 
 // The left foot if the robot stands on both feet.
-Side StepChoice::stance_of(const Candidate& c, const StepSituation& now) const {
+robots::Side StepChoice::stance_of(const Candidate& c, const StepSituation& now) const {
   if (c.steps > 0) return other(c.first);
-  return now.left.stands ? Side::left : Side::right;
+  return now.left.stands ? robots::Side::left : robots::Side::right;
 }
 
 void StepChoice::look_at(Candidate& c, const StepSituation& now) {
-  const Side stance = stance_of(c, now);
+  const robots::Side stance = stance_of(c, now);
   const Frame frame = frame_on(now, stance);
   StepNow<double> data;
   data.omega = now.omega;
@@ -211,7 +213,8 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   // Between two landings, by the last two; lateral velocities move both feet, whichever side they
   // are on.
   data.drift =
-      Vec<double, 2>(velocity_[0], stance == Side::left ? -velocity_[1] : velocity_[1]) * pace_;
+      Vec<double, 2>(velocity_[0], stance == robots::Side::left ? -velocity_[1] : velocity_[1]) *
+      pace_;
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
   data.swing = data.aim = other_foot;
@@ -221,10 +224,11 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
     data.swung = now.time - swinging_since_;
   }
 
-  const double height = standard_gravity / (now.omega * now.omega);
+  const double height = robots::standard_gravity / (now.omega * now.omega);
   const Vec<double, 3> com = now.gamma.head<3>(), velocity = now.gamma.segment<3>(3),
                        momentum = now.gamma.tail<3>();
-  const Vec<double, 2> rest = capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
+  const Vec<double, 2> rest =
+      robots::capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
   const Vec<double, 2> lent =
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
   // With a late start the unloading is shortened. Otherwise the lift-off would be postponed from
@@ -264,7 +268,7 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
 
 void StepChoice::note(const Candidate& c, const StepSituation& now) {
   if (plan_.alternatives >= StepPlan::most_alternatives) return;
-  walking::StepPlan::Alternative& a = plan_.alternative[plan_.alternatives++];
+  robots::walking::StepPlan::Alternative& a = plan_.alternative[plan_.alternatives++];
   a = {};
   a.steps = c.steps;
   a.first = c.first;
@@ -275,7 +279,7 @@ void StepChoice::note(const Candidate& c, const StepSituation& now) {
   a.landing = now.time + c.solution->landing[0];
 }
 
-Vec<double, 3> StepChoice::in_world(const Frame& frame, Side foot,
+Vec<double, 3> StepChoice::in_world(const Frame& frame, robots::Side foot,
                                     const Vec<double, 2>& place) const {
   const Vec<double, 2>& c = centres_.of(foot);
   const Vec<double, 2> left(-frame.forward[1], frame.forward[0]);
@@ -303,9 +307,9 @@ void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
     unloading_since_ = infinity;
     return;
   }
-  Side foot = c.first;
+  robots::Side foot = c.first;
   for (int k = 0; k < c.steps; ++k, foot = other(foot)) {
-    walking::StepPlan::Step& step = plan_.steps[k];
+    robots::walking::StepPlan::Step& step = plan_.steps[k];
     step.foot = foot;
     step.lift_off = now.time + c.solution->lift_off[k];
     step.landing = now.time + c.solution->landing[k];

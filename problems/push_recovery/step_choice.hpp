@@ -13,8 +13,8 @@ class Settings;
 
 namespace saltus::push_recovery {
 
-using walking::StepPlan;
-using walking::StepSituation;
+using robots::walking::StepPlan;
+using robots::walking::StepSituation;
 
 struct StepChoiceSettings {
   int most_steps = 2;
@@ -34,11 +34,13 @@ struct StepChoiceSettings {
 /// Centres of the soles in their contact frames, m.
 struct SoleCentres {
   Vec<double, 2> left, right;
-  const Vec<double, 2>& of(Side side) const { return side == Side::left ? left : right; }
+  const Vec<double, 2>& of(robots::Side side) const {
+    return side == robots::Side::left ? left : right;
+  }
 };
 
 /// Does not allocate or throw after construction. If inputs are NaN, the plan stays the same.
-class StepChoice final : public walking::StepPlanner {
+class StepChoice final : public robots::walking::StepPlanner {
  public:
   /// `stride`: usual place of a foot relative to the other one, forward and away from it, m.
   StepChoice(const StepModel& model, const StepChoiceSettings& settings, const SoleCentres& centres,
@@ -63,7 +65,7 @@ class StepChoice final : public walking::StepPlanner {
     StepProgram program;
     int steps;
     bool from_two_feet;
-    Side first = Side::right;
+    robots::Side first = robots::Side::right;
     double solved_at = -infinity;
     const StepSolution* solution = nullptr;  // solution of this tick
     double cost = infinity;                  // including the cost of the steps
@@ -81,10 +83,10 @@ class StepChoice final : public walking::StepPlanner {
   /// True if steps follow a task and not a push.
   bool walks() const { return is_bringing_back_ || !velocity_.isZero(0.0); }
   bool is_off_its_place(const StepSituation& now) const;
-  Frame frame_on(const StepSituation& now, Side stance) const;
-  Vec<double, 3> centre(const StepSituation& now, Side side) const;
-  Vec<double, 3> in_world(const Frame& frame, Side foot, const Vec<double, 2>& place) const;
-  Side stance_of(const Candidate& candidate, const StepSituation& now) const;
+  Frame frame_on(const StepSituation& now, robots::Side stance) const;
+  Vec<double, 3> centre(const StepSituation& now, robots::Side side) const;
+  Vec<double, 3> in_world(const Frame& frame, robots::Side foot, const Vec<double, 2>& place) const;
+  robots::Side stance_of(const Candidate& candidate, const StepSituation& now) const;
   void look_at(Candidate& candidate, const StepSituation& now);
   void carry_out(const Candidate& candidate, const StepSituation& now);
   void note(const Candidate& candidate, const StepSituation& now);

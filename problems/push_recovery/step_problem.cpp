@@ -149,8 +149,8 @@ Vec<S, 8> too_far(const Vec<S, 2>& way, const S& most) {
 void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
   const StepWeights& w = model.weights;
   const double side = k % 2 == 1 ? 1.0 : -1.0;  // away from the stance foot
-  const SupportPolygon::HalfPlanes reach = model.reach;
-  const SupportPolygon::HalfPlanes leg = model.leg;
+  const robots::SupportPolygon::HalfPlanes reach = model.reach;
+  const robots::SupportPolygon::HalfPlanes leg = model.leg;
   phase.reach(
       "swing time", [](const auto&, const auto& x) { return x[6]; }, at_least(model.swing.lower));
   phase.reach(

@@ -47,9 +47,9 @@ struct StepModel {
   double lent = 0.02;      ///< bound on eta: H / (m z omega) at the largest |H|, m
   double lent_rate = 0.2;  ///< m/s
   /// Centre of a landing foot relative to that of the stance foot, (forward, away from it), m.
-  SupportPolygon::HalfPlanes reach;
+  robots::SupportPolygon::HalfPlanes reach;
   /// Centres of both feet relative to the CoM at a landing, (forward, to their own side), m.
-  SupportPolygon::HalfPlanes leg;
+  robots::SupportPolygon::HalfPlanes leg;
   double swing_speed = 1.2;                   ///< largest speed of the swing foot, m/s
   Bounds swing = between(0.3, 0.9);           ///< from lift-off to landing, s
   double usual_swing = 0.6;                   ///< s

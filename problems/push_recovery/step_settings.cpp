@@ -15,21 +15,21 @@
 namespace saltus::push_recovery {
 namespace {
 
-Vec<double, 2> centre_of(const FootRectangle& foot) {
+Vec<double, 2> centre_of(const robots::FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
 
-SupportPolygon::HalfPlanes half_planes(const std::vector<Point2>& corners,
-                                       const Vec<double, 2>& offset) {
+robots::SupportPolygon::HalfPlanes half_planes(const std::vector<robots::Point2>& corners,
+                                               const Vec<double, 2>& offset) {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points(static_cast<int>(corners.size()), 2);
   for (std::size_t i = 0; i < corners.size(); ++i)
     points.row(static_cast<int>(i)) = (corners[i] + offset).transpose();
-  return SupportPolygon::hull(points).half_planes(reach_rows);
+  return robots::SupportPolygon::hull(points).half_planes(reach_rows);
 }
 
 // Removes the sides towards the other leg, where the feet limit the motion and not the reach from
 // the CoM. They are replaced by copies of another side.
-SupportPolygon::HalfPlanes outer(SupportPolygon::HalfPlanes sides) {
+robots::SupportPolygon::HalfPlanes outer(robots::SupportPolygon::HalfPlanes sides) {
   int farthest = 0;
   for (int i = 0; i < sides.rows(); ++i)
     if (sides.A(i, 1) > sides.A(farthest, 1)) farthest = i;
@@ -43,13 +43,13 @@ SupportPolygon::HalfPlanes outer(SupportPolygon::HalfPlanes sides) {
 
 }  // namespace
 
-survey::FootReach reach_of(const walking::Step& step) {
+survey::FootReach reach_of(const robots::walking::Step& step) {
   const double x = step.forward_max, y0 = step.lateral_min, y1 = step.lateral_max;
   return {{{-x, y0}, {x, y0}, {x, y1}, {-x, y1}}, {{-x, -y1}, {x, -y1}, {x, y1}, {-x, y1}}};
 }
 
-void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
-  using walking::Step;
+void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step) {
+  using robots::walking::Step;
   s.choice(
       "step.planner", {"push_formula", "icp_formula", "reactive", "ocp"},
       [&step]() -> std::optional<std::size_t> {
@@ -169,15 +169,16 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
 namespace {
 
 // The reach of legs with unlimited joints cannot be searched.
-void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
+void check_leg_limits(const robots::UrdfModel& model, const robots::RobotDescription& robot) {
   for (const std::string& sole : {robot.left_sole, robot.right_sole})
     for (int link = model.link_index(sole); link >= 0; link = model.links()[link].parent) {
-      const UrdfModel::Link& at = model.links()[link];
+      const robots::UrdfModel::Link& at = model.links()[link];
       if (at.name == robot.base) break;
-      if (at.joint.motion == UrdfModel::Joint::Motion::fixed) continue;
-      const auto described = std::find_if(
-          robot.joints.begin(), robot.joints.end(),
-          [&](const RobotDescription::Joint& joint) { return joint.name == at.joint.name; });
+      if (at.joint.motion == robots::UrdfModel::Joint::Motion::fixed) continue;
+      const auto described = std::find_if(robot.joints.begin(), robot.joints.end(),
+                                          [&](const robots::RobotDescription::Joint& joint) {
+                                            return joint.name == at.joint.name;
+                                          });
       if (described == robot.joints.end()) continue;  // frozen
       const Bounds limits = described->position.value_or(at.joint.position);
       if (std::isfinite(limits.lower) && std::isfinite(limits.upper)) continue;
@@ -206,21 +207,24 @@ void check_reach(const StepModel& model, const Vec<double, 2>& stride,
 }  // namespace
 
 std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
-                                                const walking::RobotChoice& choice,
-                                                const RobotDescription& robot) {
+                                                const robots::walking::RobotChoice& choice,
+                                                const robots::RobotDescription& robot) {
   if (!planning.robot_reach || robot.joints.empty()) return std::nullopt;
   const std::optional<std::filesystem::path> urdf = walking::urdf_of(choice);
   if (!urdf) return std::nullopt;
-  const UrdfModel model = UrdfModel::read(*urdf);
+  const robots::UrdfModel model = robots::UrdfModel::read(*urdf);
   check_leg_limits(model, robot);
   return survey::cached_foot_reach(model, robot, cache_folder() / "reach");
 }
 
-std::unique_ptr<walking::StepPlanner> make_step_choice(
-    const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,
-    double mass, const std::optional<survey::FootReach>& robot_reach) {
-  const FootRectangle& left = scene.side == Side::left ? scene.stance_foot : scene.swing_foot;
-  const FootRectangle& right = scene.side == Side::left ? scene.swing_foot : scene.stance_foot;
+std::unique_ptr<robots::walking::StepPlanner> make_step_choice(
+    const StepPlanning& planning, const robots::walking::Step& step,
+    const robots::walking::Scene& scene, double mass,
+    const std::optional<survey::FootReach>& robot_reach) {
+  const robots::FootRectangle& left =
+      scene.side == robots::Side::left ? scene.stance_foot : scene.swing_foot;
+  const robots::FootRectangle& right =
+      scene.side == robots::Side::left ? scene.swing_foot : scene.stance_foot;
   const SoleCentres centres{centre_of(left), centre_of(right)};
   // From the origins of the soles to their centres, away from the other foot and to the foot's own
   // side.

@@ -41,20 +41,21 @@ struct StepPlanning {
 };
 
 /// Declares step.planner and the keys of the planner by optimal control.
-void declare_settings(Settings& settings, StepPlanning& planning, walking::Step& step);
+void declare_settings(Settings& settings, StepPlanning& planning, robots::walking::Step& step);
 
 /// Creates the planner for the robot of this scene. `step` gives the usual place, and the reach if
 /// the robot's own is not available.
-std::unique_ptr<walking::StepPlanner> make_step_choice(
-    const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,
-    double mass, const std::optional<survey::FootReach>& reach = std::nullopt);
+std::unique_ptr<robots::walking::StepPlanner> make_step_choice(
+    const StepPlanning& planning, const robots::walking::Step& step,
+    const robots::walking::Scene& scene, double mass,
+    const std::optional<survey::FootReach>& reach = std::nullopt);
 
 /// Reach given by the settings. The legs are long enough for a step to both sides.
-survey::FootReach reach_of(const walking::Step& step);
+survey::FootReach reach_of(const robots::walking::Step& step);
 
 /// Reach computed from the URDF, if the settings request it and there is a URDF.
 std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
-                                                const walking::RobotChoice& choice,
-                                                const RobotDescription& robot);
+                                                const robots::walking::RobotChoice& choice,
+                                                const robots::RobotDescription& robot);
 
 }  // namespace saltus::push_recovery

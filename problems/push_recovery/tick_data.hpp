@@ -33,7 +33,7 @@ struct Tick {
                        &Tick::hull_offsets, &Tick::standing, &Tick::following, &Tick::motion_begin,
                        &Tick::com_motion, &Tick::capture_motion>;
 
-  void set_hull(const SupportPolygon::HalfPlanes& hull) {  // hull_rows rows
+  void set_hull(const robots::SupportPolygon::HalfPlanes& hull) {  // hull_rows rows
     hull_normals = hull.A;
     hull_offsets = hull.b;
   }

@@ -13,7 +13,7 @@
 namespace saltus::push_recovery {
 namespace {
 
-using walking::UnmetDecision;
+using robots::walking::UnmetDecision;
 using Kind = ProblemChange::Kind;
 
 bool is_of_wrenches(const UnmetDecision& unmet) { return unmet.decision == "wrenches"; }

@@ -17,7 +17,7 @@
 
 namespace saltus::sway {
 
-using namespace walking;
+using namespace robots::walking;
 using Vector9 = Vec<double, 9>;
 
 namespace {
@@ -58,29 +58,30 @@ struct Tick {
 
 struct Dynamics {
   double mass;
-  SoleFrame left, right;
+  robots::SoleFrame left, right;
 
   template <class S>
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
                        const Vec<S, size_of<Tick>>& p) const {
     const auto tick = view_as<Tick>(p);
-    const std::array<Contact<S>, 2> feet{contact<S>(left, Vec<S, 6>(f.template head<6>())),
-                                         contact<S>(right, Vec<S, 6>(f.template tail<6>()))};
-    return linearised_centroidal_dynamics(mass, gamma, feet,
-                                          ExpansionPoint<S>{tick.com, tick.force});
+    const std::array<robots::Contact<S>, 2> feet{
+        robots::contact<S>(left, Vec<S, 6>(f.template head<6>())),
+        robots::contact<S>(right, Vec<S, 6>(f.template tail<6>()))};
+    return robots::linearised_centroidal_dynamics(mass, gamma, feet,
+                                                  robots::ExpansionPoint<S>{tick.com, tick.force});
   }
 };
 
-OptimalControlProblem problem(const Config& config, const RobotDescription& robot,
+OptimalControlProblem problem(const Config& config, const robots::RobotDescription& robot,
                               const Scene& scene) {
   const PlannerSettings& planner = config.planner;
   Phase<9, 12, size_of<Tick>> phase{"sway", Dynamics{robot.mass, scene.stance, scene.swing},
                                     exactly(planner.step * planner.intervals)};
   phase.data("tick", Tick<double>{});
-  keep_in_cone(phase, "left foot", cone_options(config.contact, scene.stance_foot), 0,
-               during(double_support));
-  keep_in_cone(phase, "right foot", cone_options(config.contact, scene.swing_foot), 6,
-               during(double_support));
+  robots::keep_in_cone(phase, "left foot", cone_options(config.contact, scene.stance_foot), 0,
+                       during(double_support));
+  robots::keep_in_cone(phase, "right foot", cone_options(config.contact, scene.swing_foot), 6,
+                       during(double_support));
 
   std::vector<double> times;
   for (double t = 0.0; t < config.period * config.cycles + 10.0; t += 0.02) times.push_back(t);
@@ -106,7 +107,7 @@ OptimalControlProblem problem(const Config& config, const RobotDescription& robo
 
 class SwayPlanner final : public Planner {
  public:
-  SwayPlanner(const Config& config, const RobotDescription& robot, const Scene& scene)
+  SwayPlanner(const Config& config, const robots::RobotDescription& robot, const Scene& scene)
       : controller_(make_tick_controller(problem(config, robot, scene), config.planner.intervals,
                                          config.planner, robot.mass)) {}
 
@@ -145,13 +146,13 @@ class Sway final : public ConfigurableBiped {
     s.removed("step.trigger", "push", "0.4");
   }
 
-  const StandingPosture& posture(const RobotDescription& robot) const override {
+  const robots::StandingPosture& posture(const robots::RobotDescription& robot) const override {
     return posture_on_both_feet(robot);
   }
   std::vector<Push> pushes() const override {
     return config_.push.impulse > 0.0 ? std::vector<Push>{config_.push} : std::vector<Push>{};
   }
-  std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+  std::unique_ptr<Planner> make_planner(const robots::RobotDescription& nominal,
                                         const Scene& scene) const override {
     return std::make_unique<SwayPlanner>(config_, nominal, scene);
   }

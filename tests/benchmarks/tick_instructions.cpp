@@ -54,7 +54,7 @@ int main(int arguments, char** argument) {
   RecedingHorizonController controller(std::move(shooting), std::move(solver), {.period = period});
   VectorXd state = c.start;
   Vec<double, 12> applied = Vec<double, 12>::Zero();
-  applied[2] = c.model.mass * standard_gravity;
+  applied[2] = c.model.mass * robots::standard_gravity;
   Random random(1);
   int iterations = 0;
   bool failed = false;
@@ -62,7 +62,7 @@ int main(int arguments, char** argument) {
     const double t = period * k;
     c.data.com = state.head<3>();
     c.data.force = applied.head<3>() + applied.segment<3>(6);
-    c.data.omega = std::sqrt(standard_gravity / state[2]);
+    c.data.omega = std::sqrt(robots::standard_gravity / state[2]);
     controller.set_data("tick", c.data);
     Vec<double, 12> before = applied;
     if (t < impact) before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());

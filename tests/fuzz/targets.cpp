@@ -103,18 +103,18 @@ void command_line(Bytes bytes) {
 }
 
 void robot_file(Bytes bytes) {
-  for (const RobotDescription::Figures figures :
-       {RobotDescription::Figures::from_urdf, RobotDescription::Figures::in_file})
-    parse_robot_description(text_of(bytes), "robot.yaml", figures);
+  for (const robots::RobotDescription::Figures figures :
+       {robots::RobotDescription::Figures::from_urdf, robots::RobotDescription::Figures::in_file})
+    robots::parse_robot_description(text_of(bytes), "robot.yaml", figures);
 }
 
 void urdf(Bytes bytes) {
-  const UrdfModel model = UrdfModel::parse(text_of(bytes), "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(text_of(bytes), "robot.urdf");
   require(std::isfinite(model.total_mass()) && model.total_mass() > 0.0, "mass");
-  RobotDescription named;
+  robots::RobotDescription named;
   named.left_sole = model.link_names().front();
   named.right_sole = model.link_names().back();
-  named.postures = {StandingPosture{}};
+  named.postures = {robots::StandingPosture{}};
   describe(model, named);
 }
 
@@ -124,7 +124,8 @@ void mesh(Bytes bytes) {
   const char* name = text.starts_with('<')                             ? "mesh.dae"
                      : text.starts_with("v ") || text.starts_with('#') ? "mesh.obj"
                                                                        : "mesh.stl";
-  require(!mesh_corners(file_with(bytes, name)).empty(), "a mesh without a corner was taken");
+  require(!robots::mesh_corners(file_with(bytes, name)).empty(),
+          "a mesh without a corner was taken");
 }
 
 void npz(Bytes bytes) { library::read_npz(file_with(bytes, "arrays.npz").string()); }
@@ -139,16 +140,16 @@ void chain(Bytes bytes) { bench::read_chain(file_with(bytes, "chain.json")); }
 void quadratic_program(Bytes bytes) { bench::read_program(file_with(bytes, "program.json")); }
 
 void map_line(Bytes bytes) {
-  const std::optional<walking::MapRow> row = walking::from_line(text_of(bytes));
+  const std::optional<robots::walking::MapRow> row = walking::from_line(text_of(bytes));
   if (row) require(walking::from_line(walking::to_line(*row)).has_value(), "a line not read back");
 }
 
 // The complete table of a map that is continued.
 void map_file(Bytes bytes) {
   const std::string settings = "push:\n  impulse: 7\n";
-  file_with(bytes_of(settings), walking::map_settings);
+  file_with(bytes_of(settings), robots::walking::map_settings);
   file_with(bytes, walking::map_csv);
-  const walking::MapFile map(own_folder(), settings);
+  const robots::walking::MapFile map(own_folder(), settings);
 }
 
 // The settings file of a map. Other settings are compared with it.
@@ -157,7 +158,7 @@ void map_settings(Bytes bytes) {
   file_with(bytes_of(walking::map_header() + "\n" +
                      "mpc,0.6,270,7,recovered,5.2,,0.99,0.52,0.54,1.5,0.1,0.6,0.001,1,0,3.2,\n"),
             walking::map_csv);
-  const walking::MapFile map(own_folder(), "push:\n  impulse: 7\n  start: 1\n");
+  const robots::walking::MapFile map(own_folder(), "push:\n  impulse: 7\n  start: 1\n");
 }
 
 // Inputs that `saltus rerun` compares: two tables or two summaries, separated by a zero byte.
@@ -185,9 +186,9 @@ void run_file(Bytes bytes) {
 }
 
 void pushes(Bytes bytes) {
-  walking::MorePushes more;
+  robots::walking::MorePushes more;
   more.list = text_of(bytes);
-  for (const walking::Push& push : walking::all_pushes({}, more))
+  for (const robots::walking::Push& push : walking::all_pushes({}, more))
     require(std::isfinite(push.end()) && push.direction.allFinite(), "a push without an end");
 }
 

@@ -64,10 +64,10 @@ const std::vector<Instance> instances{
 MultipleShooting transcribe(const StepRecovery& s) {
   Model model;
   model.mass = s.mass;
-  ContactCone::Options contact;
+  robots::ContactCone::Options contact;
   contact.friction = s.friction;
   contact.edges = 4;
-  contact.pyramid = ContactCone::Pyramid::circumscribed;
+  contact.pyramid = robots::ContactCone::Pyramid::circumscribed;
   contact.foot = {between(s.foot_x[0], s.foot_x[1]), between(s.foot_y[0], s.foot_y[1])};
   contact.torsional_friction = s.torsion;
   contact.normal_force = at_least(s.normal_min);
@@ -96,7 +96,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   Mat<double, 4, 2> corners;
   corners << s.hull_x[0], s.hull_y[0], s.hull_x[1], s.hull_y[0], s.hull_x[1], s.hull_y[1],
       s.hull_x[0], s.hull_y[1];
-  data.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
+  data.set_hull(robots::SupportPolygon::hull(corners).half_planes(hull_rows));
 
   OptimalControlProblem ocp = problem(model, weights, data, walking::one_foot_then_two(s.impact));
   VectorXd start(9);

@@ -23,11 +23,11 @@ constexpr int landing = 20;  // sample from which both feet stand
 // Rounding in sums of at most forty numbers below 1000.
 constexpr double rounding = 1e-9;
 
-FloatingRobot two_joints() {
-  FloatingRobot robot;
+robots::FloatingRobot two_joints() {
+  robots::FloatingRobot robot;
   robot.name = "hopper";
   robot.total_mass = 3.0;
-  FloatingRobot::Body base, thigh, shin;
+  robots::FloatingRobot::Body base, thigh, shin;
   base.name = "trunk";
   thigh.name = "thigh";
   thigh.parent = 0;
@@ -38,8 +38,8 @@ FloatingRobot two_joints() {
   shin.joint = "knee";
   shin.effort = 20.0;
   shin.boxes.push_back({Eigen::Isometry3d::Identity(), {0.2, 0.1, 0.02}});
-  UrdfModel::LinkShape visual;
-  visual.shape = UrdfModel::LinkShape::Shape::mesh;
+  robots::UrdfModel::LinkShape visual;
+  visual.shape = robots::UrdfModel::LinkShape::Shape::mesh;
   visual.mesh = "package://hopper/shin.stl";
   visual.size.setConstant(0.001);
   shin.looks.push_back({"shin", {visual}, shin.boxes});
@@ -51,7 +51,7 @@ FloatingRobot two_joints() {
 
 // The left sole is rotated by 90 degrees about z. Both soles slide. The foot that is not the stance
 // foot lands.
-RunLog made_up_log(Side stance = Side::left) {
+RunLog made_up_log(robots::Side stance = robots::Side::left) {
   RunLog log;
   for (int i = 0; i < samples; ++i) {
     BipedSample s;
@@ -60,7 +60,7 @@ RunLog made_up_log(Side stance = Side::left) {
     s.capture_point.setZero();
     s.wrenches.setZero();
     s.push.setZero();
-    (stance == Side::left ? s.right_stands : s.left_stands) = i >= landing;
+    (stance == robots::Side::left ? s.right_stands : s.left_stands) = i >= landing;
     log.samples.push_back(s);
     RunLog::BodySample b;
     b.state.q = VectorXd::Constant(2, 0.1 * i);
@@ -147,7 +147,7 @@ TEST(BodyOutput, SlipIsRelativeToTheInitialContact) {
 }
 
 TEST(BodyOutput, SlipOfTheSwingFootIsRelativeToItsLanding) {
-  const RunLog log = made_up_log(Side::right);
+  const RunLog log = made_up_log(robots::Side::right);
   const Table table = parse(body_table(log, two_joints()));
   EXPECT_EQ(table.at(landing - 1, "left_slip"), 0.0);
   EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * (30 - landing), rounding);
@@ -192,8 +192,9 @@ TEST(BodyOutput, WritesEstimateAndTruth) {
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     log.samples[i].time += 1.0;  // s; long after the start
     RunLog::BodySample& b = log.body[i];
-    const Side stance = 2 * i < log.body.size() ? Side::left : Side::right;
-    const Vec<double, 3> sole = (stance == Side::left ? b.left_sole : b.right_sole).translation();
+    const robots::Side stance = 2 * i < log.body.size() ? robots::Side::left : robots::Side::right;
+    const Vec<double, 3> sole =
+        (stance == robots::Side::left ? b.left_sole : b.right_sole).translation();
     RunLog::BodyEstimate estimate{b.state, log.samples[i].gamma,
                                   sole + Vec<double, 3>(1e-3, 0.0, 0.0), stance};
     estimate.gamma[0] += 4e-3;

@@ -19,7 +19,7 @@ constexpr double period = 0.01;  // s
 // At rest for one second, with one joint between -1 and 1 rad and a motor of 10 Nm.
 RunLog still() {
   RunLog log;
-  FloatingRobot::Body base, leg;
+  robots::FloatingRobot::Body base, leg;
   leg.parent = 0;
   leg.joint = "hip";
   leg.position = between(-1.0, 1.0);
@@ -166,8 +166,8 @@ TEST(BodyVerdict, ReportsFrictionBeyondCoulombAsAnImpulse) {
 TEST(BodyVerdict, ReportsClearanceWithItsTime) {
   RunLog log = still();
   EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
-  FloatingRobot& robot = log.floating;
-  FloatingRobot::Body hand;
+  robots::FloatingRobot& robot = log.floating;
+  robots::FloatingRobot::Body hand;
   hand.parent = 1;
   hand.joint = "elbow";
   hand.origin.translation() << 0.3, 0.0, 0.0;

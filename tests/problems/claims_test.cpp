@@ -38,7 +38,7 @@ class Claims : public OnTheBody, public testing::WithParamInterface<Claim> {};
 class Recovered : public Claims {};
 TEST_P(Recovered, BodyStaysWithinItsLimits) {
   const std::vector<std::string>& settings = GetParam().settings;
-  if (std::count(settings.begin(), settings.end(), "plant=mujoco") > 0 && !has_mujoco())
+  if (std::count(settings.begin(), settings.end(), "plant=mujoco") > 0 && !robots::has_mujoco())
     GTEST_SKIP() << "built without MuJoCo";
   const auto [log, verdict] = outcome(settings);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
@@ -94,7 +94,7 @@ TEST_F(Landing, CapturePointSettlesFasterWithPrediction) {
   EXPECT_TRUE(baseline.verdict.recovered) << baseline.verdict.reason;
   EXPECT_LT(mpc.verdict.icp_settling, 0.3);  // s, to within 1 cm
   EXPECT_LT(mpc.verdict.icp_settling, baseline.verdict.icp_settling);
-  const SupportPolygon hull = mpc.log.final_scene.hull();
+  const robots::SupportPolygon hull = mpc.log.final_scene.hull();
   for (const BipedSample& s : mpc.log.samples) {
     if (s.time <= mpc.log.touchdown + mpc.verdict.icp_settling) continue;
     ASSERT_TRUE(hull.contains(s.capture_point)) << s.time;

@@ -110,7 +110,7 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
     config.controller = c.controller;
     config.step.placement = c.placement;
     const Outcome left = run(config);
-    config.scene.stance = Stance::right;
+    config.scene.stance = robots::Stance::right;
     config.push.direction[1] *= -1.0;
     const Outcome right = run(config);
     EXPECT_TRUE(left.verdict.recovered) << left.verdict.reason;
@@ -146,7 +146,7 @@ TEST(ClosedLoop, AllSolversFindTheSameOptimumInEveryTick) {
   const Config config = pushed_by(6.0);
   const RunLog log = run(config).log;
   ASSERT_LT(log.touchdown, infinity);
-  const RobotDescription robot = icub();
+  const robots::RobotDescription robot = icub();
   std::vector<std::unique_ptr<Planner>> planners;
   for (const SolverChoice solver :
        {SolverChoice::riccati, SolverChoice::sparse, SolverChoice::ipopt}) {
@@ -205,7 +205,7 @@ TEST(ClosedLoop, RecoversWithEveryFifthTickDenied) {
 
 TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
   const Config config = pushed_by(6.0);
-  const RobotDescription robot = icub();
+  const robots::RobotDescription robot = icub();
   for (const SolverChoice solver : {SolverChoice::riccati, SolverChoice::sparse}) {
     Config c = config;
     c.planner.solver = solver;
@@ -233,11 +233,11 @@ TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
 }
 
 // On the left foot, or mirrored.
-Scene on_one_foot(Side side = Side::left) {
-  const FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
+Scene on_one_foot(robots::Side side = robots::Side::left) {
+  const robots::FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
   Scene scene;
   scene.side = side;
-  scene.stance_foot = side == Side::left ? left : left.mirrored();
+  scene.stance_foot = side == robots::Side::left ? left : left.mirrored();
   scene.swing_foot = scene.stance_foot.mirrored();
   return scene;
 }
@@ -277,7 +277,7 @@ TEST(StepLogic, PlacesPointAwayFromTheStanceFoot) {
       Step options;
       options.placement = placement;
       StepLogic a(options, 1.0, on_one_foot());
-      StepLogic b(options, 1.0, on_one_foot(Side::right));
+      StepLogic b(options, 1.0, on_one_foot(robots::Side::right));
       a.update(1.1, {0.02, y}, 4.2);
       b.update(1.1, {0.02, -y}, 4.2);
       EXPECT_LT(a.place()[1], -0.1);
@@ -369,7 +369,7 @@ TEST(Settings, RejectsInsufficientNormalForces) {
 TEST(ClosedLoop, InterruptedRunKeepsItsResults) {
   Config config;
   config.push.start = 0.1;
-  const RobotDescription robot = robot_of(config);
+  const robots::RobotDescription robot = robot_of(config);
   const RunLog log = walking::simulate(PushRecovery(config), robot,
                                        [](const LoopState& state) { return state.time < 0.2; });
   EXPECT_TRUE(log.interrupted);
@@ -478,7 +478,7 @@ TEST(Settings, RejectsEmptyFootReach) {
   Config config;
   config.step.planner = Step::Planner::ocp;
   config.planning.robot_reach = false;  // reach from the settings, with or without a URDF
-  const RobotDescription robot = robot_of(config);
+  const robots::RobotDescription robot = robot_of(config);
   const auto complaint = [&robot](const Config& given) {
     return error_of<InputError>(
         [&] {

@@ -167,10 +167,10 @@ struct LostStep {
   bool may_hurry = false;  // the swing time is free
 };
 
-SupportPolygon::HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
+robots::SupportPolygon::HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
   Eigen::Matrix<double, 4, 2> corners;
   corners << x0, y0, x1, y0, x1, y1, x0, y1;
-  return SupportPolygon::hull(corners).half_planes(reach_rows);
+  return robots::SupportPolygon::hull(corners).half_planes(reach_rows);
 }
 
 // Penalised constraints of the planner are hard constraints here.

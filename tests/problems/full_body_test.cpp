@@ -31,8 +31,9 @@ TEST_F(FullBody, RecoversWithAStep) {
   Vec<double, 3> impulse = Vec<double, 3>::Zero();
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const double span = i == 0 ? engine_step : period;
-    impulse += span * (log.body[i].left.head<3>() + log.body[i].right.head<3>() +
-                       log.samples[i].push - Vec<double, 3>(0.0, 0.0, mass * standard_gravity));
+    impulse +=
+        span * (log.body[i].left.head<3>() + log.body[i].right.head<3>() + log.samples[i].push -
+                Vec<double, 3>(0.0, 0.0, mass * robots::standard_gravity));
   }
   const Vec<double, 3> gained =
       mass * (log.samples.back().gamma - log.samples.front().gamma).segment<3>(3);
@@ -41,7 +42,7 @@ TEST_F(FullBody, RecoversWithAStep) {
 
 TEST_F(FullBody, MomentumControlStepsToo) {
   config.push.impulse = 4.5;  // N s; above, the angular momentum is close to the limit
-  config.control.choice = WholeBodyController::Method::momentum;
+  config.control.choice = robots::WholeBodyController::Method::momentum;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
@@ -52,7 +53,7 @@ TEST_F(FullBody, MomentumControlStepsToo) {
 TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   config.push.impulse = 6.0;
   const RunLog left = run();
-  config.scene.stance = Stance::right;
+  config.scene.stance = robots::Stance::right;
   config.push.direction[1] *= -1.0;
   const RunLog right = run();
   EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;

@@ -35,7 +35,7 @@ class IcubInDart : public testing::Test {
   RunLog run() const { return simulate(config, robot); }
 
   const char* urdf = nullptr;
-  RobotDescription robot;
+  robots::RobotDescription robot;
   Config config;
 };
 

@@ -37,7 +37,7 @@ using Words = std::vector<std::string>;
 constexpr double forward = 0.0, left = 0.5 * std::numbers::pi, back = std::numbers::pi,
                  right = 1.5 * std::numbers::pi;  // rad
 
-PendulumBound bound_of(const Config& config, const RobotDescription& robot) {
+PendulumBound bound_of(const Config& config, const robots::RobotDescription& robot) {
   return pendulum_bound(config.push, config.step, config.scene, robot);
 }
 
@@ -65,7 +65,7 @@ TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
     Config config;
     config.step.placement = placement;
     const PendulumBound on_left = bound_of(config, icub());
-    config.scene.stance = Stance::right;
+    config.scene.stance = robots::Stance::right;
     const PendulumBound on_right = bound_of(config, icub());
     constexpr double rounding = 1e-9;  // N s
     for (const double angle : {0.1, 1.0, 2.0, 3.0, 4.0, 5.0}) {
@@ -78,11 +78,11 @@ TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
 TEST(PendulumBound, AlongFootAxesMatchesTheOneDimensionalBound) {
   const PendulumBound bound = published();
   const auto along_axis = [&](double edge, double reach, double landing) {
-    return largest_impulse_with_step(reach, landing,
-                                     {.mass = bound.mass,
-                                      .height = bound.height,
-                                      .distance_to_edge = edge,
-                                      .duration = bound.push.duration});
+    return robots::largest_impulse_with_step(reach, landing,
+                                             {.mass = bound.mass,
+                                              .height = bound.height,
+                                              .distance_to_edge = edge,
+                                              .duration = bound.push.duration});
   };
   constexpr double rounding = 1e-9;  // N s; also that of the cosine of a quarter turn
   for (const double landing : {0.3, 0.45, 0.6}) {
@@ -99,7 +99,8 @@ TEST(PendulumBound, AlongFootAxesMatchesTheOneDimensionalBound) {
 }
 
 // Support function of a rectangle along a normal.
-double support(const FootRectangle& r, const Point2& n, const Point2& shift = Point2(0.0, 0.0)) {
+double support(const robots::FootRectangle& r, const robots::Point2& n,
+               const robots::Point2& shift = robots::Point2(0.0, 0.0)) {
   return n.dot(shift) + std::max(n[0] * r.x.lower, n[0] * r.x.upper) +
          std::max(n[1] * r.y.lower, n[1] * r.y.upper);
 }
@@ -115,17 +116,17 @@ TEST(PendulumBound, PushEndsOnTheSupportBorderInAnyDirection) {
     const double late = std::exp(-omega * landing);
     for (int i = 0; i < 32; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / 32.0;
-      const Point2 end = bound.largest_impulse(angle, landing) * per_impulse *
-                         Point2(std::cos(angle), std::sin(angle));
+      const robots::Point2 end = bound.largest_impulse(angle, landing) * per_impulse *
+                                 robots::Point2(std::cos(angle), std::sin(angle));
       double gap = infinity;
       constexpr int normals = 36000;
       for (int k = 0; k < normals; ++k) {
         const double at = 2.0 * std::numbers::pi * k / normals;
-        const Point2 n(std::cos(at), std::sin(at));
+        const robots::Point2 n(std::cos(at), std::sin(at));
         double both = support(bound.stance_foot, n);
         for (const double x : {bound.reach_x.lower, bound.reach_x.upper})
           for (const double y : {bound.reach_y.lower, bound.reach_y.upper})
-            both = std::max(both, support(bound.swing_foot, n, Point2(x, y)));
+            both = std::max(both, support(bound.swing_foot, n, robots::Point2(x, y)));
         gap =
             std::min(gap, (1.0 - late) * support(bound.stance_foot, n) + late * both - n.dot(end));
       }
@@ -152,25 +153,25 @@ TEST(PendulumBound, DependsOnThePushShape) {
 }
 
 // Settings of the planner that chooses its steps, with a rectangular reach.
-Config stepping(Stance stance, int most) {
+Config stepping(robots::Stance stance, int most) {
   Config config;
   config.scene.stance = stance;
-  if (stance == Stance::both) config.scene.target = SceneSettings::Target::centroid;
+  if (stance == robots::Stance::both) config.scene.target = SceneSettings::Target::centroid;
   config.step.planner = Step::Planner::ocp;
   config.planning.robot_reach = false;
   config.planning.most_steps = most;
   return config;
 }
 
-PendulumBound bound_of_steps(Stance stance, int most) {
+PendulumBound bound_of_steps(robots::Stance stance, int most) {
   const Config config = stepping(stance, most);
-  const RobotDescription robot = icub();
+  const robots::RobotDescription robot = icub();
   return pendulum_bound(config.push, config.step, config.scene, robot,
                         PushRecovery(config).step_bounds(robot));
 }
 
 TEST(PendulumBound, OneStepUsesTheShortestTime) {
-  const PendulumBound bound = bound_of_steps(Stance::left, 1);
+  const PendulumBound bound = bound_of_steps(robots::Stance::left, 1);
   ASSERT_TRUE(bound.steps);
   EXPECT_EQ(bound.steps->shortest, 0.3);
   constexpr double rounding = 1e-9;  // N s
@@ -192,21 +193,23 @@ TEST(PendulumBound, OneStepUsesTheShortestTime) {
 
 // Along one axis these are the margins of Koolen et al.
 TEST(Capturability, ForwardCaseMatchesTheOneDimensionalBound) {
-  const FootRectangle sole{between(-0.08, 0.08), between(-0.03, 0.03)};
-  const SteppingLimits limits{sole, sole, {{-0.3, 0.1}, {0.3, 0.1}, {0.3, 0.3}, {-0.3, 0.3}}, 0.35};
+  const robots::FootRectangle sole{between(-0.08, 0.08), between(-0.03, 0.03)};
+  const robots::SteppingLimits limits{
+      sole, sole, {{-0.3, 0.1}, {0.3, 0.1}, {0.3, 0.3}, {-0.3, 0.3}}, 0.35};
   constexpr double omega = 4.2, rounding = 1e-12;  // 1/s, m
   for (int steps = 0; steps <= 4; ++steps) {
     double farthest = 0.0;
-    const SupportPolygon set = capturable(limits, Side::right, steps, omega);
-    for (const Point2& corner : set.vertices()) farthest = std::max(farthest, corner[0]);
-    EXPECT_NEAR(farthest, capturability_margin(steps, {0.3, 0.35, 0.08}, omega), rounding);
+    const robots::SupportPolygon set =
+        robots::capturable(limits, robots::Side::right, steps, omega);
+    for (const robots::Point2& corner : set.vertices()) farthest = std::max(farthest, corner[0]);
+    EXPECT_NEAR(farthest, robots::capturability_margin(steps, {0.3, 0.35, 0.08}, omega), rounding);
   }
 }
 
 // Sideways, both feet on the ground resist more than the inner edge of one foot during the swing of
 // the other. Forward, every step increases the bound.
 TEST(PendulumBound, OnTwoFeetUsesTheHullOrAStepOfEitherFoot) {
-  const PendulumBound bound = bound_of_steps(Stance::both, 1);
+  const PendulumBound bound = bound_of_steps(robots::Stance::both, 1);
   ASSERT_TRUE(bound.other_foot);
   const double apart = -(*bound.other_foot)[1], omega = std::sqrt(9.81 / bound.height);
   const double per_metre = bound.mass * omega * (omega * bound.push.duration) /

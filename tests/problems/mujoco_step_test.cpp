@@ -11,7 +11,7 @@ namespace {
 class MujocoStep : public IcubInDart, public ::testing::WithParamInterface<double> {
  protected:
   void SetUp() override {
-    if (!has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
+    if (!robots::has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
     IcubInDart::SetUp();
   }
 };

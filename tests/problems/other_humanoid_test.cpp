@@ -75,13 +75,14 @@ TEST_F(OtherHumanoid, BoxesReplaceMeshesByTheInertia) {
   Config given;
   given.robot.file = config.string();
   given.robot.urdf = urdf.string();
-  const FloatingRobot robot = floating_robot(UrdfModel::read(urdf), robot_of(given));
+  const robots::FloatingRobot robot =
+      robots::floating_robot(robots::UrdfModel::read(urdf), robot_of(given));
   EXPECT_EQ(robot.joints(), 14);
-  for (const FloatingRobot::Body& body : robot.bodies) {
+  for (const robots::FloatingRobot::Body& body : robot.bodies) {
     ASSERT_EQ(body.looks.size(), 1U) << body.name;
-    const FloatingRobot::Look& look = body.looks[0];
+    const robots::FloatingRobot::Look& look = body.looks[0];
     ASSERT_EQ(look.boxes.size(), 1U) << body.name;
-    const UrdfModel::Box& box = look.boxes[0];
+    const robots::UrdfModel::Box& box = look.boxes[0];
     Vec<double, 3> size = box.size, drawn = look.visuals.at(0).size;
     std::sort(size.begin(), size.end());
     std::sort(drawn.begin(), drawn.end());

@@ -7,7 +7,7 @@
 
 namespace saltus::push_recovery {
 
-inline RunLog simulate(const Config& config, const RobotDescription& robot) {
+inline RunLog simulate(const Config& config, const robots::RobotDescription& robot) {
   return walking::simulate(PushRecovery(config), robot);
 }
 

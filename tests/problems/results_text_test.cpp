@@ -6,7 +6,7 @@
 #include "problems/biped/report/scripts.hpp"
 #include "tests/app/support.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 TEST(ResultsText, ListsFilesOfThisRunOnly) {
@@ -50,4 +50,4 @@ TEST(ResultsText, OmitsAMissingReport) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -8,7 +8,7 @@
 #include "tests/app/support.hpp"
 #include "tests/robots/fixed_steps.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 struct Ended {
@@ -49,4 +49,4 @@ TEST(RunBiped, IntegrationFailureIsAFailure) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

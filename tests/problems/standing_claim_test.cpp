@@ -29,8 +29,8 @@ struct Start {
 
 // Initial state of the simulation: CoM of the default posture, at rest.
 Start closed_loop_start() {
-  const RobotDescription robot = icub();
-  const StandingPosture& posture = robot.default_posture();
+  const robots::RobotDescription robot = icub();
+  const robots::StandingPosture& posture = robot.default_posture();
   EXPECT_EQ(posture.name, "left_stance");
   return {.mass = robot.mass,
           .height = posture.com[2],
@@ -38,7 +38,7 @@ Start closed_loop_start() {
           .sole_y = robot.left_foot.y};
 }
 
-StandingPush as_push(const Start& s) {
+robots::StandingPush as_push(const Start& s) {
   return {.mass = s.mass,
           .height = s.height,
           .distance_to_edge = s.com_y - s.sole_y.lower,
@@ -108,7 +108,7 @@ TEST(StandingClaim, TheClosedFormIsTheLimitOfTheLinearProgram) {
       Start start = closed_loop_start();
       start.com_y = com_y;
       start.torque = torque;
-      const double limit = largest_impulse_standing(largest_momentum, as_push(start));
+      const double limit = robots::largest_impulse_standing(largest_momentum, as_push(start));
       const double coarse = largest_impulse(start, 0.01), fine = largest_impulse(start, 0.0025);
       constexpr double solver_accuracy = 1e-6;  // N s
       EXPECT_LT(limit, claimed_fall);
@@ -124,9 +124,9 @@ TEST(StandingClaim, UsesTheHeightOfThePosture) {
   Start start = closed_loop_start();
   start.com_y = 0.0;
   start.height = 0.51;
-  EXPECT_LT(largest_impulse_standing(largest_momentum, as_push(start)), claimed_fall);
+  EXPECT_LT(robots::largest_impulse_standing(largest_momentum, as_push(start)), claimed_fall);
   start.height = 0.50;
-  EXPECT_GT(largest_impulse_standing(largest_momentum, as_push(start)), claimed_fall);
+  EXPECT_GT(robots::largest_impulse_standing(largest_momentum, as_push(start)), claimed_fall);
 }
 
 }  // namespace

@@ -40,11 +40,11 @@ class Pushed final : public BipedProblem {
 
   const BipedSettings& settings() const override { return problem_.settings(); }
   BipedSettings& settings() override { return problem_.settings(); }
-  std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+  std::unique_ptr<Planner> make_planner(const robots::RobotDescription& nominal,
                                         const Scene& scene) const override {
     return problem_.make_planner(nominal, scene);
   }
-  std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
+  std::unique_ptr<StepPlanner> make_step_planner(const robots::RobotDescription& nominal,
                                                  const Scene& scene) const override {
     return problem_.make_step_planner(nominal, scene);
   }
@@ -197,7 +197,7 @@ TEST(StepKnown, ContradictionsGiveOneSentence) {
 TEST(StepKnown, PushTriggerNeedsThePushTime) {
   Config config;
   config.step.known = false;
-  const RobotDescription robot = icub();
+  const robots::RobotDescription robot = icub();
   const PushRecovery problem(config);
   EXPECT_THROW(problem.make_step_planner(robot, initial_scene(problem, robot)), DefinitionError);
 }

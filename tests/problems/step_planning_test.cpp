@@ -18,16 +18,16 @@ namespace saltus::push_recovery {
 namespace {
 
 using Vector2 = Vec<double, 2>;
-using walking::StepPlan;
+using robots::walking::StepPlan;
 
 StepModel model() {
   StepModel m;
   Eigen::Matrix<double, 4, 2> corners;
   corners << -0.25, 0.13, 0.25, 0.13, 0.25, 0.31, -0.25, 0.31;
-  m.reach = SupportPolygon::hull(corners).half_planes(reach_rows);
+  m.reach = robots::SupportPolygon::hull(corners).half_planes(reach_rows);
   Eigen::Matrix<double, 4, 2> legs;
   legs << -0.35, -0.35, 0.35, -0.35, 0.35, 0.35, -0.35, 0.35;
-  m.leg = SupportPolygon::hull(legs).half_planes(reach_rows);
+  m.leg = robots::SupportPolygon::hull(legs).half_planes(reach_rows);
   m.lent = 0.005;
   m.lent_rate = 0.07;
   return m;
@@ -80,7 +80,8 @@ TEST(StepProblemTest, ViolationMatchesThePendulum) {
       program.solve(now, pushed({0.0, beside}), between(0.01, m.swing.upper), 0.0, 30);
   ASSERT_TRUE(s.is_solved);
   const double edge = m.sole[1];
-  const double at_landing = propagate_capture_point<double>(beside, edge, now.omega, m.swing.lower);
+  const double at_landing =
+      robots::propagate_capture_point<double>(beside, edge, now.omega, m.swing.lower);
   // One step of the integrator per quarter of the swing: (omega h)^5 / 120 of the growth.
   EXPECT_NEAR(s.missed, at_landing - 0.31 - edge, 1e-3);
   EXPECT_NEAR(s.landing[0], m.swing.lower, 1e-3);

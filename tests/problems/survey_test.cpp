@@ -39,7 +39,7 @@ class Biped {
     return text + half(true) + half(false) + "</robot>";
   }
 
-  UrdfModel model() const { return UrdfModel::parse(urdf(), "boxes.urdf"); }
+  robots::UrdfModel model() const { return robots::UrdfModel::parse(urdf(), "boxes.urdf"); }
 
  private:
   std::string half(bool left) const {
@@ -101,7 +101,7 @@ std::vector<std::string> subjects(const std::vector<Finding>& findings, Finding:
   return list;
 }
 
-std::vector<Finding> check(const UrdfModel& model, const RobotDescription& robot) {
+std::vector<Finding> check(const robots::UrdfModel& model, const robots::RobotDescription& robot) {
   return check_robot(model, robot, 0.2, between(0.15, 0.3));
 }
 
@@ -126,7 +126,7 @@ TEST(Limbs, JointsIncludeLegsArmsAndTheirParents) {
 }
 
 TEST(Limbs, MirrorFindsNamesAndSigns) {
-  const RobotDescription::Mirror mirror = find_limbs(Biped().model()).mirror;
+  const robots::RobotDescription::Mirror mirror = find_limbs(Biped().model()).mirror;
   EXPECT_EQ(mirror.namesake("leg_left_knee"), "leg_right_knee");
   EXPECT_EQ(mirror.namesake("leg_right_knee"), "leg_left_knee");
   EXPECT_EQ(mirror.namesake("waist_yaw"), "waist_yaw");
@@ -141,15 +141,15 @@ TEST(Limbs, NamesMissingPartsWithTheirRemedy) {
   Biped weak;
   weak.effort = "0";
   EXPECT_TRUE(contains(complaint([&] { find_limbs(weak.model()); }), "has no motor"));
-  const auto one = UrdfModel::parse(
+  const auto one = robots::UrdfModel::parse(
       "<robot name=\"stick\"><link name=\"stick\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
       "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
       "stick.urdf");
   EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "form left and right pairs"));
 }
 
-double distance(const RobotDescription::LinkCapsule& limb, const Vec<double, 3>& point) {
-  const Capsule& c = limb.capsule;
+double distance(const robots::RobotDescription::LinkCapsule& limb, const Vec<double, 3>& point) {
+  const robots::Capsule& c = limb.capsule;
   const Vec<double, 3> along = c.to - c.from;
   const double length = along.squaredNorm();
   const double s = length > 0.0 ? std::clamp((point - c.from).dot(along) / length, 0.0, 1.0) : 0.0;
@@ -158,14 +158,14 @@ double distance(const RobotDescription::LinkCapsule& limb, const Vec<double, 3>&
 
 TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
   const Biped biped;
-  const UrdfModel model = biped.model();
-  RobotDescription robot = survey_robot(model).description;
+  const robots::UrdfModel model = biped.model();
+  robots::RobotDescription robot = survey_robot(model).description;
   robot.capsules.clear();
-  FloatingRobot body = floating_robot(model, robot);
-  add_capsules(body, model, robot);
+  robots::FloatingRobot body = robots::floating_robot(model, robot);
+  robots::add_capsules(body, model, robot);
   const auto expect_inside = [&](const char* link, const Vec<double, 3>& middle,
                                  const Vec<double, 3>& size) {
-    const FloatingRobot::Frame frame = link_frame(body, model, link);
+    const robots::FloatingRobot::Frame frame = robots::link_frame(body, model, link);
     const auto& capsules = body.bodies[static_cast<std::size_t>(frame.body)].capsules;
     ASSERT_FALSE(capsules.empty()) << link;
     for (int corner = 0; corner < 8; ++corner) {
@@ -173,7 +173,7 @@ TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
                                 corner & 4 ? 0.5 : -0.5);
       const Vec<double, 3> point = frame.pose * (middle + half.cwiseProduct(size));
       double nearest = infinity;
-      for (const RobotDescription::LinkCapsule& c : capsules)
+      for (const robots::RobotDescription::LinkCapsule& c : capsules)
         nearest = std::min(nearest, distance(c, point));
       EXPECT_LT(nearest, 1e-6) << link << " " << corner;  // m, accuracy of the fit
     }
@@ -184,8 +184,8 @@ TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
   expect_inside("chest", {0.0, 0.0, 0.15}, {0.2, 0.2, 0.2});
 
   const auto apart = [&](const char* first, const char* second) {
-    std::pair<int, int> pair{link_frame(body, model, first).body,
-                             link_frame(body, model, second).body};
+    std::pair<int, int> pair{robots::link_frame(body, model, first).body,
+                             robots::link_frame(body, model, second).body};
     if (pair.first > pair.second) std::swap(pair.first, pair.second);
     return std::find(body.apart.begin(), body.apart.end(), pair) != body.apart.end();
   };
@@ -195,12 +195,12 @@ TEST(Capsules, ContainTheVisualShapeOrTheInertiaBox) {
 }
 
 TEST(PostureSearch, ReachesTheRequestedFeetAndCentreOfMass) {
-  const UrdfModel model = Biped().model();
-  const RobotDescription robot = survey_robot(model).description;
-  FloatingRobot body = floating_robot(model, robot);
-  add_capsules(body, model, robot);
+  const robots::UrdfModel model = Biped().model();
+  const robots::RobotDescription robot = survey_robot(model).description;
+  robots::FloatingRobot body = robots::floating_robot(model, robot);
+  robots::add_capsules(body, model, robot);
   PostureWish wish;
-  wish.stance = Side::left;
+  wish.stance = robots::Side::left;
   wish.other_foot = {0.1, -0.25, 0.03};
   wish.com = {0.03, -0.01};
   wish.trunk_height = 0.78;
@@ -220,11 +220,11 @@ TEST(PostureSearch, ReachesTheRequestedFeetAndCentreOfMass) {
 // The search starts from the posture on both feet, also if other postures precede it.
 TEST(FootReach, SearchesFromTheStandingPostureAndWritesAtomically) {
   namespace fs = std::filesystem;
-  const UrdfModel model = UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
-  RobotDescription robot = survey_robot(model).description;
+  const robots::UrdfModel model = robots::UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
+  robots::RobotDescription robot = survey_robot(model).description;
   const TemporaryFolder folder;
-  const StandingPosture both = walking::posture_on_both_feet(robot);
-  robot.postures = {robot.posture_on(Side::left)};
+  const robots::StandingPosture both = walking::posture_on_both_feet(robot);
+  robot.postures = {robot.posture_on(robots::Side::left)};
   EXPECT_FALSE(cached_foot_reach(model, robot, folder.path()));
   EXPECT_TRUE(fs::is_empty(folder.path()));
 
@@ -243,11 +243,11 @@ TEST(FootReach, SearchesFromTheStandingPostureAndWritesAtomically) {
 }
 
 TEST(SurveyedRobot, WritesAFileThatPassesItsCheck) {
-  const UrdfModel model = Biped().model();
+  const robots::UrdfModel model = Biped().model();
   const SurveyedRobot robot = survey_robot(model);
-  const RobotDescription read =
-      describe(model, parse_robot_description(to_yaml(robot, model), "robot.yaml",
-                                              RobotDescription::Figures::from_urdf));
+  const robots::RobotDescription read = describe(
+      model, robots::parse_robot_description(to_yaml(robot, model), "robot.yaml",
+                                             robots::RobotDescription::Figures::from_urdf));
   ASSERT_EQ(read.postures.size(), 3u);
   EXPECT_EQ(read.joints.size(), 13u);
   EXPECT_NEAR(read.mass, 40.04, 1e-9);
@@ -256,44 +256,45 @@ TEST(SurveyedRobot, WritesAFileThatPassesItsCheck) {
   const std::vector<Finding> findings = check(model, read);
   EXPECT_TRUE(subjects(findings, Finding::Level::wrong).empty()) << describe(findings);
   // The file contains the figures, for use without the URDF.
-  EXPECT_NEAR(parse_robot_description(to_yaml(robot, model), "robot.yaml").mass, 40.04, 1e-6);
+  EXPECT_NEAR(robots::parse_robot_description(to_yaml(robot, model), "robot.yaml").mass, 40.04,
+              1e-6);
 }
 
 TEST(RobotCheck, ReportsErrors) {
-  const UrdfModel model = Biped().model();
-  const RobotDescription good = survey_robot(model).description;
-  const auto wrong = [&](const RobotDescription& robot) {
+  const robots::UrdfModel model = Biped().model();
+  const robots::RobotDescription good = survey_robot(model).description;
+  const auto wrong = [&](const robots::RobotDescription& robot) {
     return subjects(check(model, robot), Finding::Level::wrong);
   };
   EXPECT_TRUE(wrong(good).empty());
-  RobotDescription stilts = good;
+  robots::RobotDescription stilts = good;
   stilts.contact_plane_offset -= 0.0105;
   EXPECT_TRUE(holds(wrong(stilts), "feet"));
-  RobotDescription falls = good;
+  robots::RobotDescription falls = good;
   falls.postures[0].com.y() -= 0.2;
   EXPECT_TRUE(holds(wrong(falls), "left_stance"));
-  RobotDescription bent = good;
+  robots::RobotDescription bent = good;
   bent.postures[1].joints["leg_right_knee"] = -0.5;
   EXPECT_TRUE(holds(wrong(bent), "right_stance"));
-  RobotDescription idle = good;
+  robots::RobotDescription idle = good;
   idle.joints[0].effort = 0.0;
   EXPECT_TRUE(holds(wrong(idle), "masses"));  // no valid body
-  RobotDescription strong = good;
+  robots::RobotDescription strong = good;
   strong.joints[0].effort = 50000.0;
   EXPECT_TRUE(holds(subjects(check(model, strong), Finding::Level::note), "limits"));
 }
 
 // Each edge of a foot, moved by more and by less than the threshold. Postures have no effect here.
 TEST(RobotCheck, ReportsAsymmetricFeet) {
-  const UrdfModel model = Biped().model();
-  RobotDescription robot = survey_robot(model).description;
+  const robots::UrdfModel model = Biped().model();
+  robots::RobotDescription robot = survey_robot(model).description;
   robot.postures.clear();
-  const auto is_noted = [&](Bounds FootRectangle::*axis, bool upper, double by) {
-    RobotDescription other = robot;
+  const auto is_noted = [&](Bounds robots::FootRectangle::*axis, bool upper, double by) {
+    robots::RobotDescription other = robot;
     (upper ? (other.right_foot.*axis).upper : (other.right_foot.*axis).lower) += by;
     return holds(subjects(check(model, other), Finding::Level::note), "feet");
   };
-  for (const auto axis : {&FootRectangle::x, &FootRectangle::y})
+  for (const auto axis : {&robots::FootRectangle::x, &robots::FootRectangle::y})
     for (const bool upper : {false, true})
       for (const double sign : {-1.0, 1.0}) {
         EXPECT_TRUE(is_noted(axis, upper, 2e-3 * sign)) << upper << sign;
@@ -317,8 +318,8 @@ TEST(SurveyedRobot, KneesBendWithinTheirLimits) {
   backwards.knee_axis = "0 -1 0";
   backwards.knee_lower = "-2.4";
   backwards.knee_upper = "0";
-  const RobotDescription robot = survey_robot(Biped().model()).description,
-                         image = survey_robot(backwards.model()).description;
+  const robots::RobotDescription robot = survey_robot(Biped().model()).description,
+                                 image = survey_robot(backwards.model()).description;
   constexpr double rounding = 1e-6;  // rad, rounding of the result
   for (std::size_t i = 0; i < robot.postures.size(); ++i)
     for (const char* knee : {"leg_left_knee", "leg_right_knee"}) {
@@ -332,9 +333,9 @@ TEST(SurveyedRobot, KneesBendWithinTheirLimits) {
 TEST(SurveyedRobot, LoadedKneeBendsTowardsItsLargerRange) {
   Biped loose;
   loose.knee_lower = "-0.5";
-  for (const StandingPosture& posture : survey_robot(loose.model()).description.postures) {
-    if (posture.stance == Stance::both) continue;
-    const char* knee = posture.stance == Stance::left ? "leg_left_knee" : "leg_right_knee";
+  for (const robots::StandingPosture& posture : survey_robot(loose.model()).description.postures) {
+    if (posture.stance == robots::Stance::both) continue;
+    const char* knee = posture.stance == robots::Stance::left ? "leg_left_knee" : "leg_right_knee";
     EXPECT_GT(posture.joints.at(knee), 0.0) << posture.name;
   }
 }
@@ -356,7 +357,7 @@ TEST(SurveyedRobot, FindsPosturesOfOtherHumanoids) {
   if (files == nullptr) GTEST_SKIP() << "SALTUS_FOREIGN_URDFS names no files";
   std::istringstream list(files);
   for (std::string file; std::getline(list, file, ':');) {
-    const UrdfModel model = UrdfModel::read(file);
+    const robots::UrdfModel model = robots::UrdfModel::read(file);
     const std::vector<Finding> findings = check(model, survey_robot(model).description);
     EXPECT_TRUE(subjects(findings, Finding::Level::wrong).empty()) << file << describe(findings);
   }

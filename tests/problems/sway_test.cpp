@@ -23,7 +23,7 @@
 namespace saltus::sway {
 namespace {
 
-using namespace walking;
+using namespace robots::walking;
 
 RunLog run(ConfigurableBiped& problem, const std::vector<std::string>& words) {
   Settings settings;
@@ -62,8 +62,8 @@ TEST(Sway, WithstandsASmallPush) {
 }
 
 TEST(Sway, RejectsARobotWithoutTheStandingPosture) {
-  RobotDescription robot = icub();
-  std::erase_if(robot.postures, [](const auto& p) { return p.stance == Stance::both; });
+  robots::RobotDescription robot = icub();
+  std::erase_if(robot.postures, [](const auto& p) { return p.stance == robots::Stance::both; });
   EXPECT_THROW(simulate(*make_sway(), robot), InputError);
 }
 

@@ -22,7 +22,7 @@ Config pushed_by(double impulse, const Vec<double, 3>& direction) {
   return config;
 }
 
-walking::UnmetReport report_of(const Config& config, const RunLog& log) {
+robots::walking::UnmetReport report_of(const Config& config, const RunLog& log) {
   const PushRecoveryExplanations words(limits_on_the_way(config, log.robot));
   return walking::explain_unmet(words, log.unmet_decisions, 60.0);
 }
@@ -31,13 +31,13 @@ TEST(Unmet, ExplainsALateStepOfFixedTime) {
   const Config config = pushed_by(13.0, {0.0, -1.0, 0.0});
   const RunLog log = simulate(config, icub());
   ASSERT_FALSE(log.unmet_decisions.empty());
-  const walking::UnmetDecision& first = log.unmet_decisions.front();
+  const robots::walking::UnmetDecision& first = log.unmet_decisions.front();
   EXPECT_EQ(first.decision, "wrenches");
   EXPECT_GT(first.missed, 1e-3);
   // The landing, 0.6 s after the push, enters the horizon of 0.15 s.
   EXPECT_GT(first.time, 0.1 + 0.6 - 0.15 - 1e-9);
   EXPECT_LT(first.time, 0.7);
-  const walking::UnmetReport report = report_of(config, log);
+  const robots::walking::UnmetReport report = report_of(config, log);
   EXPECT_NE(report.text.find("the capture point is not in the hull of the feet at t = 0.700 s"),
             std::string::npos)
       << report.text;
@@ -61,12 +61,12 @@ TEST(Unmet, ExplainsALateStepOfFixedTime) {
 
 TEST(Unmet, StepPlannerExplainsAnImpossibleStance) {
   Config config = pushed_by(9.0, {0.0, 1.0, 0.0});  // towards the stance side, where no step helps
-  config.step.planner = walking::Step::Planner::ocp;
+  config.step.planner = robots::walking::Step::Planner::ocp;
   const RunLog log = simulate(config, icub());
   ASSERT_FALSE(log.unmet_decisions.empty());
-  const walking::UnmetDecision& first = log.unmet_decisions.front();
+  const robots::walking::UnmetDecision& first = log.unmet_decisions.front();
   EXPECT_EQ(first.decision, "steps");
-  const walking::UnmetReport report = report_of(config, log);
+  const robots::walking::UnmetReport report = report_of(config, log);
   EXPECT_NE(report.text.find("the robot is not captured"), std::string::npos) << report.text;
   EXPECT_NE(report.text.find("to the stance side"), std::string::npos) << report.text;
   // The report does not propose changes of measured data.
@@ -87,11 +87,11 @@ TEST(Unmet, KeepsTheFirstAndTheWorstOfAKind) {
   problem.start_at({0.0}).then(phase);
   const MultipleShooting shooting(problem,
                                   {.intervals_per_phase = 2, .integrator = runge_kutta4()});
-  walking::UnmetDecisions kept;
+  robots::walking::UnmetDecisions kept;
   const double missed[] = {2.0, 1.0, 5.0, 3.0, 4.0};
   for (int k = 0; k < 5; ++k) kept.keep("wrenches", k, missed[k], shooting);
   kept.keep("steps", 2.5, 0.1, shooting);
-  const std::vector<walking::UnmetDecision> all = kept.take();
+  const std::vector<robots::walking::UnmetDecision> all = kept.take();
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0].time, 0.0);
   EXPECT_EQ(all[1].time, 2.0);

@@ -13,7 +13,7 @@
 #include "tests/robots/tree_dynamics.hpp"
 #include "tests/support/count_allocations.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 class RecordedRun : public ::testing::Test {
@@ -125,4 +125,4 @@ TEST_F(RecordedRun, IdealEstimatorRejectsMeasuredReadings) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

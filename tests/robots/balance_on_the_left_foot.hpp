@@ -19,11 +19,12 @@ struct SidePush {
 /// The plant begins on its left foot, `tasks` are those of rest there, and the model has the state
 /// of the plant. Calls `check` with every command. Expects rest above the foot at the end.
 template <class Plant, class Check>
-void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, Plant& plant,
-                              WholeBodyController& controller, WholeBodyController::Tasks tasks,
-                              const SidePush& push, const Check& check) {
-  SwingFoot swing;
-  swing.hold(model.sole(Side::right).pose);
+void balance_on_the_left_foot(const robots::FloatingRobot& robot, robots::DynamicsModel& model,
+                              Plant& plant, robots::WholeBodyController& controller,
+                              robots::WholeBodyController::Tasks tasks, const SidePush& push,
+                              const Check& check) {
+  robots::SwingFoot swing;
+  swing.hold(model.sole(robots::Side::right).pose);
   const Vec<double, 3> above_the_foot(0.0, 0.0, model.com()[2]);
   const int chest = robot.body_index("chest");
   for (int k = 0; 1e-3 * k < push.end; ++k) {
@@ -33,8 +34,9 @@ void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, 
       tasks.force =
           model.mass() * (50.0 * (above_the_foot - model.com()) - 14.0 * model.com_velocity());
       tasks.torque = -5.0 * model.angular_momentum();
-      tasks.swing_acceleration = swing.acceleration(model.sole(Side::right));
-      const WholeBodyController::Command& command = controller.control(model, plant.state(), tasks);
+      tasks.swing_acceleration = swing.acceleration(model.sole(robots::Side::right));
+      const robots::WholeBodyController::Command& command =
+          controller.control(model, plant.state(), tasks);
       ASSERT_EQ(command.status, qp::QpStatus::optimal) << t;
       check(command, t);
       plant.set_torques(command.torques);
@@ -45,8 +47,8 @@ void balance_on_the_left_foot(const FloatingRobot& robot, DynamicsModel& model, 
   }
   EXPECT_LT((model.com() - above_the_foot).norm(), 0.005);
   EXPECT_LT(model.com_velocity().norm(), 0.01);
-  EXPECT_FALSE(plant.contact(Side::right).touches);
-  EXPECT_LT(model.sole(Side::left).pose.translation().norm(), 0.005);  // it did not hop
+  EXPECT_FALSE(plant.contact(robots::Side::right).touches);
+  EXPECT_LT(model.sole(robots::Side::left).pose.translation().norm(), 0.005);  // it did not hop
 }
 
 }  // namespace saltus

@@ -7,7 +7,7 @@
 #include "saltus/robots/walking/planner.hpp"
 #include "tests/robots/fixed_steps.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Right foot, then left foot; the run ends before the second step. The robot stays in its initial
@@ -54,4 +54,4 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

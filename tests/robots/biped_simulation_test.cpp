@@ -18,7 +18,7 @@
 #include "tests/robots/recorded_run.hpp"
 #include "tests/robots/synthetic_balance.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 class BipedSimulation : public testing::Test {
@@ -227,4 +227,4 @@ TEST(Scene, FootLoadsOfAStandingBody) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -25,10 +25,10 @@ class Limbs : public IcubBody {
  protected:
   void SetUp() override {
     IcubBody::SetUp();
-    if (!IsSkipped()) add_capsules(robot, *urdf, description);
+    if (!IsSkipped()) robots::add_capsules(robot, *urdf, description);
   }
-  WholeBodyState random_state(Random& random) const {
-    WholeBodyState state = start;
+  robots::WholeBodyState random_state(Random& random) const {
+    robots::WholeBodyState state = start;
     state.q += 0.5 * random.vector(robot.joints());
     state.dq = 3.0 * random.vector(robot.joints());
     state.base.translation() = random.vector(3);
@@ -37,10 +37,10 @@ class Limbs : public IcubBody {
   }
 };
 
-double distance_of(const FloatingRobot& robot, const Approach& pair, WholeBodyState state, double t,
-                   const VectorXd& acceleration) {
+double distance_of(const robots::FloatingRobot& robot, const robots::Approach& pair,
+                   robots::WholeBodyState state, double t, const VectorXd& acceleration) {
   state.q += t * state.dq + 0.5 * t * t * acceleration;
-  Clearance all(robot, 2000);
+  robots::Clearance all(robot, 2000);
   all.update(state);
   for (int i = 0; i < all.count(); ++i)
     if (all.approach(i).first == pair.first && all.approach(i).second == pair.second)
@@ -50,14 +50,14 @@ double distance_of(const FloatingRobot& robot, const Approach& pair, WholeBodySt
 
 TEST_F(Limbs, SpeedsMatchTheDistance) {
   Random random(seed);
-  Clearance clearance(robot, 8);
+  robots::Clearance clearance(robot, 8);
   VectorXd row(robot.joints());
   for (int k = 0; k < 10; ++k) {
-    const WholeBodyState state = random_state(random);
+    const robots::WholeBodyState state = random_state(random);
     clearance.update(state);
     ASSERT_EQ(clearance.count(), 8);
     for (int i = 0; i < clearance.count(); ++i) {
-      const Approach& a = clearance.approach(i);
+      const robots::Approach& a = clearance.approach(i);
       clearance.jacobian(i, row);
       EXPECT_NEAR(row.dot(state.dq), a.speed, 1e-12);
       // Central differences: an error of h^2 times third derivatives below 1e4 m/s^3.
@@ -73,19 +73,19 @@ TEST_F(Limbs, SpeedsMatchTheDistance) {
 // The closest points of balls do not move: at rest the second derivative is exact, in motion the
 // omitted term is not negative.
 TEST_F(Limbs, AccelerationsMatchTheDistanceOfBalls) {
-  for (FloatingRobot::Body& body : robot.bodies)
-    for (RobotDescription::LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
+  for (robots::FloatingRobot::Body& body : robot.bodies)
+    for (robots::RobotDescription::LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
   Random random(seed);
-  Clearance clearance(robot, 8);
+  robots::Clearance clearance(robot, 8);
   VectorXd row(robot.joints());
   for (int k = 0; k < 20; ++k) {
-    WholeBodyState state = random_state(random);
+    robots::WholeBodyState state = random_state(random);
     const bool at_rest = k % 2 == 0;
     if (at_rest) state.dq.setZero();
     const VectorXd acceleration = 10.0 * random.vector(robot.joints());
     clearance.update(state);
     for (int i = 0; i < clearance.count(); ++i) {
-      const Approach& a = clearance.approach(i);
+      const robots::Approach& a = clearance.approach(i);
       clearance.jacobian(i, row);
       constexpr double h = 1e-4;  // rounding by h^2: 1e-7 m/s^2
       const double difference = (distance_of(robot, a, state, h, acceleration) -
@@ -105,8 +105,8 @@ TEST_F(Limbs, AccelerationsMatchTheDistanceOfBalls) {
 // Compares with a plain loop over all pairs: the nearest come first, and none is missing.
 TEST_F(Limbs, KeepsTheNearestPairs) {
   Random random(seed);
-  const WholeBodyState state = random_state(random);
-  Clearance all(robot, 2000), few(robot, 5);
+  const robots::WholeBodyState state = random_state(random);
+  robots::Clearance all(robot, 2000), few(robot, 5);
   all.update(state);
   few.update(state);
   ASSERT_EQ(few.count(), 5);
@@ -115,11 +115,11 @@ TEST_F(Limbs, KeepsTheNearestPairs) {
     EXPECT_LE(all.approach(i - 1).distance, all.approach(i).distance);
   few.update(state, 0.5 * all.approach(0).distance + 0.5 * all.approach(1).distance);
   EXPECT_EQ(few.count(), 1);
-  EXPECT_THROW(Clearance(robot, 0), DefinitionError);
+  EXPECT_THROW(robots::Clearance(robot, 0), DefinitionError);
 }
 
 TEST_F(Limbs, CloseLimbsKeepHalfTheirDistance) {
-  Clearance clearance(robot, 4);
+  robots::Clearance clearance(robot, 4);
   clearance.update(start);
   ASSERT_EQ(clearance.count(), 4);
   EXPECT_EQ(clearance.approach(0).keep, infinity);
@@ -131,7 +131,7 @@ TEST_F(Limbs, CloseLimbsKeepHalfTheirDistance) {
 }
 
 TEST_F(Limbs, UpdatesDoNotAllocate) {
-  Clearance clearance(robot, 6);
+  robots::Clearance clearance(robot, 6);
   VectorXd row(robot.joints());
   const testing::AllocationCount count;
   clearance.update(start, 0.15, 0.1);
@@ -141,7 +141,9 @@ TEST_F(Limbs, UpdatesDoNotAllocate) {
 
 TEST_F(Limbs, NeighboursMayTouchAndOthersMayNot) {
   const auto apart = [this](const char* a, const char* b) {
-    const auto find = [this](const char* link) { return link_frame(robot, *urdf, link).body; };
+    const auto find = [this](const char* link) {
+      return robots::link_frame(robot, *urdf, link).body;
+    };
     const std::pair<int, int> pair = std::minmax(find(a), find(b));
     return std::find(robot.apart.begin(), robot.apart.end(), pair) != robot.apart.end();
   };
@@ -154,28 +156,30 @@ TEST_F(Limbs, NeighboursMayTouchAndOthersMayNot) {
 
 TEST_F(Limbs, RejectsACollidingPosture) {
   for (const char* name : {"left_stance", "right_stance", "two_feet"}) {
-    const StandingPosture& posture = description.posture(name);
-    EXPECT_NO_THROW(expect_apart(robot, standing_state(robot, *urdf, description, posture), name))
+    const robots::StandingPosture& posture = description.posture(name);
+    EXPECT_NO_THROW(robots::expect_apart(
+        robot, robots::standing_state(robot, *urdf, description, posture), name))
         << name;
   }
-  WholeBodyState folded = start;
+  robots::WholeBodyState folded = start;
   folded.q[robot.joint_index("l_hip_roll")] = -0.3;  // both legs inward
   folded.q[robot.joint_index("r_hip_roll")] = -0.3;
-  expect_error<InputError>([&] { expect_apart(robot, folded, "folded"); },
+  expect_error<InputError>([&] { robots::expect_apart(robot, folded, "folded"); },
                            {"\"folded\"", "l_", "r_"});
 }
 
 // Compares the built-in file with the meshes if they are available.
 TEST_F(Limbs, CapsulesOfTheFileMatchTheMeshes) {
-  for (const UrdfModel::Link& link : urdf->links())
-    for (const UrdfModel::LinkShape& visual : link.visuals)
-      if (visual.shape == UrdfModel::LinkShape::Shape::mesh && !find_mesh(visual.mesh, urdf_path))
+  for (const robots::UrdfModel::Link& link : urdf->links())
+    for (const robots::UrdfModel::LinkShape& visual : link.visuals)
+      if (visual.shape == robots::UrdfModel::LinkShape::Shape::mesh &&
+          !robots::find_mesh(visual.mesh, urdf_path))
         GTEST_SKIP() << "there is no mesh " << visual.mesh
                      << "; name its package in ROS_PACKAGE_PATH";
-  RobotDescription bare = description;
+  robots::RobotDescription bare = description;
   bare.capsules.clear();
-  FloatingRobot fitted = robot;
-  add_capsules(fitted, *urdf, bare);
+  robots::FloatingRobot fitted = robot;
+  robots::add_capsules(fitted, *urdf, bare);
   EXPECT_EQ(fitted.apart, robot.apart);
   for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
     const auto& expected = fitted.bodies[b].capsules;
@@ -183,7 +187,7 @@ TEST_F(Limbs, CapsulesOfTheFileMatchTheMeshes) {
     // The file is rounded to 0.1 mm; the search may end one iteration apart on other processors.
     constexpr double same = 1e-3;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      const Capsule& c = robot.bodies[b].capsules[i].capsule;
+      const robots::Capsule& c = robot.bodies[b].capsules[i].capsule;
       EXPECT_EQ(robot.bodies[b].capsules[i].link, expected[i].link);
       EXPECT_NEAR(c.radius, expected[i].capsule.radius, same) << expected[i].link;
       EXPECT_LT((c.middle() - expected[i].capsule.middle()).norm(), same) << expected[i].link;

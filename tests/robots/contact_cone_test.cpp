@@ -24,14 +24,14 @@ Vec<double, 6> wrench(double fx, double fy, double fz, double tx = 0, double ty 
 }
 
 // Message of the DefinitionError that the options cause.
-std::string complaint(const ContactCone::Options& options) {
-  return error_of<DefinitionError>([&] { contact_cone(options); }, "");
+std::string complaint(const robots::ContactCone::Options& options) {
+  return error_of<DefinitionError>([&] { robots::contact_cone(options); }, "");
 }
 
 TEST(ContactCone, HasTheFourteenRowsOfTheReferenceController) {
-  const ContactCone cone = contact_cone();
+  const robots::ContactCone cone = robots::contact_cone();
   EXPECT_EQ(cone.rows(), 14);
-  EXPECT_EQ(contact_cone_rows({}), 14);
+  EXPECT_EQ(robots::contact_cone_rows({}), 14);
   ASSERT_EQ(cone.names.size(), 14u);
   EXPECT_EQ(cone.names[3], "friction edge 3");
   EXPECT_EQ(cone.names[9], "centre of pressure x max");
@@ -39,11 +39,12 @@ TEST(ContactCone, HasTheFourteenRowsOfTheReferenceController) {
 }
 
 TEST(ContactCone, WritesTheRowsOfTheFormula) {
-  const ContactCone cone = contact_cone({.friction = 0.4,
-                                         .edges = 8,
-                                         .foot = {between(-0.07, 0.10), between(-0.03, 0.02)},
-                                         .torsional_friction = 1.0 / 75.0,
-                                         .normal_force = at_least(10.0)});
+  const robots::ContactCone cone =
+      robots::contact_cone({.friction = 0.4,
+                            .edges = 8,
+                            .foot = {between(-0.07, 0.10), between(-0.03, 0.02)},
+                            .torsional_friction = 1.0 / 75.0,
+                            .normal_force = at_least(10.0)});
   ASSERT_EQ(cone.rows(), 8 + 6 + 1);
   for (int i = 0; i < 8; ++i) {
     EXPECT_NEAR(cone.A(i, 0), std::cos(i * std::numbers::pi / 4), 1e-15);
@@ -66,10 +67,11 @@ TEST(ContactCone, WritesTheRowsOfTheFormula) {
 }
 
 TEST(ContactCone, FourCircumscribedEdgesGiveTwoBoxes) {
-  const ContactCone cone = contact_cone({.friction = 0.5,
-                                         .edges = 4,
-                                         .pyramid = ContactCone::Pyramid::circumscribed,
-                                         .normal_force_rows = false});
+  const robots::ContactCone cone =
+      robots::contact_cone({.friction = 0.5,
+                            .edges = 4,
+                            .pyramid = robots::ContactCone::Pyramid::circumscribed,
+                            .normal_force_rows = false});
   EXPECT_EQ(cone.rows(), 10);
   EXPECT_LE(cone.violation(wrench(50, -50, 100)), 1e-12);
   EXPECT_GT(cone.violation(wrench(50.1, 0, 100)), 0.0);
@@ -80,10 +82,10 @@ TEST(ContactCone, PyramidsAreInscribedAndCircumscribed) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi);
   for (int edges : {3, 4, 6, 8, 16}) {
-    ContactCone::Options options{.friction = 0.6, .edges = edges};
-    const ContactCone inner = contact_cone(options);
-    options.pyramid = ContactCone::Pyramid::circumscribed;
-    const ContactCone outer = contact_cone(options);
+    robots::ContactCone::Options options{.friction = 0.6, .edges = edges};
+    const robots::ContactCone inner = robots::contact_cone(options);
+    options.pyramid = robots::ContactCone::Pyramid::circumscribed;
+    const robots::ContactCone outer = robots::contact_cone(options);
     for (int i = 0; i < 200; ++i) {
       const double a = angle(random);
       const auto at = [&](double factor) {
@@ -97,7 +99,8 @@ TEST(ContactCone, PyramidsAreInscribedAndCircumscribed) {
 }
 
 TEST(ContactCone, CentreOfPressureIsLimitedToTheEdge) {
-  const ContactCone cone = contact_cone({.foot = {between(-0.05, 0.1), between(-0.03, 0.04)}});
+  const robots::ContactCone cone =
+      robots::contact_cone({.foot = {between(-0.05, 0.1), between(-0.03, 0.04)}});
   // A vertical force of 200 N at (x, y) has the torque (y fz, -x fz, 0) about the origin.
   const auto at = [](double x, double y) { return wrench(0, 0, 200, 200 * y, -200 * x); };
   for (const double x : {-0.05, 0.1})
@@ -110,19 +113,19 @@ TEST(ContactCone, CentreOfPressureIsLimitedToTheEdge) {
 }
 
 TEST(ContactCone, MatchesTheWrenchesOfItsCorners) {
-  const FootRectangle foot{between(-0.05, 0.11), between(-0.03, 0.04)};
+  const robots::FootRectangle foot{between(-0.05, 0.11), between(-0.03, 0.04)};
   const double mu = 0.4;
-  ContactCone::Options options{.friction = mu,
-                               .edges = 4,
-                               .pyramid = ContactCone::Pyramid::circumscribed,
-                               .foot = foot,
-                               .torsional_friction = 1.0,
-                               .corners = true,
-                               .normal_force_rows = false};
-  const ContactCone cone = contact_cone(options);
+  robots::ContactCone::Options options{.friction = mu,
+                                       .edges = 4,
+                                       .pyramid = robots::ContactCone::Pyramid::circumscribed,
+                                       .foot = foot,
+                                       .torsional_friction = 1.0,
+                                       .corners = true,
+                                       .normal_force_rows = false};
+  const robots::ContactCone cone = robots::contact_cone(options);
   EXPECT_EQ(cone.rows(), 4 + 6 + 8);
   options.corners = false;
-  const ContactCone without = contact_cone(options);
+  const robots::ContactCone without = robots::contact_cone(options);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> part(-1.0, 1.0), share(0.0, 1.0);
   const auto force_at = [&](double x, double y, double fz, double fx, double fy) {
@@ -152,7 +155,7 @@ TEST(ContactCone, MatchesTheWrenchesOfItsCorners) {
 }
 
 TEST(ContactCone, HasAFixedSizeMatrix) {
-  const ContactCone cone = contact_cone();
+  const robots::ContactCone cone = robots::contact_cone();
   const Vec<double, 6> w = wrench(3, -2, 150, 1, 2, 0.5);
   const Mat<double, 14, 6> rows = cone.fixed<14>();
   EXPECT_LT((rows * w - cone.A * w).cwiseAbs().maxCoeff(), 1e-13);
@@ -161,7 +164,7 @@ TEST(ContactCone, HasAFixedSizeMatrix) {
 }
 
 TEST(ContactCone, IsSparseInATerm) {
-  const Mat<double, 14, 6> rows = contact_cone().fixed<14>();
+  const Mat<double, 14, 6> rows = robots::contact_cone().fixed<14>();
   Vec<Tracer, 6> w;
   for (int i = 0; i < 6; ++i) w[i] = Tracer::input(i);
   const Vec<Tracer, 14> values(rows * w);

@@ -22,7 +22,7 @@
 namespace saltus {
 namespace {
 
-using State = ContactInertialState;
+using State = robots::ContactInertialState;
 
 constexpr double dt = 1e-3;  // s, of the engine
 
@@ -41,11 +41,11 @@ Vec<double, 3> noise(Random& random, double deviation) {
 
 State some_state(Random& random) {
   State s;
-  s.R = exp_so3(some_vector(random, 1.0));
+  s.R = robots::exp_so3(some_vector(random, 1.0));
   s.v = some_vector(random, 1.0);
   s.p = some_vector(random, 1.0);
-  for (const Side side : {Side::left, Side::right}) {
-    s.sole(side).linear() = exp_so3(some_vector(random, 0.3));
+  for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
+    s.sole(side).linear() = robots::exp_so3(some_vector(random, 0.3));
     s.sole(side).translation() = some_vector(random, 1.0);
   }
   s.b_gyroscope = some_vector(random, 0.1);
@@ -67,13 +67,13 @@ TEST(ContactInertialState, ErrorRoundTrip) {
 // transition is of first order in dt: its own error is (|omega| dt)^2 and (|a| dt)^2, about 4e-4.
 TEST(ContactInertialState, ErrorsFollowTheTransitionMatrix) {
   constexpr double h = 1e-5, first_order = 4.0 * dt * dt;
-  const double third = 4.0 * standard_gravity * dt * dt;  // of accelerations
+  const double third = 4.0 * robots::standard_gravity * dt * dt;  // of accelerations
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const State truth = some_state(random);
     const Vec<double, 3> omega = some_vector(random, 2.0);
     const Vec<double, 3> force =
-        Vec<double, 3>(0.0, 0.0, standard_gravity) + some_vector(random, 3.0);
+        Vec<double, 3>(0.0, 0.0, robots::standard_gravity) + some_vector(random, 3.0);
     State after = truth;
     after.move_on(omega, force, dt);
     const State::Matrix F = truth.transition(dt);
@@ -103,7 +103,7 @@ TEST(ContactInertialState, SoleResidualIsLinearInTheError) {
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const State truth = some_state(random);
-    for (const Side side : {Side::left, Side::right}) {
+    for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
       const Eigen::Isometry3d seen = truth.base().inverse() * truth.sole(side);
       EXPECT_LT(truth.mismatch(side, seen).norm(), 1e-14);  // rounding
       for (int i = 0; i < State::size; ++i) {
@@ -124,13 +124,13 @@ TEST(ContactInertialState, SoleResidualIsLinearInTheError) {
 struct Sway {
   static State at(double t) {
     State s;
-    s.R = exp_so3(Vec<double, 3>(0.1 * std::sin(3.0 * t), 0.08 * std::sin(4.0 * t),
-                                 0.15 * std::sin(2.0 * t)));
+    s.R = robots::exp_so3(Vec<double, 3>(0.1 * std::sin(3.0 * t), 0.08 * std::sin(4.0 * t),
+                                         0.15 * std::sin(2.0 * t)));
     s.p = position(t);
     constexpr double h = 1e-5;  // s
     s.v = (position(t + h) - position(t - h)) / (2.0 * h);
-    s.sole(Side::left).translation() << 0.0, 0.0, 0.0;
-    s.sole(Side::right).translation() << 0.02, -0.15, 0.0;
+    s.sole(robots::Side::left).translation() << 0.0, 0.0, 0.0;
+    s.sole(robots::Side::right).translation() << 0.02, -0.15, 0.0;
     return s;
   }
   static Vec<double, 3> position(double t) {
@@ -147,7 +147,7 @@ struct FilterRun {
 // All errors are drawn from the distributions that the filter assumes.
 FilterRun run_filter(int seed, double seconds) {
   Random random(seed);
-  BaseEstimatorOptions o;
+  robots::BaseEstimatorOptions o;
   // Gyroscope and accelerometer noise above iCub's, so that rounding and linearisation are
   // negligible.
   o.gyroscope_noise = 1e-3;
@@ -159,7 +159,7 @@ FilterRun run_filter(int seed, double seconds) {
   State truth = Sway::at(0.0);
   truth.b_gyroscope = noise(random, o.gyroscope_bias);
   truth.b_accelerometer = noise(random, o.accelerometer_bias);
-  BaseEstimator filter(o);
+  robots::BaseEstimator filter(o);
   {
     State::Error first = State::Error::Zero();
     first.segment<3>(State::turn) = noise(random, o.turn);
@@ -167,11 +167,11 @@ FilterRun run_filter(int seed, double seconds) {
     first.segment<3>(State::position) = noise(random, o.position);
     State wrong = truth;
     wrong.v.setZero();  // the velocity that reset() assumes
-    Eigen::Isometry3d slope = truth.sole(Side::left);
-    slope.linear() = exp_so3(
+    Eigen::Isometry3d slope = truth.sole(robots::Side::left);
+    slope.linear() = robots::exp_so3(
         Vec<double, 3>(o.ground_slope * normal(random), o.ground_slope * normal(random), 0.0));
     const State start = wrong.displaced(first);
-    filter.reset(start.base(), Side::left, slope);
+    filter.reset(start.base(), robots::Side::left, slope);
   }
   const int steps = static_cast<int>(std::lround(seconds / dt));
   for (int k = 0; k < steps; ++k) {
@@ -181,23 +181,24 @@ FilterRun run_filter(int seed, double seconds) {
       s.b_accelerometer = truth.b_accelerometer;
       return s;
     }();
-    const Vec<double, 3> turned = log_so3(truth.R.transpose() * next.R);
-    const Mat<double, 3, 3> halfway = truth.R * exp_so3(0.5 * turned);
+    const Vec<double, 3> turned = robots::log_so3(truth.R.transpose() * next.R);
+    const Mat<double, 3, 3> halfway = truth.R * robots::exp_so3(0.5 * turned);
     const Vec<double, 3> omega =
         turned / dt + truth.b_gyroscope + noise(random, o.gyroscope_noise / std::sqrt(dt));
     const Vec<double, 3> force =
         halfway.transpose() *
-            ((next.v - truth.v) / dt + Vec<double, 3>(0.0, 0.0, standard_gravity)) +
+            ((next.v - truth.v) / dt + Vec<double, 3>(0.0, 0.0, robots::standard_gravity)) +
         truth.b_accelerometer + noise(random, o.accelerometer_noise / std::sqrt(dt));
     filter.predict(omega, force, dt);
     truth = next;
-    for (const Side side : {Side::left, Side::right}) {
-      SoleReading reading;
+    for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
+      robots::SoleReading reading;
       // The right foot is in the air in between.
-      reading.stands = side == Side::left || k < steps / 3 || k > steps / 2;
+      reading.stands = side == robots::Side::left || k < steps / 3 || k > steps / 2;
       reading.pose = truth.base().inverse() * truth.sole(side);
       reading.pose.translation() += noise(random, o.leg_position_noise);
-      reading.pose.linear() = exp_so3(noise(random, o.leg_turn_noise)) * reading.pose.linear();
+      reading.pose.linear() =
+          robots::exp_so3(noise(random, o.leg_turn_noise)) * reading.pose.linear();
       filter.correct(side, reading);
     }
   }
@@ -230,8 +231,8 @@ TEST(BaseEstimator, ErrorsMatchTheCovariance) {
 
 TEST(BaseEstimator, PinnedFootDoesNotMove) {
   const FilterRun run = run_filter(3, 2.0);
-  EXPECT_LT(run.estimate.sole(Side::left).translation().norm(), 1e-12);  // rounding
-  const Mat<double, 3, 3> R = run.estimate.sole(Side::left).linear();
+  EXPECT_LT(run.estimate.sole(robots::Side::left).translation().norm(), 1e-12);  // rounding
+  const Mat<double, 3, 3> R = run.estimate.sole(robots::Side::left).linear();
   // The heading changes only by products of small tilts.
   EXPECT_LT(std::abs(std::atan2(R(1, 0), R(0, 0))), 1e-4);
 }
@@ -240,20 +241,21 @@ TEST(BaseEstimator, PinnedFootDoesNotMove) {
 TEST(BaseEstimator, RestingSoleDeterminesGyroscopeBias) {
   const auto error_after_a_second = [](bool rests) {
     Random random(4);
-    BaseEstimator filter;
+    robots::BaseEstimator filter;
     const State truth = Sway::at(0.0);
-    const Eigen::Isometry3d sole = truth.sole(Side::left);
-    filter.reset(truth.base(), Side::left, sole);
+    const Eigen::Isometry3d sole = truth.sole(robots::Side::left);
+    filter.reset(truth.base(), robots::Side::left, sole);
     const Vec<double, 3> bias(3.5e-3, -3.5e-3, 2e-3);  // rad/s
-    const Vec<double, 3> gravity = truth.R.transpose() * Vec<double, 3>(0.0, 0.0, standard_gravity);
-    SoleReading reading;
+    const Vec<double, 3> gravity =
+        truth.R.transpose() * Vec<double, 3>(0.0, 0.0, robots::standard_gravity);
+    robots::SoleReading reading;
     reading.stands = true;
     reading.rests = rests;
     for (int k = 0; k < 1000; ++k) {
       filter.predict(bias + noise(random, 1.75e-4 / std::sqrt(dt)),
                      gravity + noise(random, 5.9e-4 / std::sqrt(dt)), dt);
       reading.pose = truth.base().inverse() * sole;
-      filter.correct(Side::left, reading);
+      filter.correct(robots::Side::left, reading);
     }
     return (filter.state().b_gyroscope - bias).norm();
   };
@@ -265,7 +267,7 @@ TEST(BaseEstimator, RestingSoleDeterminesGyroscopeBias) {
 TEST(JointVelocityFilter, DelaysByTheLag) {
   constexpr double T = 1e-3, a = 30.0;
   for (const double lag : {0.5e-3, 2e-3, 10e-3, 90e-3}) {
-    JointVelocityFilter filter(1, T, lag);
+    robots::JointVelocityFilter filter(1, T, lag);
     filter.reset(VectorXd::Zero(1));
     double t = 0.0;
     for (int k = 0; k < 2000; ++k) {
@@ -278,10 +280,10 @@ TEST(JointVelocityFilter, DelaysByTheLag) {
 }
 
 TEST(SensorDevice, SamplesAtItsRateWithDelay) {
-  SensorDevice::Options options{250.0, 0.006, 0.0, VectorXd::Zero(1), VectorXd::Zero(1)};
+  robots::SensorDevice::Options options{250.0, 0.006, 0.0, VectorXd::Zero(1), VectorXd::Zero(1)};
   for (const bool averages : {false, true}) {
     options.averages = averages;
-    SensorDevice device(options, dt, 1);
+    robots::SensorDevice device(options, dt, 1);
     device.reset(VectorXd::Constant(1, -1.0));
     for (int k = 1; k <= 40; ++k) {
       device.observe(VectorXd::Constant(1, k));
@@ -297,9 +299,9 @@ TEST(SensorDevice, SamplesAtItsRateWithDelay) {
 TEST(SensorDevice, NoiseBiasAndResolutionMatchTheOptions) {
   constexpr int entries = 200, samples = 200;
   const double deviation = 0.3, bias = 2.0;
-  SensorDevice::Options options{1000.0, 0.0, 0.0, VectorXd::Constant(entries, deviation),
-                                VectorXd::Constant(entries, bias)};
-  SensorDevice device(options, dt, 7);
+  robots::SensorDevice::Options options{1000.0, 0.0, 0.0, VectorXd::Constant(entries, deviation),
+                                        VectorXd::Constant(entries, bias)};
+  robots::SensorDevice device(options, dt, 7);
   device.reset(VectorXd::Zero(entries));
   VectorXd sum = VectorXd::Zero(entries), squares = sum;
   for (int k = 0; k < samples; ++k) {
@@ -316,7 +318,7 @@ TEST(SensorDevice, NoiseBiasAndResolutionMatchTheOptions) {
   options.noise.setZero();
   options.bias.setZero();
   options.resolution = 0.5;
-  SensorDevice coarse(options, dt, 7);
+  robots::SensorDevice coarse(options, dt, 7);
   coarse.reset(VectorXd::Zero(entries));
   coarse.observe(VectorXd::Constant(entries, 1.3));
   EXPECT_EQ(coarse.reading()[0], 1.5);
@@ -324,9 +326,9 @@ TEST(SensorDevice, NoiseBiasAndResolutionMatchTheOptions) {
 
 // The noise of a sample follows from the actual sampling rate, which the engine step limits.
 TEST_F(IcubBody, RateNoiseMatchesTheSamples) {
-  SensorOptions options;
+  robots::SensorOptions options;
   options.gyroscope = {.rate = 1e5, .noise = 1e-3, .bias = 0.0, .delay = 0.0};
-  Sensors sensors(robot, options, dt);
+  robots::Sensors sensors(robot, options, dt);
   sensors.reset(start);
   double squares = 0.0;
   constexpr int samples = 4000;
@@ -339,10 +341,10 @@ TEST_F(IcubBody, RateNoiseMatchesTheSamples) {
 }
 
 // A plant whose state the test sets.
-class PuppetPlant final : public Plant {
+class PuppetPlant final : public robots::Plant {
  public:
   /// Contact force at the origin of the left sole's frame, or at an offset (m).
-  explicit PuppetPlant(const WholeBodyState& state, double x = 0.0, double y = 0.0)
+  explicit PuppetPlant(const robots::WholeBodyState& state, double x = 0.0, double y = 0.0)
       : state_(state) {
     constexpr double force = 300.0;  // N
     contacts_[0].touches = true;
@@ -350,35 +352,35 @@ class PuppetPlant final : public Plant {
     contacts_[0].wrench[3] = y * force;
     contacts_[0].wrench[4] = -x * force;
   }
-  void reset(const WholeBodyState& state) override { state_ = state; }
+  void reset(const robots::WholeBodyState& state) override { state_ = state; }
   void set_torques(const VectorXd&) override {}
   void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
   void step() override { time_ += dt; }
   double time() const override { return time_; }
-  const WholeBodyState& state() const override { return state_; }
-  const WholeBodyEstimate::Contact& contact(Side side) const override {
-    return contacts_[side == Side::left ? 0 : 1];
+  const robots::WholeBodyState& state() const override { return state_; }
+  const robots::WholeBodyEstimate::Contact& contact(robots::Side side) const override {
+    return contacts_[side == robots::Side::left ? 0 : 1];
   }
   std::string name() const override { return "puppet"; }
 
  private:
-  WholeBodyState state_;
-  WholeBodyEstimate::Contact contacts_[2];
+  robots::WholeBodyState state_;
+  robots::WholeBodyEstimate::Contact contacts_[2];
   double time_ = 0.0;
 };
 
 // An engine and an estimator that uses only sensors.
 class EstimatedRobot {
  public:
-  EstimatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
-                 const SensorOptions& sensors, const Estimator::Options& options)
+  EstimatedRobot(std::unique_ptr<robots::Plant> engine, const robots::FloatingRobot& body,
+                 const robots::SensorOptions& sensors, const robots::Estimator::Options& options)
       : engine_(engine.get()),
         robot_(std::move(engine), body, settings_with(sensors), dt),
-        estimator_(body, Side::left, sensors, options, dt) {
+        estimator_(body, robots::Side::left, sensors, options, dt) {
     reset(engine_->state());
   }
 
-  void reset(const WholeBodyState& state) {
+  void reset(const robots::WholeBodyState& state) {
     robot_.reset(state);
     estimator_.start(state, robot_.read());
   }
@@ -390,31 +392,31 @@ class EstimatedRobot {
     robot_.wait();
     estimator_.update(robot_.read());
   }
-  void pin(Side foot) { estimator_.pin(foot); }
-  const WholeBodyState& state() const { return estimator_.estimate().state; }
-  const WholeBodyEstimate::Contact& contact(Side side) const {
+  void pin(robots::Side foot) { estimator_.pin(foot); }
+  const robots::WholeBodyState& state() const { return estimator_.estimate().state; }
+  const robots::WholeBodyEstimate::Contact& contact(robots::Side side) const {
     return estimator_.estimate().contact(side);
   }
-  const BaseEstimator& base() const { return estimator_.base(); }
+  const robots::BaseEstimator& base() const { return estimator_.base(); }
 
  private:
-  static walking::PlantSettings settings_with(const SensorOptions& sensors) {
-    walking::PlantSettings settings;
+  static robots::walking::PlantSettings settings_with(const robots::SensorOptions& sensors) {
+    robots::walking::PlantSettings settings;
     settings.engine.step = dt;
-    settings.sensors = walking::PlantSettings::Sensors::measured;
+    settings.sensors = robots::walking::PlantSettings::Sensors::measured;
     settings.sensor = sensors;
     return settings;
   }
 
-  Plant* engine_;
-  walking::SimulatedRobot robot_;
-  SensorEstimator estimator_;
+  robots::Plant* engine_;
+  robots::walking::SimulatedRobot robot_;
+  robots::SensorEstimator estimator_;
 };
 
 class Estimated : public IcubBody {
  protected:
   EstimatedRobot still(int seed) const {
-    SensorOptions sensors;
+    robots::SensorOptions sensors;
     sensors.seed = seed;
     return {std::make_unique<PuppetPlant>(start), robot, sensors, {}};
   }
@@ -430,9 +432,9 @@ TEST_F(Estimated, IsSeededAndResettable) {
   EXPECT_EQ(first.state().dq, second.state().dq);
   EXPECT_NE(first.state().dq, another.state().dq);
   EstimatedRobot fresh = still(1);
-  first.pin(Side::right);
+  first.pin(robots::Side::right);
   first.reset(start);
-  EXPECT_TRUE(first.base().stands(Side::left));
+  EXPECT_TRUE(first.base().stands(robots::Side::left));
   EXPECT_EQ(first.state().base.matrix(), fresh.state().base.matrix());
   EXPECT_EQ(first.state().q, fresh.state().q);
 }
@@ -446,13 +448,13 @@ TEST_F(Estimated, DoesNotAllocate) {
 }
 
 TEST_F(Estimated, SolePosesMatchTheModel) {
-  const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot);
+  const std::unique_ptr<robots::DynamicsModel> model = robots::make_dart_dynamics(robot);
   Random random(5);
-  WholeBodyState state = start;
+  robots::WholeBodyState state = start;
   state.q += 0.2 * random.vector(robot.joints());
   model->update(state);
-  for (const Side side : {Side::left, Side::right}) {
-    SoleKinematics sole(robot, side);
+  for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
+    robots::SoleKinematics sole(robot, side);
     sole.update(state.q);
     const Eigen::Isometry3d pose = model->sole(side).pose;
     // Rounding of a dozen products.
@@ -466,7 +468,7 @@ TEST_F(Estimated, SolePosesMatchTheModel) {
 // The centre of pressure decides whether a sole can rotate, and so whether the gyroscope's bias is
 // observable: 5 mm inside each edge.
 TEST_F(Estimated, LoadedSoleDeterminesGyroscopeBias) {
-  SensorOptions sensors;
+  robots::SensorOptions sensors;
   sensors.gyroscope.bias = 0.01;  // rad/s
   sensors.force_torque = {
       .force_noise = 0.0, .torque_noise = 0.0, .force_bias = 0.0, .torque_bias = 0.0};
@@ -480,7 +482,7 @@ TEST_F(Estimated, LoadedSoleDeterminesGyroscopeBias) {
     }
     return sum.norm();
   };
-  const FootRectangle& foot = description.left_foot;
+  const robots::FootRectangle& foot = description.left_foot;
   constexpr double inside = 0.006, outside = 0.004;  // m from an edge
   const double x = 0.5 * (foot.x.lower + foot.x.upper), y = 0.5 * (foot.y.lower + foot.y.upper);
   const double known = 1e-3, unknown = 3e-3;  // rad/s
@@ -498,21 +500,21 @@ TEST_F(Estimated, LoadedSoleDeterminesGyroscopeBias) {
 
 // The same sole as a box rotated onto its side, and with a wider box above it.
 TEST_F(Estimated, IsIndependentOfSoleBoxes) {
-  FloatingRobot turned = robot, topped = robot;
-  for (const FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
-    for (UrdfModel::Box& box : turned.bodies[sole->body].boxes) {
+  robots::FloatingRobot turned = robot, topped = robot;
+  for (const robots::FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
+    for (robots::UrdfModel::Box& box : turned.bodies[sole->body].boxes) {
       box.pose.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec<double, 3>::UnitX()));
       std::swap(box.size[1], box.size[2]);
     }
-    UrdfModel::Box above = robot.bodies[sole->body].boxes.front();
+    robots::UrdfModel::Box above = robot.bodies[sole->body].boxes.front();
     above.size *= 2.0;
     above.pose =
         Eigen::Translation3d(sole->pose.linear() * Vec<double, 3>(0.0, 0.0, 0.2)) * above.pose;
     topped.bodies[sole->body].boxes.push_back(above);
   }
-  SensorOptions sensors;
+  robots::SensorOptions sensors;
   sensors.gyroscope.bias = 0.01;  // rad/s
-  const auto after_a_second = [&](const FloatingRobot& body) {
+  const auto after_a_second = [&](const robots::FloatingRobot& body) {
     EstimatedRobot plant(std::make_unique<PuppetPlant>(start), body, sensors, {});
     for (int k = 0; k < 1000; ++k) plant.step();
     return plant.state().base_twist;
@@ -524,17 +526,17 @@ TEST_F(Estimated, IsIndependentOfSoleBoxes) {
 
 // A delay of the forces does not end the contact of the stance foot.
 TEST_F(Estimated, AssumesContactUntilTheFirstForceReading) {
-  SensorOptions sensors;
+  robots::SensorOptions sensors;
   sensors.force_torque.delay = 0.1;
   EstimatedRobot plant(std::make_unique<PuppetPlant>(start), robot, sensors, {});
   for (int k = 0; k < 300; ++k) {
     plant.step();
-    ASSERT_TRUE(plant.base().stands(Side::left)) << k;
+    ASSERT_TRUE(plant.base().stands(robots::Side::left)) << k;
   }
 }
 
 TEST_F(Estimated, RejectsInvalidOptions) {
-  SensorOptions sensors;
+  robots::SensorOptions sensors;
   sensors.gyroscope.noise = -1.0;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
                DefinitionError);
@@ -542,7 +544,7 @@ TEST_F(Estimated, RejectsInvalidOptions) {
   sensors.encoder.rate = 0.0;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, sensors, {}),
                DefinitionError);
-  Estimator::Options options;
+  robots::Estimator::Options options;
   options.velocity_lag = infinity;
   EXPECT_THROW(EstimatedRobot(std::make_unique<PuppetPlant>(start), robot, {}, options),
                DefinitionError);
@@ -551,24 +553,24 @@ TEST_F(Estimated, RejectsInvalidOptions) {
 // One foot, one push, sensors only. Compares the estimate with the simulated state relative to the
 // sole.
 TEST_F(Estimated, StandsInDartWithMeasuredSensors) {
-  std::unique_ptr<Plant> engine = make_dart_plant(robot, {});
-  const Plant& truth = *engine;
+  std::unique_ptr<robots::Plant> engine = robots::make_dart_plant(robot, {});
+  const robots::Plant& truth = *engine;
   EstimatedRobot plant(std::move(engine), robot, {}, {});
   plant.reset(start);
-  const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot),
-                                       true_model = make_dart_dynamics(robot);
+  const std::unique_ptr<robots::DynamicsModel> model = robots::make_dart_dynamics(robot),
+                                               true_model = robots::make_dart_dynamics(robot);
   model->update(plant.state());
   const auto controller = standing_controller();
-  const WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
+  const robots::WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
   double largest = 0.0, squares = 0.0;
   long count = 0;
   balance_on_the_left_foot(
       robot, *model, plant, *controller, tasks, {3.0, 1.0, 0.1, 4.0},
-      [&](const WholeBodyController::Command&, double t) {
+      [&](const robots::WholeBodyController::Command&, double t) {
         if (t < 0.25) return;  // the estimator converges to the initial tilt
         true_model->update(truth.state());
-        const auto over_the_sole = [](const DynamicsModel& m) {
-          return Vec<double, 3>(m.com() - m.sole(Side::left).pose.translation());
+        const auto over_the_sole = [](const robots::DynamicsModel& m) {
+          return Vec<double, 3>(m.com() - m.sole(robots::Side::left).pose.translation());
         };
         largest = std::max(largest, (over_the_sole(*model) - over_the_sole(*true_model)).norm());
         squares += (model->com_velocity() - true_model->com_velocity()).squaredNorm();

@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Returns the same plan in every tick.
 class FixedPlan final : public StepPlanner {
@@ -45,4 +45,4 @@ class FixedSteps final : public BipedProblem {
   BipedSettings settings_;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

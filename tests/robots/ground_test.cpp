@@ -11,9 +11,9 @@ namespace saltus {
 namespace {
 
 // Height of the ground at (0, y), -infinity if there is none.
-double height_at(const Plant::Options& options, double y) {
+double height_at(const robots::Plant::Options& options, double y) {
   double height = -infinity;
-  for (const GroundBox& box : ground_boxes(options)) {
+  for (const robots::GroundBox& box : robots::ground_boxes(options)) {
     if (std::abs(y - box.centre[1]) > 0.5 * box.size[1]) continue;
     height = std::max(height, box.centre[2] + 0.5 * box.size[2]);
   }
@@ -23,18 +23,18 @@ double height_at(const Plant::Options& options, double y) {
 constexpr double rounding = 1e-12;
 
 TEST(Ground, IsLevelByDefault) {
-  EXPECT_EQ(ground_boxes({}).size(), 1u);
+  EXPECT_EQ(robots::ground_boxes({}).size(), 1u);
   for (const double y : {-9.0, -0.2, 0.0, 0.2, 9.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
 }
 
 // Walking speed 0.25 m/s.
 TEST(Ground, IsLargeEnoughForAnHourOfWalking) {
   for (const double y : {-900.0, 900.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
-  EXPECT_EQ(ground_boxes({}).front().size[0], ground_boxes({}).front().size[1]);
+  EXPECT_EQ(robots::ground_boxes({}).front().size[0], robots::ground_boxes({}).front().size[1]);
 }
 
 TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
-  Plant::Options options;
+  robots::Plant::Options options;
   for (const double step : {-0.02, 0.02})
     for (const double side : {-1.0, 1.0}) {
       options.ground_step = step;
@@ -50,13 +50,13 @@ TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
 
 // Both halves together have the extent of the level ground.
 TEST(Ground, StepDoesNotChangeItsSize) {
-  const double size = ground_boxes({}).front().size[1];
-  Plant::Options options;
+  const double size = robots::ground_boxes({}).front().size[1];
+  robots::Plant::Options options;
   options.ground_step = 0.02;
   for (const double edge : {-0.18, 0.18}) {
     options.ground_edge = edge;
     double first = infinity, last = -infinity, sum = 0.0;
-    for (const GroundBox& box : ground_boxes(options)) {
+    for (const robots::GroundBox& box : robots::ground_boxes(options)) {
       first = std::min(first, box.centre[1] - 0.5 * box.size[1]);
       last = std::max(last, box.centre[1] + 0.5 * box.size[1]);
       sum += box.size[1];
@@ -68,10 +68,10 @@ TEST(Ground, StepDoesNotChangeItsSize) {
 }
 
 TEST(Ground, RejectsInvalidValues) {
-  Plant::Options options;
+  robots::Plant::Options options;
   options.ground_step = 0.01;
   options.ground_edge = 0.0;
-  EXPECT_THROW(ground_boxes(options), DefinitionError);
+  EXPECT_THROW(robots::ground_boxes(options), DefinitionError);
 }
 
 }  // namespace

@@ -47,23 +47,24 @@ TEST_F(IcubModel, IsTakenFromTheVariable) {
   const fs::path urdf = cache_ / "mine.urdf";
   std::ofstream(urdf) << "<robot/>\n";
   setenv("SALTUS_ICUB_URDF", urdf.c_str(), 1);
-  EXPECT_EQ(find_icub_urdf(), urdf);
+  EXPECT_EQ(robots::find_icub_urdf(), urdf);
 }
 
 TEST_F(IcubModel, MissingNamedModelIsAnError) {
   setenv("SALTUS_ICUB_URDF", "/nowhere/model.urdf", 1);
-  EXPECT_EQ(find_icub_urdf(), std::nullopt);
-  EXPECT_THROW(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), InputError);
+  EXPECT_EQ(robots::find_icub_urdf(), std::nullopt);
+  EXPECT_THROW(robots::fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }),
+               InputError);
 }
 
 TEST_F(IcubModel, IsTakenFromTheCacheSilently) {
-  EXPECT_EQ(find_icub_urdf(), std::nullopt);
+  EXPECT_EQ(robots::find_icub_urdf(), std::nullopt);
   const fs::path urdf =
       cache_ / "saltus/icub-models-3.2.0/share/iCub/robots/iCubGazeboV2_5/model.urdf";
   fs::create_directories(urdf.parent_path());
   std::ofstream(urdf) << "<robot/>\n";
-  EXPECT_EQ(find_icub_urdf(), urdf);
-  EXPECT_EQ(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), urdf);
+  EXPECT_EQ(robots::find_icub_urdf(), urdf);
+  EXPECT_EQ(robots::fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), urdf);
 }
 
 // A failed download gives one sentence with a remedy.
@@ -75,7 +76,7 @@ TEST_F(IcubModel, MissingScriptOrNetworkGivesOneSentence) {
   setenv("SALTUS_DATA_DIR", cache_.c_str(), 1);
   std::string said;
   const std::string sentence = error_of<InputError>(
-      [&] { fetch_icub_urdf([&](const std::string& line) { said += line; }); });
+      [&] { robots::fetch_icub_urdf([&](const std::string& line) { said += line; }); });
   unsetenv("SALTUS_DATA_DIR");
   EXPECT_NE(said.find("CC BY-SA 4.0"), std::string::npos) << said;
   EXPECT_NE(sentence.find("--robot.urdf"), std::string::npos) << sentence;

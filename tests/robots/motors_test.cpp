@@ -15,8 +15,8 @@ constexpr double step = 1e-3;  // s
 constexpr double rounding = 1e-12;
 
 // Command step from 1 to 3 Nm: mean torque in the last engine step.
-double after(const MotorOptions& options, int steps) {
-  Motors motors(options, 1, step);
+double after(const robots::MotorOptions& options, int steps) {
+  robots::Motors motors(options, 1, step);
   motors.command(VectorXd::Constant(1, 1.0));
   EXPECT_EQ(motors.step()[0], 1.0);  // the first acts at once
   motors.command(VectorXd::Constant(1, 3.0));
@@ -40,7 +40,7 @@ TEST(Motors, LagBehindARamp) {
   constexpr double rate = 100.0;  // Nm/s
   for (const double bandwidth : {20.0, 50.0, 200.0}) {
     double acting = 0.0;
-    Motors motors({bandwidth, 0.0}, 1, step);
+    robots::Motors motors({bandwidth, 0.0}, 1, step);
     double wanted = 0.0;
     for (int k = 0; k < 300; ++k) {
       wanted = rate * (k + 0.5) * step;
@@ -59,12 +59,14 @@ TEST(Motors, AreRateLimited) {
 }
 
 TEST(Motors, AreIdealByDefault) {
-  EXPECT_TRUE(MotorOptions{}.is_ideal());
+  EXPECT_TRUE(robots::MotorOptions{}.is_ideal());
   EXPECT_EQ(after({}, 1), 3.0);
 }
 
 TEST(Motors, RejectInvalidOptions) {
-  const auto make = [](const MotorOptions& options, double h) { Motors(options, 1, h); };
+  const auto make = [](const robots::MotorOptions& options, double h) {
+    robots::Motors(options, 1, h);
+  };
   EXPECT_THROW(make({-1.0, 0.0}, step), DefinitionError);
   EXPECT_THROW(make({0.0, infinity}, step), DefinitionError);
   EXPECT_THROW(make({}, 0.0), DefinitionError);

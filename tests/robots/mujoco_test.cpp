@@ -25,10 +25,10 @@ constexpr unsigned seed = 7;
 class Mujoco : public IcubBody {
  protected:
   void SetUp() override {
-    if (!has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
+    if (!robots::has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
     IcubBody::SetUp();
     if (IsSkipped()) return;
-    dynamics = make_dart_dynamics(robot);
+    dynamics = robots::make_dart_dynamics(robot);
     RecordProperty("seed", static_cast<int>(seed));
   }
 
@@ -37,8 +37,8 @@ class Mujoco : public IcubBody {
     return VectorXd::NullaryExpr(n, [&] { return uniform(numbers); });
   }
   // High above the ground, turned, every joint and the base in motion.
-  WholeBodyState flying() {
-    WholeBodyState s = start;
+  robots::WholeBodyState flying() {
+    robots::WholeBodyState s = start;
     const Vec<double, 3> axis = random(3, 1.0);
     s.base.linear() = Eigen::AngleAxisd(1.2, axis.normalized()).toRotationMatrix();
     s.base.translation() = Vec<double, 3>(0.3, -0.2, 3.0);
@@ -47,7 +47,7 @@ class Mujoco : public IcubBody {
     return s;
   }
   // Momentum of the whole robot about the world's origin: (angular | linear).
-  Vec<double, 6> momentum(const WholeBodyState& state) {
+  Vec<double, 6> momentum(const robots::WholeBodyState& state) {
     dynamics->update(state);
     Vec<double, 6> h;
     h.tail<3>() = dynamics->mass() * dynamics->com_velocity();
@@ -55,16 +55,16 @@ class Mujoco : public IcubBody {
     return h;
   }
 
-  std::unique_ptr<DynamicsModel> dynamics;
+  std::unique_ptr<robots::DynamicsModel> dynamics;
   std::mt19937 numbers{seed};
 };
 
 TEST_F(Mujoco, HasTheMassMatrixOfDart) {
   for (int trial = 0; trial < 3; ++trial) {
-    WholeBodyState state = flying();
+    robots::WholeBodyState state = flying();
     state.q += random(robot.joints(), 0.5);
     dynamics->update(state);
-    const MatrixXd mass_matrix = mujoco_mass_matrix(robot, state);
+    const MatrixXd mass_matrix = robots::mujoco_mass_matrix(robot, state);
     // The sum over the bodies. The sum over the URDF is 33.0617 kg.
     EXPECT_NEAR(mass_matrix(3, 3), 33.0617, 5e-5);
     // MuJoCo diagonalises the inertias with rounding: measured 1.2e-8 of 33 kg.
@@ -73,10 +73,10 @@ TEST_F(Mujoco, HasTheMassMatrixOfDart) {
 }
 
 TEST_F(Mujoco, ReturnsTheGivenState) {
-  const auto plant = make_mujoco_plant(robot, {});
-  const WholeBodyState given = flying();
+  const auto plant = robots::make_mujoco_plant(robot, {});
+  const robots::WholeBodyState given = flying();
   plant->reset(given);
-  const WholeBodyState& s = plant->state();
+  const robots::WholeBodyState& s = plant->state();
   constexpr double rounding = 1e-13;
   EXPECT_LT((s.base.matrix() - given.base.matrix()).cwiseAbs().maxCoeff(), rounding);
   EXPECT_LT((s.base_twist - given.base_twist).cwiseAbs().maxCoeff(), rounding);
@@ -87,21 +87,21 @@ TEST_F(Mujoco, ReturnsTheGivenState) {
 
 // Torques, pushes, gravity and Coriolis forces at once: one very short step shows the acceleration.
 TEST_F(Mujoco, AcceleratesAsDartDoes) {
-  Plant::Options options;
+  robots::Plant::Options options;
   options.step = 1e-6;
   options.joint_friction = 0.3;
-  DartOptions dart_options;
-  static_cast<Plant::Options&>(dart_options) = options;
-  const auto mujoco = make_mujoco_plant(robot, options);
-  const auto dart = make_dart_plant(robot, dart_options);
+  robots::DartOptions dart_options;
+  static_cast<robots::Plant::Options&>(dart_options) = options;
+  const auto mujoco = robots::make_mujoco_plant(robot, options);
+  const auto dart = robots::make_dart_plant(robot, dart_options);
   for (int trial = 0; trial < 3; ++trial) {
-    const WholeBodyState state = flying();
+    const robots::WholeBodyState state = flying();
     const VectorXd torques = random(robot.joints(), 100.0);  // also beyond the limits
     const Vec<double, 3> force = random(3, 50.0), point = random(3, 0.2);
     const int chest = robot.body_index("chest");
     VectorXd acceleration[2];
     int k = 0;
-    for (Plant* plant : {mujoco.get(), dart.get()}) {
+    for (robots::Plant* plant : {mujoco.get(), dart.get()}) {
       plant->reset(state);
       plant->set_torques(torques);
       plant->push(chest, force, point);
@@ -121,49 +121,49 @@ TEST_F(Mujoco, AcceleratesAsDartDoes) {
 }
 
 TEST_F(Mujoco, FallsFreely) {
-  const auto plant = make_mujoco_plant(robot, {});
-  WholeBodyState state = start;
+  const auto plant = robots::make_mujoco_plant(robot, {});
+  robots::WholeBodyState state = start;
   state.base.translation()[2] += 1.0;
   plant->reset(state);
   for (int k = 0; k < 100; ++k) plant->step();
   EXPECT_NEAR(plant->time(), 0.1, 1e-12);
   const Vec<double, 6> twist = plant->state().base_twist;
   // Gravity accelerates all bodies equally, so no joint moves except for rounding.
-  EXPECT_NEAR(twist[5], -standard_gravity * 0.1, 1e-9);
+  EXPECT_NEAR(twist[5], -robots::standard_gravity * 0.1, 1e-9);
   EXPECT_LT(twist.head<5>().cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT(plant->state().dq.cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_FALSE(plant->contact(Side::left).touches);
+  EXPECT_FALSE(plant->contact(robots::Side::left).touches);
 }
 
 // The robot lands on its left foot, slips and rotates, without joint torques. The reported sole
 // wrenches must equal the change of its linear and angular momentum.
 TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
-  Plant::Options options;
+  robots::Plant::Options options;
   options.step = 1e-4;
   options.friction = 0.5;
-  const auto plant = make_mujoco_plant(robot, options);
-  WholeBodyState state = start;
+  const auto plant = robots::make_mujoco_plant(robot, options);
+  robots::WholeBodyState state = start;
   state.base.translation() += Vec<double, 3>(0.2, 0.1, 0.005);
   state.base_twist << 0.1, 0.2, 0.3, 0.4, 0.2, -0.3;
   plant->reset(state);
   Vec<double, 6> expected = momentum(state), impulse = Vec<double, 6>::Zero();
-  const double weight = robot.total_mass * standard_gravity;
+  const double weight = robot.total_mass * robots::standard_gravity;
   double normal = 0.0, tangential = 0.0;
   long allocations = 0;
   for (int k = 0; k < 1500; ++k) {
     dynamics->update(plant->state());
     const Vec<double, 3> com = dynamics->com();
-    const Vec<double, 3> sole[2] = {dynamics->sole(Side::left).pose.translation(),
-                                    dynamics->sole(Side::right).pose.translation()};
+    const Vec<double, 3> sole[2] = {dynamics->sole(robots::Side::left).pose.translation(),
+                                    dynamics->sole(robots::Side::right).pose.translation()};
     const saltus::testing::AllocationCount count;
     plant->step();
     allocations += count.made();
     Vec<double, 6> rate;
     rate.tail<3>() = Vec<double, 3>(0.0, 0.0, -weight);
     rate.head<3>() = com.cross(rate.tail<3>());
-    for (const Side side : {Side::left, Side::right}) {
+    for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
       const Vec<double, 6>& w = plant->contact(side).wrench;
-      const Vec<double, 3>& origin = sole[side == Side::left ? 0 : 1];
+      const Vec<double, 3>& origin = sole[side == robots::Side::left ? 0 : 1];
       rate.tail<3>() += w.head<3>();
       rate.head<3>() += w.tail<3>() + origin.cross(w.head<3>());
       normal += w[2];
@@ -184,12 +184,12 @@ TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
 }
 
 TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
-  const auto plant = make_mujoco_plant(robot, {});
+  const auto plant = robots::make_mujoco_plant(robot, {});
   plant->reset(start);
   dynamics->update(start);
   const auto controller = standing_controller();
-  WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
-  const double weight = robot.total_mass * standard_gravity;
+  robots::WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
+  const double weight = robot.total_mass * robots::standard_gravity;
   const Vec<double, 3> com = dynamics->com();
   Vec<double, 6> mean = Vec<double, 6>::Zero();
   constexpr int steps = 2000, last = 200;  // of 1 ms
@@ -199,16 +199,16 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
       tasks.force =
           robot.total_mass * (50.0 * (com - dynamics->com()) - 14.0 * dynamics->com_velocity());
       tasks.torque = -5.0 * dynamics->angular_momentum();
-      tasks.swing_acceleration = -20.0 * dynamics->sole(Side::right).twist;
-      const WholeBodyController::Command& command =
+      tasks.swing_acceleration = -20.0 * dynamics->sole(robots::Side::right).twist;
+      const robots::WholeBodyController::Command& command =
           controller->control(*dynamics, plant->state(), tasks);
       ASSERT_EQ(command.status, qp::QpStatus::optimal) << k;
       plant->set_torques(command.torques);
     }
     plant->step();
     ASSERT_TRUE(plant->state().is_finite()) << k;
-    EXPECT_FALSE(plant->contact(Side::right).touches) << k;
-    if (k >= steps - last) mean += plant->contact(Side::left).wrench / last;
+    EXPECT_FALSE(plant->contact(robots::Side::right).touches) << k;
+    if (k >= steps - last) mean += plant->contact(robots::Side::left).wrench / last;
   }
   dynamics->update(plant->state());
   // The ground carries the weight except for residual motion: measured 3e-7 of it, and a
@@ -217,7 +217,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   EXPECT_LT(mean.head<2>().norm(), 1e-4 * weight);
   EXPECT_LT((dynamics->com() - com).norm(), 1e-3);
   EXPECT_LT(dynamics->com_velocity().norm(), 1e-3);
-  const Vec<double, 3> sole = dynamics->sole(Side::left).pose.translation();
+  const Vec<double, 3> sole = dynamics->sole(robots::Side::left).pose.translation();
   EXPECT_LT(sole.head<2>().norm(), 1e-4);  // no slip
   // The centre of pressure lies under the CoM.
   const Vec<double, 2> pressure(-mean[4] / mean[2], mean[3] / mean[2]);
@@ -225,7 +225,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
 }
 
 TEST_F(Mujoco, FailsSilentlyWithAMessage) {
-  const auto plant = make_mujoco_plant(robot, {});
+  const auto plant = robots::make_mujoco_plant(robot, {});
   plant->reset(start);
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
@@ -239,14 +239,14 @@ TEST_F(Mujoco, FailsSilentlyWithAMessage) {
   plant->step();
   EXPECT_TRUE(plant->state().is_finite());
 
-  FloatingRobot impossible = robot;
+  robots::FloatingRobot impossible = robot;
   impossible.bodies[3].inertia = Vec<double, 3>(1.0, 1.0, 5.0).asDiagonal();
-  expect_error<InputError>([&] { make_mujoco_plant(impossible, {}); }, {"inertia"});
+  expect_error<InputError>([&] { robots::make_mujoco_plant(impossible, {}); }, {"inertia"});
 }
 
 TEST(WithoutMujoco, ThePlantReportsIt) {
-  if (has_mujoco()) GTEST_SKIP() << "built with MuJoCo";
-  expect_error<InputError>([] { make_mujoco_plant({}, {}); }, {"built without MuJoCo"});
+  if (robots::has_mujoco()) GTEST_SKIP() << "built with MuJoCo";
+  expect_error<InputError>([] { robots::make_mujoco_plant({}, {}); }, {"built without MuJoCo"});
 }
 
 // Both engines, with capsules.
@@ -254,16 +254,16 @@ class LimbsInBothEngines : public Mujoco {
  protected:
   void SetUp() override {
     Mujoco::SetUp();
-    if (!IsSkipped()) add_capsules(robot, *urdf, description);
+    if (!IsSkipped()) robots::add_capsules(robot, *urdf, description);
   }
-  std::vector<std::unique_ptr<Plant>> plants(bool self_collision) const {
-    DartOptions dart;
+  std::vector<std::unique_ptr<robots::Plant>> plants(bool self_collision) const {
+    robots::DartOptions dart;
     dart.self_collision = self_collision;
-    Plant::Options options;
+    robots::Plant::Options options;
     options.self_collision = self_collision;
-    std::vector<std::unique_ptr<Plant>> both;
-    both.push_back(make_dart_plant(robot, dart));
-    both.push_back(make_mujoco_plant(robot, options));
+    std::vector<std::unique_ptr<robots::Plant>> both;
+    both.push_back(robots::make_dart_plant(robot, dart));
+    both.push_back(robots::make_mujoco_plant(robot, options));
     return both;
   }
 };
@@ -271,11 +271,11 @@ class LimbsInBothEngines : public Mujoco {
 // In the air, torques pull the right arm to the body. Limbs in contact stop, and their contact
 // forces do not change the momentum.
 TEST_F(LimbsInBothEngines, LimbsStopAtEachOther) {
-  WholeBodyState state = start;
+  robots::WholeBodyState state = start;
   state.base.translation()[2] += 3.0;
   VectorXd torques = VectorXd::Zero(robot.joints());
   torques[robot.joint_index("r_shoulder_roll")] = -5.0;
-  Clearance clearance(robot, 1);
+  robots::Clearance clearance(robot, 1);
   for (const bool self_collision : {false, true})
     for (const auto& plant : plants(self_collision)) {
       plant->reset(state);
@@ -292,28 +292,28 @@ TEST_F(LimbsInBothEngines, LimbsStopAtEachOther) {
       else
         EXPECT_LT(least, -0.02) << plant->name();
       dynamics->update(plant->state());
-      const double fall = standard_gravity * plant->time();
+      const double fall = robots::standard_gravity * plant->time();
       EXPECT_NEAR(dynamics->com_velocity()[2], -fall, 0.01 * fall) << plant->name();
       EXPECT_LT(dynamics->angular_momentum().norm(), 0.05) << plant->name();
     }
 }
 
 TEST_F(LimbsInBothEngines, RejectDetectorsWithoutCapsules) {
-  for (const DartOptions::Collision detector :
-       {DartOptions::Collision::dart, DartOptions::Collision::fcl}) {
-    DartOptions options;
+  for (const robots::DartOptions::Collision detector :
+       {robots::DartOptions::Collision::dart, robots::DartOptions::Collision::fcl}) {
+    robots::DartOptions options;
     options.collision = detector;
-    EXPECT_NO_THROW(make_dart_plant(robot, options));
+    EXPECT_NO_THROW(robots::make_dart_plant(robot, options));
     options.self_collision = true;
-    EXPECT_THROW(make_dart_plant(robot, options), InputError);
+    EXPECT_THROW(robots::make_dart_plant(robot, options), InputError);
   }
 }
 
 // Soles are boxes. A foot's capsule only touches other limbs, however low it is.
 TEST_F(LimbsInBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
-  FloatingRobot low = robot;
-  const FloatingRobot::Frame& sole = low.left_sole;
-  RobotDescription::LinkCapsule capsule;
+  robots::FloatingRobot low = robot;
+  const robots::FloatingRobot::Frame& sole = low.left_sole;
+  robots::RobotDescription::LinkCapsule capsule;
   capsule.capsule = {sole.pose * Vec<double, 3>(-0.02, 0.0, 0.0),
                      sole.pose * Vec<double, 3>(0.02, 0.0, 0.0), 0.03};
   low.bodies[static_cast<std::size_t>(sole.body)].capsules.push_back(capsule);
@@ -326,7 +326,8 @@ TEST_F(LimbsInBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
       plant->step();
     }
     EXPECT_EQ(all[i]->state().base_twist, all_low[i]->state().base_twist) << all[i]->name();
-    EXPECT_EQ(all[i]->contact(Side::left).wrench, all_low[i]->contact(Side::left).wrench)
+    EXPECT_EQ(all[i]->contact(robots::Side::left).wrench,
+              all_low[i]->contact(robots::Side::left).wrench)
         << all[i]->name();
   }
 }
@@ -340,13 +341,13 @@ TEST_F(LimbsInBothEngines, FallenLimbsRestOnTheGround) {
       plant->set_torques(torques);
       plant->step();
     }
-    Clearance clearance(robot, 1);
+    robots::Clearance clearance(robot, 1);
     clearance.update(plant->state());
     double lowest = infinity;
     for (std::size_t i = 0; i < clearance.members().size(); ++i) {
       const int body = clearance.members()[i].body;
       if (body == robot.left_sole.body || body == robot.right_sole.body) continue;
-      const Capsule capsule = clearance.capsule(static_cast<int>(i));
+      const robots::Capsule capsule = clearance.capsule(static_cast<int>(i));
       lowest =
           std::min({lowest, capsule.from.z() - capsule.radius, capsule.to.z() - capsule.radius});
     }

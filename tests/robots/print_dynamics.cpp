@@ -26,7 +26,7 @@ Json numbers(const Eigen::Ref<const MatrixXd>& m) {
   return rows;
 }
 
-Json sole(const DynamicsModel::SoleMotion& motion) {
+Json sole(const robots::DynamicsModel::SoleMotion& motion) {
   return {{"position", numbers(motion.pose.translation())},
           {"rotation", numbers(motion.pose.linear())},
           {"jacobian", numbers(motion.jacobian)},
@@ -34,10 +34,10 @@ Json sole(const DynamicsModel::SoleMotion& motion) {
 }
 
 void print(const char* urdf_file, int states, unsigned seed) {
-  const UrdfModel urdf = UrdfModel::read(urdf_file);
-  const RobotDescription description = icub(urdf_file);
-  const FloatingRobot robot = floating_robot(urdf, description);
-  const auto dynamics = make_dart_dynamics(robot);
+  const robots::UrdfModel urdf = robots::UrdfModel::read(urdf_file);
+  const robots::RobotDescription description = icub(urdf_file);
+  const robots::FloatingRobot robot = robots::floating_robot(urdf, description);
+  const auto dynamics = robots::make_dart_dynamics(robot);
 
   Json model{{"joints", Json::array()},
              {"left_sole", description.left_sole},
@@ -50,7 +50,7 @@ void print(const char* urdf_file, int states, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for (int k = 0; k < states; ++k) {
-    WholeBodyState state;
+    robots::WholeBodyState state;
     const Vec<double, 3> turn(unit(random), unit(random), unit(random));
     state.base.translation() = Vec<double, 3>(unit(random), unit(random), unit(random));
     state.base.linear() =
@@ -73,8 +73,8 @@ void print(const char* urdf_file, int states, unsigned seed) {
                     {"angular_momentum", numbers(dynamics->angular_momentum())},
                     {"mass_matrix", numbers(dynamics->mass_matrix())},
                     {"bias", numbers(dynamics->bias())},
-                    {"left", sole(dynamics->sole(Side::left))},
-                    {"right", sole(dynamics->sole(Side::right))}};
+                    {"left", sole(dynamics->sole(robots::Side::left))},
+                    {"right", sole(dynamics->sole(robots::Side::right))}};
     fmt::print("{}\n", line.dump());
   }
 }

@@ -11,7 +11,7 @@
 #include "saltus/robots/walking/reactive_steps.hpp"
 #include "tests/support/count_allocations.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr double mass = 33.0, height = 0.53;
@@ -199,4 +199,4 @@ TEST(Pushes, RejectsImpossiblePushes) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -14,14 +14,14 @@
 namespace saltus {
 
 struct RecordedLine {
-  Robot::Readings readings;
+  robots::Robot::Readings readings;
   bool has_landed = false;
   VectorXd torques;  // Nm
 };
 
 /// One line of the file. Nine digits: errors of 1e-9 of each number.
 inline std::string to_csv(const RecordedLine& line) {
-  const Robot::Readings& r = line.readings;
+  const robots::Robot::Readings& r = line.readings;
   std::string text = fmt::format("{:.9g},{:d},{:d}", r.time, r.has_new_positions, line.has_landed);
   const auto add = [&text](const auto& numbers) {
     for (const double x : numbers) text += fmt::format(",{:.9g}", x);
@@ -47,7 +47,7 @@ inline std::vector<RecordedLine> read_recorded_run(const std::string& file, int 
       return std::stod(word);
     };
     RecordedLine line;
-    Robot::Readings& r = line.readings;
+    robots::Robot::Readings& r = line.readings;
     r.q = line.torques = VectorXd::Zero(joints);
     r.time = next();
     r.has_new_positions = next() != 0.0;

@@ -43,7 +43,7 @@ std::string changed(const std::string& from, const std::string& to) {
 }
 
 std::string complaint(const std::string& text) {
-  return error_of<InputError>([&] { parse_robot_description(text, "robot.yaml"); }, "");
+  return error_of<InputError>([&] { robots::parse_robot_description(text, "robot.yaml"); }, "");
 }
 
 void expect_has(const std::string& text, const std::string& part) {
@@ -51,7 +51,7 @@ void expect_has(const std::string& text, const std::string& part) {
 }
 
 TEST(RobotDescription, ReadsEveryKey) {
-  const RobotDescription robot = parse_robot_description(sample, "robot.yaml");
+  const robots::RobotDescription robot = robots::parse_robot_description(sample, "robot.yaml");
   EXPECT_EQ(robot.name, "Robo");
   EXPECT_EQ(robot.source, "robot.yaml (made up)");
   EXPECT_EQ(robot.mass, 30.0);
@@ -60,7 +60,7 @@ TEST(RobotDescription, ReadsEveryKey) {
   EXPECT_EQ(robot.right_foot, robot.left_foot.mirrored());
   EXPECT_EQ(robot.default_posture().name, "stand");
   EXPECT_EQ(robot.posture("stand").joints.at("knee"), -0.5);
-  EXPECT_EQ(robot.posture("crouch").stance, Stance::left);
+  EXPECT_EQ(robot.posture("crouch").stance, robots::Stance::left);
   EXPECT_EQ(robot.posture("crouch").com.z(), 0.4);
   expect_error<InputError>([&] { robot.posture("stnad"); }, {"did you mean \"stand\"?"});
 }
@@ -87,15 +87,15 @@ TEST(RobotDescription, RejectsInvalidFiles) {
   expect_has(complaint(changed("{knee: -0.5}", "{knee: bent}")), "postures.stand.joints.knee must");
   expect_has(complaint(changed("soles: {left: ls, right: rs}", "soles: ls")),
              "soles must be a set");
-  EXPECT_THROW(read_robot_description("/nowhere/robot.yaml"), InputError);
+  EXPECT_THROW(robots::read_robot_description("/nowhere/robot.yaml"), InputError);
 }
 
 TEST(RobotDescription, DataMayComeFromTheUrdf) {
   const std::string mass = "mass: 30\n", place = "    com: [0, -0.07, 0.5]\n";
   std::string text = changed(mass, "");
   text.replace(text.find(place), place.size(), "");
-  const RobotDescription robot =
-      parse_robot_description(text, "robot.yaml", RobotDescription::Figures::from_urdf);
+  const robots::RobotDescription robot = robots::parse_robot_description(
+      text, "robot.yaml", robots::RobotDescription::Figures::from_urdf);
   EXPECT_TRUE(std::isnan(robot.mass));
   EXPECT_TRUE(std::isnan(robot.posture("stand").com.z()));
   EXPECT_EQ(robot.posture("crouch").com.z(), 0.4);
@@ -108,16 +108,16 @@ const std::string joints = "{waist: 0.1, chest: 0.2, l_knee: -0.3, r_ankle: 0.4}
 TEST(RobotDescription, MirrorImageSwapsSidesAndReversesNamedJoints) {
   std::string text = changed("postures:", mirror);
   text.replace(text.find("{}"), 2, joints);
-  const RobotDescription robot =
-      parse_robot_description(text + "  other: {mirror_of: crouch}\n", "robot.yaml");
-  const StandingPosture& image = robot.posture("other");
-  EXPECT_EQ(&image, &robot.posture_on(Side::right));
-  EXPECT_EQ(image.stance, Stance::right);
+  const robots::RobotDescription robot =
+      robots::parse_robot_description(text + "  other: {mirror_of: crouch}\n", "robot.yaml");
+  const robots::StandingPosture& image = robot.posture("other");
+  EXPECT_EQ(&image, &robot.posture_on(robots::Side::right));
+  EXPECT_EQ(image.stance, robots::Stance::right);
   EXPECT_EQ(image.other_foot, (Vec<double, 3>(0.0, 0.14, 0.01)));
   EXPECT_EQ(image.joints,
-            (Posture{{"waist", -0.1}, {"chest", 0.2}, {"r_knee", -0.3}, {"l_ankle", 0.4}}));
-  const StandingPosture back = (*robot.mirror)(image);
-  EXPECT_EQ(back.stance, Stance::left);
+            (robots::Posture{{"waist", -0.1}, {"chest", 0.2}, {"r_knee", -0.3}, {"l_ankle", 0.4}}));
+  const robots::StandingPosture back = (*robot.mirror)(image);
+  EXPECT_EQ(back.stance, robots::Stance::left);
   EXPECT_EQ(back.com, robot.posture("crouch").com);
   EXPECT_EQ(back.joints, robot.posture("crouch").joints);
 }
@@ -129,9 +129,9 @@ TEST(RobotDescription, RejectsMirrorImagesWithoutRuleOrOriginal) {
   expect_has(complaint(ruled + "  other: {mirror_of: stand}\n"), "\"stand\" is on both feet");
   expect_has(complaint(ruled + "  other: {mirror_of: sit}\n"),
              "must name a posture that precedes it");
-  const RobotDescription robot = parse_robot_description(sample, "robot.yaml");
-  EXPECT_EQ(&robot.posture_on(Side::left), &robot.posture("crouch"));
-  expect_error<InputError>([&] { robot.posture_on(Side::right); },
+  const robots::RobotDescription robot = robots::parse_robot_description(sample, "robot.yaml");
+  EXPECT_EQ(&robot.posture_on(robots::Side::left), &robot.posture("crouch"));
+  expect_error<InputError>([&] { robot.posture_on(robots::Side::right); },
                            {"Robo has no posture on the right foot alone"});
 }
 
@@ -139,14 +139,15 @@ TEST(RobotDescription, ReadsFiles) {
   const std::filesystem::path file =
       std::filesystem::path(::testing::TempDir()) / "saltus_rob.yaml";
   std::ofstream(file) << sample;
-  EXPECT_EQ(read_robot_description(file).source, file.string() + " (made up)");
+  EXPECT_EQ(robots::read_robot_description(file).source, file.string() + " (made up)");
   std::filesystem::remove(file);
 }
 
 TEST(Icub, HasTheOfficialData) {
-  const RobotDescription robot = icub();
+  const robots::RobotDescription robot = icub();
   EXPECT_NEAR(robot.mass, 33.0617, 1e-4);
-  EXPECT_EQ(robot.left_foot, (FootRectangle{between(-0.0535, 0.1065), between(-0.031, 0.041)}));
+  EXPECT_EQ(robot.left_foot,
+            (robots::FootRectangle{between(-0.0535, 0.1065), between(-0.031, 0.041)}));
   EXPECT_EQ(robot.right_foot, robot.left_foot.mirrored());
   EXPECT_EQ(robot.contact_plane_offset, -0.0105);
   expect_has(robot.source, "robots/icub/icub.yaml");
@@ -168,14 +169,14 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
   if (!urdf || !*urdf)
     GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF of iCubGazeboV2_5, which is not part "
                     "of this repository";
-  const RobotDescription file = icub();
-  const RobotDescription computed = icub(std::filesystem::path(urdf));
+  const robots::RobotDescription file = icub();
+  const robots::RobotDescription computed = icub(std::filesystem::path(urdf));
   expect_has(computed.source, urdf);
   // The file has ten decimals; the URDF's masses add up with rounding.
   constexpr double printed = 1e-9;
   EXPECT_NEAR(file.mass, computed.mass, printed);
   EXPECT_NEAR(file.contact_plane_offset, computed.contact_plane_offset, printed);
-  const auto same = [&](const FootRectangle& a, const FootRectangle& b) {
+  const auto same = [&](const robots::FootRectangle& a, const robots::FootRectangle& b) {
     EXPECT_NEAR(a.x.lower, b.x.lower, printed);
     EXPECT_NEAR(a.x.upper, b.x.upper, printed);
     EXPECT_NEAR(a.y.lower, b.y.lower, printed);
@@ -186,17 +187,17 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
   ASSERT_EQ(file.postures.size(), computed.postures.size());
   for (std::size_t i = 0; i < file.postures.size(); ++i) {
     // The file has the exact image of the left stance.
-    const double within = file.postures[i].stance == Stance::right ? asymmetry : printed;
+    const double within = file.postures[i].stance == robots::Stance::right ? asymmetry : printed;
     EXPECT_LT((file.postures[i].com - computed.postures[i].com).norm(), within)
         << file.postures[i].name;
     EXPECT_LT((file.postures[i].other_foot - computed.postures[i].other_foot).norm(), within)
         << file.postures[i].name;
   }
   // The model's 213 links, 174 of them frames without mass.
-  const UrdfModel model = UrdfModel::read(urdf);
+  const robots::UrdfModel model = robots::UrdfModel::read(urdf);
   EXPECT_EQ(model.links().size(), 213u);
   EXPECT_EQ(std::count_if(model.links().begin(), model.links().end(),
-                          [](const UrdfModel::Link& link) { return link.mass == 0.0; }),
+                          [](const robots::UrdfModel::Link& link) { return link.mass == 0.0; }),
             174);
   EXPECT_EQ(model.moving_joint_names().size(), 32u);
 }
@@ -205,12 +206,12 @@ TEST(Icub, ParameterFileAgreesWithTheUrdf) {
 TEST(Icub, MirroredJointsGiveTheMirroredBody) {
   const char* urdf = std::getenv("SALTUS_ICUB_URDF");
   if (!urdf || !*urdf) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF";
-  const RobotDescription robot = icub();
-  const UrdfModel model = UrdfModel::read(urdf);
-  for (const RobotDescription::Joint& joint : robot.joints) {
-    StandingPosture left = robot.posture_on(Side::left);
+  const robots::RobotDescription robot = icub();
+  const robots::UrdfModel model = robots::UrdfModel::read(urdf);
+  for (const robots::RobotDescription::Joint& joint : robot.joints) {
+    robots::StandingPosture left = robot.posture_on(robots::Side::left);
     left.joints[joint.name] += 0.3;  // rad
-    const StandingPosture right = (*robot.mirror)(left);
+    const robots::StandingPosture right = (*robot.mirror)(left);
     Vec<double, 3> a = model.centre_of_mass(robot.left_sole, left.joints);
     Vec<double, 3> b = model.centre_of_mass(robot.right_sole, right.joints);
     b.y() *= -1.0;

@@ -36,8 +36,8 @@ postures:
 )";
 
 TEST(RobotThreads, FourThreadsReadAModelAndADescription) {
-  const UrdfModel model = UrdfModel::parse(urdf, "robot.urdf");
-  const RobotDescription robot = parse_robot_description(description, "robot.yaml");
+  const robots::UrdfModel model = robots::UrdfModel::parse(urdf, "robot.urdf");
+  const robots::RobotDescription robot = robots::parse_robot_description(description, "robot.yaml");
   const auto com_of = [&](int k) {
     return model.centre_of_mass("body", {{"knee", 0.01 * (k % 50)}});
   };
@@ -47,8 +47,8 @@ TEST(RobotThreads, FourThreadsReadAModelAndADescription) {
   std::vector<std::jthread> threads;
   for (int i = 0; i < 4; ++i)
     threads.emplace_back([&] {
-      const UrdfModel own_model = model;
-      const RobotDescription own = robot;
+      const robots::UrdfModel own_model = model;
+      const robots::RobotDescription own = robot;
       for (int k = 0; k < 200; ++k) {
         others += com_of(k) == expected[k % 50] ? 0 : 1;
         others += own_model.link_poses({{"knee", 0.3}}).size() == 2u ? 0 : 1;
@@ -60,7 +60,7 @@ TEST(RobotThreads, FourThreadsReadAModelAndADescription) {
 }
 
 TEST(RobotDescription, HasNoDefaultWithoutPostures) {
-  EXPECT_THROW((void)RobotDescription().default_posture(), DefinitionError);
+  EXPECT_THROW((void)robots::RobotDescription().default_posture(), DefinitionError);
 }
 
 }  // namespace

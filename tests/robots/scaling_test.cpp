@@ -4,7 +4,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 TEST(Scaling, DefaultRobotHasScaleOne) {
@@ -45,4 +45,4 @@ TEST(Scaling, WeightsScaleInverselyWithSquaredQuantities) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

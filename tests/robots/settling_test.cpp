@@ -12,7 +12,7 @@
 #include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/walking/progress.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr double period = 0.01;  // s
@@ -177,4 +177,4 @@ TEST(Progress, OneLineOnATerminal) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

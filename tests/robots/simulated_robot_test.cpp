@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr int joints = 4;
@@ -185,4 +185,4 @@ TEST(MassError, ScalesMassesAndInertiasOnly) {
 }
 
 }  // namespace
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

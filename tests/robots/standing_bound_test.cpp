@@ -11,7 +11,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "tests/support/linear_program.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 // iCub on its left foot, CoM above the origin of the sole frame, pushed towards -y, where the real
@@ -159,4 +159,4 @@ TEST(StandingBound, RejectsInvalidPushes) {
 }
 
 }  // namespace
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -14,36 +14,36 @@ namespace {
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
 
 TEST(Foot, CornersFollowPositionAndYaw) {
-  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
+  const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
   Mat<double, 4, 2> expected;
   expected << 0.1, 0.04, -0.05, 0.04, -0.05, -0.03, 0.1, -0.03;
-  EXPECT_EQ(foot_corners(SoleFrame{}, foot), expected);
+  EXPECT_EQ(robots::foot_corners(robots::SoleFrame{}, foot), expected);
 
-  const SoleFrame turned = flat_sole({1.0, 2.0, 0.5}, std::numbers::pi / 2);
+  const robots::SoleFrame turned = robots::flat_sole({1.0, 2.0, 0.5}, std::numbers::pi / 2);
   expected << 1 - 0.04, 2.1, 1 - 0.04, 1.95, 1.03, 1.95, 1.03, 2.1;
-  EXPECT_LT((foot_corners(turned, foot) - expected).cwiseAbs().maxCoeff(), 1e-15);
-  EXPECT_EQ(foot_corners_3d(turned, foot).col(2), (Vec<double, 4>::Constant(0.5)));
+  EXPECT_LT((robots::foot_corners(turned, foot) - expected).cwiseAbs().maxCoeff(), 1e-15);
+  EXPECT_EQ(robots::foot_corners_3d(turned, foot).col(2), (Vec<double, 4>::Constant(0.5)));
   EXPECT_EQ(foot.mirrored().y, between(-0.04, 0.03));
 }
 
 TEST(SupportPolygon, OfOneFootIsTheFoot) {
-  const SupportPolygon polygon = SupportPolygon::hull(
-      foot_corners(flat_sole({0.3, -0.2, 0}, 0.4), {between(-0.05, 0.1), between(-0.03, 0.04)}));
+  const robots::SupportPolygon polygon = robots::SupportPolygon::hull(robots::foot_corners(
+      robots::flat_sole({0.3, -0.2, 0}, 0.4), {between(-0.05, 0.1), between(-0.03, 0.04)}));
   EXPECT_EQ(polygon.size(), 4);
   EXPECT_NEAR(polygon.area(), 0.15 * 0.07, 1e-15);
   const Vec<double, 3> centre =
-      flat_sole({0.3, -0.2, 0}, 0.4).to_world(Vec<double, 3>(0.025, 0.005, 0));
+      robots::flat_sole({0.3, -0.2, 0}, 0.4).to_world(Vec<double, 3>(0.025, 0.005, 0));
   EXPECT_NEAR(polygon.centroid().x(), 0.3 + centre.x(), 1e-15);
   EXPECT_NEAR(polygon.centroid().y(), -0.2 + centre.y(), 1e-15);
 }
 
 TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
-  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.03)};
+  const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.03)};
   // Instance of the published step-recovery cases: hull x [-0.05, 0.1], y [-0.15, 0.1].
-  const SupportPolygon polygon =
-      SupportPolygon::under({{flat_sole({0, 0.07, 0}), foot}, {flat_sole({0, -0.12, 0}), foot}});
+  const robots::SupportPolygon polygon = robots::SupportPolygon::under(
+      {{robots::flat_sole({0, 0.07, 0}), foot}, {robots::flat_sole({0, -0.12, 0}), foot}});
   ASSERT_EQ(polygon.size(), 4);  // the four inner corners lie on its sides
-  EXPECT_EQ(polygon.vertices()[0], Point2(-0.05, -0.15));
+  EXPECT_EQ(polygon.vertices()[0], robots::Point2(-0.05, -0.15));
   EXPECT_NEAR(polygon.area(), 0.15 * 0.25, 1e-15);
   EXPECT_NEAR(polygon.centroid().x(), 0.025, 1e-15);
   EXPECT_NEAR(polygon.centroid().y(), -0.025, 1e-15);
@@ -56,11 +56,12 @@ TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
 }
 
 TEST(SupportPolygon, OfRotatedFeetHasUnitNormalsAndEightRows) {
-  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
-  const SupportPolygon polygon = SupportPolygon::under(
-      {{flat_sole({0, 0.07, 0}, 0.3), foot}, {flat_sole({0.05, -0.15, 0}, -0.5), foot.mirrored()}});
+  const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
+  const robots::SupportPolygon polygon =
+      robots::SupportPolygon::under({{robots::flat_sole({0, 0.07, 0}, 0.3), foot},
+                                     {robots::flat_sole({0.05, -0.15, 0}, -0.5), foot.mirrored()}});
   EXPECT_LE(polygon.size(), 8);
-  const SupportPolygon::HalfPlanes rows = polygon.half_planes(8);
+  const robots::SupportPolygon::HalfPlanes rows = polygon.half_planes(8);
   ASSERT_EQ(rows.rows(), 8);
   for (int i = 0; i < 8; ++i) EXPECT_NEAR(rows.A.row(i).norm(), 1.0, 1e-15);
   for (int i = polygon.size(); i < 8; ++i) {
@@ -76,14 +77,14 @@ TEST(SupportPolygon, ContainsItsPoints) {
   for (int trial = 0; trial < 200; ++trial) {
     Points points(3 + trial % 20, 2);
     for (int i = 0; i < points.size(); ++i) points(i) = coordinate(random);
-    const SupportPolygon polygon = SupportPolygon::hull(points);
+    const robots::SupportPolygon polygon = robots::SupportPolygon::hull(points);
     for (int i = 0; i < points.rows(); ++i)
       EXPECT_LE(polygon.signed_distance(points.row(i).transpose()), 2e-9);  // hull's tolerance
     EXPECT_TRUE(polygon.contains(polygon.centroid()));
     const auto& v = polygon.vertices();
     for (int i = 0; i < polygon.size(); ++i) {
-      const Point2 a = v[(i + 1) % polygon.size()] - v[i];
-      const Point2 b = v[(i + 2) % polygon.size()] - v[(i + 1) % polygon.size()];
+      const robots::Point2 a = v[(i + 1) % polygon.size()] - v[i];
+      const robots::Point2 b = v[(i + 2) % polygon.size()] - v[(i + 1) % polygon.size()];
       EXPECT_GT(a.x() * b.y() - a.y() * b.x(), 0.0);  // counter-clockwise, strictly convex
     }
   }
@@ -92,7 +93,7 @@ TEST(SupportPolygon, ContainsItsPoints) {
 TEST(SupportPolygon, DropsRepeatedAndCollinearPoints) {
   Points points(9, 2);
   points << 0, 0, 1, 0, 1, 1, 0, 1, 0.5, 0, 0.5, 1, 0, 0, 1, 1, 0.3, 0.2;
-  const SupportPolygon polygon = SupportPolygon::hull(points);
+  const robots::SupportPolygon polygon = robots::SupportPolygon::hull(points);
   EXPECT_EQ(polygon.size(), 4);
   EXPECT_EQ(polygon.area(), 1.0);
 }
@@ -100,10 +101,10 @@ TEST(SupportPolygon, DropsRepeatedAndCollinearPoints) {
 TEST(SupportPolygon, RejectsLinesAndNan) {
   Points line(4, 2);
   line << 0, 0, 1, 1, 2, 2, 0.3, 0.3;
-  EXPECT_THROW(SupportPolygon::hull(line), DefinitionError);
-  EXPECT_THROW(SupportPolygon::hull(Points(0, 2)), DefinitionError);
+  EXPECT_THROW(robots::SupportPolygon::hull(line), DefinitionError);
+  EXPECT_THROW(robots::SupportPolygon::hull(Points(0, 2)), DefinitionError);
   line(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(SupportPolygon::hull(line), DefinitionError);
+  EXPECT_THROW(robots::SupportPolygon::hull(line), DefinitionError);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 #include "tests/robots/synthetic_biped.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Plans one step of the right foot, initially in the air, to the place below it.
 class RightFootDown final : public StepPlanner {
@@ -72,4 +72,4 @@ struct SyntheticBalance {
   Scene scene;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

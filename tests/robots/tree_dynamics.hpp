@@ -15,9 +15,9 @@
 namespace saltus {
 
 /// Does not allocate after construction.
-class TreeDynamics final : public DynamicsModel {
+class TreeDynamics final : public robots::DynamicsModel {
  public:
-  explicit TreeDynamics(const FloatingRobot& robot)
+  explicit TreeDynamics(const robots::FloatingRobot& robot)
       : robot_(robot), links_(robot.bodies.size()), Jc_(3, columns()), Jw_(3, columns()) {
     mass_matrix_.resize(columns(), columns());
     bias_.resize(columns());
@@ -28,19 +28,19 @@ class TreeDynamics final : public DynamicsModel {
   int joints() const override { return robot_.joints(); }
   double mass() const override { return robot_.total_mass; }
 
-  void update(const WholeBodyState& state) override {
+  void update(const robots::WholeBodyState& state) override {
     move(state);
     mass_matrix_.setZero();
     bias_.setZero();
     com_.setZero();
     com_velocity_.setZero();
     for (int i = 0; i <= joints(); ++i) {
-      const FloatingRobot::Body& body = robot_.bodies[i];
+      const robots::FloatingRobot::Body& body = robot_.bodies[i];
       const Vec<double, 3> c = links_[i].pose * body.com;
       const Mat<double, 3, 3> I = inertia(i);
       jacobian(i, c);
       const Vec<double, 3> force =
-          body.mass * (acceleration(i, c) + Vec<double, 3>(0.0, 0.0, standard_gravity));
+          body.mass * (acceleration(i, c) + Vec<double, 3>(0.0, 0.0, robots::standard_gravity));
       const Vec<double, 3> torque =
           I * links_[i].alpha + links_[i].omega.cross(I * links_[i].omega);
       mass_matrix_ += body.mass * Jc_.transpose().lazyProduct(Jc_);
@@ -69,12 +69,12 @@ class TreeDynamics final : public DynamicsModel {
 
   int columns() const { return 6 + robot_.joints(); }
 
-  void move(const WholeBodyState& state) {
+  void move(const robots::WholeBodyState& state) {
     const Vec<double, 3> omega = state.base_twist.head<3>(), v = state.base_twist.tail<3>();
     links_[0] = {state.base,    Vec<double, 3>::Zero(), omega, v, Vec<double, 3>::Zero(),
                  omega.cross(v)};  // the components of nu are along rotating axes
     for (int i = 1; i <= joints(); ++i) {
-      const FloatingRobot::Body& body = robot_.bodies[i];
+      const robots::FloatingRobot::Body& body = robot_.bodies[i];
       const Link& parent = links_[body.parent];
       Link& link = links_[i];
       link.pose = parent.pose * body.origin * Eigen::AngleAxisd(state.q[i - 1], body.axis);
@@ -112,7 +112,8 @@ class TreeDynamics final : public DynamicsModel {
       Jc_.col(5 + j) = links_[j].axis.cross(point - links_[j].pose.translation());
     }
   }
-  void update_sole(const FloatingRobot::Frame& frame, DynamicsModel::SoleMotion& sole) {
+  void update_sole(const robots::FloatingRobot::Frame& frame,
+                   robots::DynamicsModel::SoleMotion& sole) {
     sole.pose = links_[frame.body].pose * frame.pose;
     const Vec<double, 3> p = sole.pose.translation();
     jacobian(frame.body, p);
@@ -122,7 +123,7 @@ class TreeDynamics final : public DynamicsModel {
     sole.drift << links_[frame.body].alpha, acceleration(frame.body, p);
   }
 
-  FloatingRobot robot_;
+  robots::FloatingRobot robot_;
   std::vector<Link> links_;
   Eigen::Matrix<double, 3, Eigen::Dynamic> Jc_, Jw_, IJw_;
 };

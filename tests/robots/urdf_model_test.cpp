@@ -50,7 +50,7 @@ std::string one_leg(const std::string& inside_foot = foot_box,
 }
 
 std::string complaint(const std::string& text) {
-  return error_of<InputError>([&] { UrdfModel::parse(text, "robot.urdf"); }, "");
+  return error_of<InputError>([&] { robots::UrdfModel::parse(text, "robot.urdf"); }, "");
 }
 
 template <class Act>
@@ -72,43 +72,43 @@ TEST(UrdfModel, KeepsVisualShapes) {
       visual(R"(<box size="1 2 3"/>)",
              R"(<material name="red"><color rgba="1 0 0.5 1"/></material>)") +
       visual(R"(<cylinder radius="0.5" length="4"/>)") + visual(R"(<sphere radius="0.5"/>)");
-  const UrdfModel model = UrdfModel::parse(one_leg(seen), "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(one_leg(seen), "robot.urdf");
   EXPECT_TRUE(model.links()[0].visuals.empty());
   const auto& visuals = model.links()[static_cast<std::size_t>(model.link_index("foot"))].visuals;
   ASSERT_EQ(visuals.size(), 4U);
-  EXPECT_EQ(visuals[0].shape, UrdfModel::LinkShape::Shape::mesh);
+  EXPECT_EQ(visuals[0].shape, robots::UrdfModel::LinkShape::Shape::mesh);
   EXPECT_EQ(visuals[0].mesh, "package://robo/foot.stl");
   EXPECT_EQ(visuals[0].size, Vec3(0.001, 0.001, -1.0));
   EXPECT_EQ(visuals[0].pose.translation(), Vec3(0.0, 0.0, 0.1));
-  EXPECT_EQ(visuals[1].shape, UrdfModel::LinkShape::Shape::box);
+  EXPECT_EQ(visuals[1].shape, robots::UrdfModel::LinkShape::Shape::box);
   EXPECT_EQ(visuals[1].size, Vec3(1.0, 2.0, 3.0));
   EXPECT_EQ(visuals[1].colour, Vec3(1.0, 0.0, 0.5));
-  EXPECT_EQ(visuals[2].shape, UrdfModel::LinkShape::Shape::cylinder);
+  EXPECT_EQ(visuals[2].shape, robots::UrdfModel::LinkShape::Shape::cylinder);
   EXPECT_EQ(visuals[2].size, Vec3(1.0, 1.0, 4.0));
-  EXPECT_EQ(visuals[3].shape, UrdfModel::LinkShape::Shape::sphere);
+  EXPECT_EQ(visuals[3].shape, robots::UrdfModel::LinkShape::Shape::sphere);
   EXPECT_EQ(visuals[3].size, Vec3(1.0, 1.0, 1.0));
 }
 
 TEST(UrdfModel, SumsTheMass) {
-  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(one_leg(), "robot.urdf");
   EXPECT_EQ(model.name(), "one leg");
   EXPECT_EQ(model.total_mass(), 4.0);
   ASSERT_EQ(model.links().size(), 4u);
   EXPECT_EQ(model.links()[0].name, "body");
   EXPECT_EQ(model.links()[model.link_index("foot")].mass, 0.0);  // a massless frame
   EXPECT_EQ(model.moving_joint_names(), std::vector<std::string>{"knee"});
-  const UrdfModel::Joint& knee = model.links()[model.link_index("leg")].joint;
+  const robots::UrdfModel::Joint& knee = model.links()[model.link_index("leg")].joint;
   EXPECT_EQ(knee.position, between(-1.0, 2.0));
   EXPECT_EQ(knee.effort, 30.0);
 }
 
 TEST(UrdfModel, FollowsTheJointsToTheCentreOfMass) {
-  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(one_leg(), "robot.urdf");
   // Straight: body at 0.2, leg at -0.25 of the hip; the sole 0.504 below it.
   EXPECT_LT((model.centre_of_mass("body", {}) - Vec3(0, 0, (3 * 0.2 - 0.25) / 4)).norm(), 1e-15);
   EXPECT_LT((model.centre_of_mass("sole", {}) - Vec3(0, 0, 0.0875 + 0.504)).norm(), 1e-15);
   // Knee at 90 degrees about y: the leg points along -x of the body.
-  const Posture bent{{"knee", std::numbers::pi / 2}};
+  const robots::Posture bent{{"knee", std::numbers::pi / 2}};
   EXPECT_LT((model.centre_of_mass("body", bent) - Vec3(-0.25 / 4, 0, 0.15)).norm(), 1e-15);
   const Eigen::Isometry3d sole = model.link_pose("sole", "body", bent);
   EXPECT_LT((sole.translation() - Vec3(-0.504, 0, 0)).norm(), 1e-15);
@@ -122,12 +122,13 @@ TEST(UrdfModel, RotatesTheInertiaToLinkAxes) {
   const std::string before = "<origin xyz=\"0 0 0.2\"/>";
   text.replace(text.find(before), before.size(),
                "<origin xyz=\"0 0 0.2\" rpy=\"0 1.5707963267948966 0\"/>");
-  const UrdfModel model = UrdfModel::parse(text, "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(text, "robot.urdf");
   EXPECT_LT((model.links()[0].inertia.diagonal() - Vec3(0.01, 0.02, 0.02)).norm(), 1e-15);
 }
 
 TEST(UrdfModel, TakesTheFootFromTheCollisionBox) {
-  const UrdfModel::Foot foot = UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
+  const robots::UrdfModel::Foot foot =
+      robots::UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
   // The box is given in the foot link, which points down: y changes sign in the sole.
   EXPECT_NEAR(foot.rectangle.x.lower, -0.05, 1e-15);
   EXPECT_NEAR(foot.rectangle.x.upper, 0.11, 1e-15);
@@ -141,10 +142,11 @@ TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
     return std::string("<collision><origin xyz=\"") + xyz + "\"/><geometry><box size=\"" + size +
            "\"/></geometry></collision>";
   };
-  const UrdfModel::Foot foot =
-      UrdfModel::parse(one_leg(box("0.1 0 0.01", "0.04 0.08 0.02") +
-                               box("-0.03 0 0.01", "0.04 0.06 0.02") + box("0 0 0", "1 1 0.01")),
-                       "robot.urdf")
+  const robots::UrdfModel::Foot foot =
+      robots::UrdfModel::parse(
+          one_leg(box("0.1 0 0.01", "0.04 0.08 0.02") + box("-0.03 0 0.01", "0.04 0.06 0.02") +
+                  box("0 0 0", "1 1 0.01")),
+          "robot.urdf")
           .foot("sole");
   EXPECT_NEAR(foot.rectangle.x.lower, -0.05, 1e-15);
   EXPECT_NEAR(foot.rectangle.x.upper, 0.12, 1e-15);
@@ -154,7 +156,8 @@ TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
 
 TEST(UrdfModel, RejectsAFootWithoutRectangle) {
   const auto foot_complaint = [](const std::string& inside) {
-    return input_error([&] { UrdfModel::parse(one_leg(inside), "robot.urdf").foot("sole"); });
+    return input_error(
+        [&] { robots::UrdfModel::parse(one_leg(inside), "robot.urdf").foot("sole"); });
   };
   expect_has(foot_complaint(""), "has no collision box");
   expect_has(foot_complaint("<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>"),
@@ -168,7 +171,7 @@ TEST(UrdfModel, RejectsAFootWithoutRectangle) {
 }
 
 TEST(UrdfModel, SuggestsTheNearestName) {
-  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  const robots::UrdfModel model = robots::UrdfModel::parse(one_leg(), "robot.urdf");
   expect_has(input_error([&] { model.foot("soel"); }),
              "robot.urdf: there is no link \"soel\"; did you mean \"sole\"?");
   expect_has(input_error([&] { model.foot("l_gripper_camera"); }), "there is no link");
@@ -258,13 +261,14 @@ TEST(UrdfModel, NamesFilesInErrors) {
   const std::filesystem::path folder = ::testing::TempDir();
   const std::filesystem::path file = folder / "saltus_one_leg.urdf";
   std::ofstream(file) << one_leg();
-  EXPECT_EQ(UrdfModel::read(file).total_mass(), 4.0);
-  EXPECT_EQ(UrdfModel::read(file).source(), file.string());
+  EXPECT_EQ(robots::UrdfModel::read(file).total_mass(), 4.0);
+  EXPECT_EQ(robots::UrdfModel::read(file).source(), file.string());
   std::ofstream(file, std::ios::trunc).close();
-  expect_has(input_error([&] { UrdfModel::read(file); }), file.string() + ": the file is empty");
+  expect_has(input_error([&] { robots::UrdfModel::read(file); }),
+             file.string() + ": the file is empty");
   std::filesystem::remove(file);
-  expect_has(input_error([&] { UrdfModel::read(file); }), "there is no such file");
-  expect_has(input_error([&] { UrdfModel::read(folder); }), "this is not a file");
+  expect_has(input_error([&] { robots::UrdfModel::read(file); }), "there is no such file");
+  expect_has(input_error([&] { robots::UrdfModel::read(folder); }), "this is not a file");
 }
 
 }  // namespace

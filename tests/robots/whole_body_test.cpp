@@ -18,55 +18,57 @@ using WholeBody = IcubBody;
 TEST_F(WholeBody, HasItsMotorsAndTotalMass) {
   EXPECT_EQ(robot.joints(), 23);
   double mass = 0.0;
-  for (const FloatingRobot::Body& b : robot.bodies) mass += b.mass;
+  for (const robots::FloatingRobot::Body& b : robot.bodies) mass += b.mass;
   EXPECT_NEAR(mass, 33.0617, 1e-3);
   EXPECT_NEAR(mass, urdf->total_mass(), 1e-12);
 }
 
 TEST_F(WholeBody, HasVisualShapes) {
   std::size_t looks = 0, links = 0;
-  for (const FloatingRobot::Body& b : robot.bodies)
-    for (const FloatingRobot::Look& look : b.looks) {
+  for (const robots::FloatingRobot::Body& b : robot.bodies)
+    for (const robots::FloatingRobot::Look& look : b.looks) {
       EXPECT_FALSE(look.visuals.empty()) << look.link;
       ++looks;
     }
-  for (const UrdfModel::Link& link : urdf->links()) links += link.visuals.empty() ? 0 : 1;
+  for (const robots::UrdfModel::Link& link : urdf->links()) links += link.visuals.empty() ? 0 : 1;
   EXPECT_EQ(looks, links);
   EXPECT_GT(links, 20u);
 }
 
 TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
-  const auto model = make_dart_dynamics(robot);
+  const auto model = robots::make_dart_dynamics(robot);
   model->update(start);
   // Left contact frame at the origin: the CoM of the description, computed from the URDF.
   EXPECT_LT((model->com() - description.default_posture().com).norm(), 1e-9);
-  EXPECT_LT((model->sole(Side::left).pose.matrix() - MatrixXd::Identity(4, 4)).norm(), 1e-9);
-  EXPECT_LT((model->sole(Side::right).pose.translation() - description.default_posture().other_foot)
+  EXPECT_LT((model->sole(robots::Side::left).pose.matrix() - MatrixXd::Identity(4, 4)).norm(),
+            1e-9);
+  EXPECT_LT((model->sole(robots::Side::right).pose.translation() -
+             description.default_posture().other_foot)
                 .norm(),
             1e-9);
   // The base carries the weight, in base axes; the linear block of M is the mass.
   const Vec<double, 3> weight = model->bias().segment<3>(3);
-  EXPECT_NEAR(weight.norm(), urdf->total_mass() * standard_gravity, 1e-9);
+  EXPECT_NEAR(weight.norm(), urdf->total_mass() * robots::standard_gravity, 1e-9);
   EXPECT_NEAR(model->mass_matrix()(3, 3), urdf->total_mass(), 1e-9);
 }
 
 // Compares twists and drifts with differences along a motion.
 TEST_F(WholeBody, SolesMoveAccordingToTheirJacobians) {
-  const auto model = make_dart_dynamics(robot);
-  WholeBodyState state = start;
+  const auto model = robots::make_dart_dynamics(robot);
+  robots::WholeBodyState state = start;
   for (int i = 0; i < robot.joints(); ++i) state.dq[i] = 0.3 * std::sin(1.0 + i);
   const double h = 1e-6;
-  WholeBodyState before = state, after = state;
+  robots::WholeBodyState before = state, after = state;
   before.q -= h * state.dq;  // the base rests
   after.q += h * state.dq;
   model->update(before);
-  const DynamicsModel::SoleMotion a = model->sole(Side::right);
+  const robots::DynamicsModel::SoleMotion a = model->sole(robots::Side::right);
   const Vec<double, 3> com_a = model->com();
   model->update(after);
-  const DynamicsModel::SoleMotion b = model->sole(Side::right);
+  const robots::DynamicsModel::SoleMotion b = model->sole(robots::Side::right);
   const Vec<double, 3> com_b = model->com();
   model->update(state);
-  const DynamicsModel::SoleMotion& sole = model->sole(Side::right);
+  const robots::DynamicsModel::SoleMotion& sole = model->sole(robots::Side::right);
   constexpr double tolerance = 1e-7;  // h^2 and rounding / h
   EXPECT_LT(
       ((b.pose.translation() - a.pose.translation()) / (2.0 * h) - sole.twist.tail<3>()).norm(),
@@ -77,24 +79,25 @@ TEST_F(WholeBody, SolesMoveAccordingToTheirJacobians) {
 
 TEST_F(WholeBody, AnyLinkOfTheUrdfHasAFrame) {
   for (const char* link : {"chest", "head", "l_hand", "r_foot", "root_link"}) {
-    const FloatingRobot::Frame frame = link_frame(robot, *urdf, link);
+    const robots::FloatingRobot::Frame frame = robots::link_frame(robot, *urdf, link);
     const std::string body = robot.bodies[frame.body].name;
     const Eigen::Isometry3d expected = urdf->link_pose(link, body, {});  // joints do not matter
     EXPECT_LT((frame.pose.matrix() - expected.matrix()).norm(), 1e-12) << link << " in " << body;
   }
-  EXPECT_THROW(link_frame(robot, *urdf, "no_such_link"), InputError);
+  EXPECT_THROW(robots::link_frame(robot, *urdf, "no_such_link"), InputError);
 }
 
 // In the air, the force changes the linear and the angular momentum exactly.
 TEST_F(WholeBody, PushActsAtItsPoint) {
-  const auto model = make_dart_dynamics(robot);
-  const auto plant = make_dart_plant(robot, {});
+  const auto model = robots::make_dart_dynamics(robot);
+  const auto plant = robots::make_dart_plant(robot, {});
   start.base.translation()[2] += 2.0;
   plant->reset(start);
   model->update(start);
-  FloatingRobot::Frame frame = link_frame(robot, *urdf, "head");
+  robots::FloatingRobot::Frame frame = robots::link_frame(robot, *urdf, "head");
   frame.pose.translate(Vec<double, 3>(0.1, 0.05, -0.02));
-  const FloatingRobot::Frame body = link_frame(robot, *urdf, robot.bodies[frame.body].name);
+  const robots::FloatingRobot::Frame body =
+      robots::link_frame(robot, *urdf, robot.bodies[frame.body].name);
   ASSERT_EQ(body.body, frame.body);
   // Pose of that body from the base through the joints of the posture.
   const Eigen::Isometry3d pose =
@@ -106,7 +109,7 @@ TEST_F(WholeBody, PushActsAtItsPoint) {
   plant->step();
   model->update(plant->state());
   const double dt = 1e-3;  // s, one step
-  const Vec<double, 3> weight(0.0, 0.0, -model->mass() * standard_gravity);
+  const Vec<double, 3> weight(0.0, 0.0, -model->mass() * robots::standard_gravity);
   // One step of an explicit integrator: the error is of second order.
   constexpr double second_order = 1e-4;
   EXPECT_LT((model->mass() * model->com_velocity() - dt * (force + weight)).norm(), second_order);
@@ -116,18 +119,18 @@ TEST_F(WholeBody, PushActsAtItsPoint) {
 
 // DART's forward dynamics, which forms no mass matrix, in free fall: one step gives dnu/dt.
 TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
-  const auto model = make_dart_dynamics(robot);
-  DartOptions options;
+  const auto model = robots::make_dart_dynamics(robot);
+  robots::DartOptions options;
   options.step = 1e-6;
-  const auto plant = make_dart_plant(robot, options);
-  const auto velocity = [](const WholeBodyState& s) {
+  const auto plant = robots::make_dart_plant(robot, options);
+  const auto velocity = [](const robots::WholeBodyState& s) {
     VectorXd nu(6 + s.dq.size());
     nu << s.base.linear().transpose() * s.base_twist.head<3>(),
         s.base.linear().transpose() * s.base_twist.tail<3>(), s.dq;
     return nu;
   };
   for (const int trial : {0, 1, 2, 3}) {
-    WholeBodyState state = start;
+    robots::WholeBodyState state = start;
     state.base.translation()[2] += 1.0;
     state.base.rotate(Eigen::AngleAxisd(0.4 * trial, Vec<double, 3>(1.0, 2.0, -1.0).normalized()));
     VectorXd tau(robot.joints());
@@ -157,24 +160,25 @@ TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
 }
 
 TEST_F(WholeBody, StandsOnOneFootAndReactsToAPush) {
-  const auto model = make_dart_dynamics(robot);
-  const auto plant = make_dart_plant(robot, {});
+  const auto model = robots::make_dart_dynamics(robot);
+  const auto plant = robots::make_dart_plant(robot, {});
   plant->reset(start);
   model->update(plant->state());
   const auto controller = standing_controller();
-  const WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
-  const auto check = [this](const WholeBodyController::Command& command, double t) {
+  const robots::WholeBodyController::Tasks tasks = tasks_on_the_left_foot();
+  const auto check = [this](const robots::WholeBodyController::Command& command, double t) {
     ASSERT_LT(command.stance_slip, 1e-6) << t;
     for (int i = 0; i < robot.joints(); ++i)
       ASSERT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort) << t;
   };
   balance_on_the_left_foot(robot, *model, *plant, *controller, tasks,
                            {.impulse = 4.0, .start = 0.5, .end = 3.0}, check);
-  EXPECT_NEAR(plant->contact(Side::left).wrench[2], model->mass() * standard_gravity, 2.0);
+  EXPECT_NEAR(plant->contact(robots::Side::left).wrench[2],
+              model->mass() * robots::standard_gravity, 2.0);
 }
 
 TEST(SwingFoot, RisesAndLandsOnTimeAtRest) {
-  SwingFoot swing;
+  robots::SwingFoot swing;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << 0.0, -0.13, 0.005;
   swing.hold(pose);
@@ -196,7 +200,7 @@ TEST(SwingFoot, RisesAndLandsOnTimeAtRest) {
 
 // On the way down, the foot does not rise again if the landing is slightly delayed.
 TEST(SwingFoot, DoesNotRiseAgainForALaterLanding) {
-  SwingFoot swing;
+  robots::SwingFoot swing;
   swing.hold(Eigen::Isometry3d::Identity());
   swing.start(0.0, 0.4);
   double height = infinity;
@@ -214,7 +218,7 @@ TEST(SwingFoot, DoesNotRiseAgainForALaterLanding) {
 TEST(SwingFoot, StaysAboveTheGroundForAMuchLaterLanding) {
   for (const int told : {110, 130, 150, 170, 185, 195, 199})
     for (const double later : {0.02, 0.1, 0.3, 1.0}) {
-      SwingFoot swing;
+      robots::SwingFoot swing;
       swing.hold(Eigen::Isometry3d::Identity());
       swing.start(0.0, 0.4);
       double fastest = 0.0, before = 0.0;
@@ -233,7 +237,7 @@ TEST(SwingFoot, StaysAboveTheGroundForAMuchLaterLanding) {
 // If the remaining time is halved during the swing, the landing is as slow as with an early plan.
 TEST(SwingFoot, DescendsSoonerForAnEarlierLanding) {
   const auto fastest_descent = [](double first_landing) {
-    SwingFoot swing;
+    robots::SwingFoot swing;
     swing.hold(Eigen::Isometry3d::Identity());
     swing.start(0.0, first_landing);
     double before = 0.0, fastest = 0.0;

@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 void check_positive(double value, const char* name, const char* unit) {
@@ -106,4 +106,4 @@ double largest_impulse_with_step(double reach, double landing, const StandingPus
   return from_start / shift_per_impulse(push, omega);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -17,7 +17,7 @@
 
 #include "saltus/core/bounds.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// The situation before the push.
 struct StandingPush {
@@ -46,4 +46,4 @@ double largest_impulse_standing(double peak_angular_momentum, const StandingPush
 /// push ends.
 double largest_impulse_with_step(double reach, double landing, const StandingPush& push);
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -9,7 +9,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 bool is_multiple(double whole, double part) {
@@ -134,4 +134,4 @@ void declare_pictures(Settings& s, BipedSettings& biped) {
          "draw the pictures at the end (needs python3 with matplotlib)");
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

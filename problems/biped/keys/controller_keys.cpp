@@ -4,7 +4,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_solver(Settings& s, PlannerSettings& planner) {
   s.choice<SolverChoice>("solver", planner.solver, solver_choices(),
@@ -48,4 +48,4 @@ void declare_settings(Settings& s, ContactSettings& c) {
   });
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

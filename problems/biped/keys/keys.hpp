@@ -8,7 +8,7 @@ namespace saltus {
 class Settings;
 }
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Declares all keys but `pictures`, the rules between option structs, and the removed keys of
 /// version 0.2.
@@ -58,4 +58,4 @@ void declare_settings(Settings& settings, PlannerSettings& planner);
 /// Declares contact.*
 void declare_settings(Settings& settings, ContactSettings& contact);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -2,7 +2,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_plant(Settings& s, PlantSettings& plant) {
   s.choice<PlantSettings::Choice>(
@@ -57,4 +57,4 @@ void declare_settings(Settings& s, PlantSettings& plant) {
       "simulator.friction (box), or inscribed in it");
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -7,7 +7,7 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/robots/walking/push.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_settings(Settings& s, Push& push) {
   s.number("push.impulse", push.impulse, "N s", "impulse of the push", between(0.0, 1e4));
@@ -66,4 +66,4 @@ void declare_point_of_push(Settings& s, Push& push) {
            "whole body: point of application on this link, in its frame", between(-10.0, 10.0));
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

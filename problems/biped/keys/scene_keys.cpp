@@ -2,7 +2,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_stance(Settings& s, SceneSettings& scene) {
   s.choice<Stance>("stance", scene.stance,
@@ -33,4 +33,4 @@ void declare_mass_error(Settings& s, RobotChoice& robot) {
            between(-0.5, 1.0));
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_stepping(Settings& s, Step& step) { s.flag("stepping", step.allowed, "allow steps"); }
 
@@ -51,4 +51,4 @@ void declare_settings(Settings& s, Step& step) {
   });
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

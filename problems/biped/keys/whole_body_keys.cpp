@@ -4,7 +4,7 @@
 
 #include "saltus/app/settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void declare_period(Settings& s, WholeBodyController::Options& control) {
   s.number("control.period", control.period, "s",
@@ -65,4 +65,4 @@ void declare_settings(Settings& s, SensorOptions& o, Estimator::Options& e) {
             at_least(0.0));
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

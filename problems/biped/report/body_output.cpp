@@ -11,7 +11,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/schedule.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -250,4 +250,4 @@ void write_body(const OutputFolder& output, const RunLog& log, const FloatingRob
   output.write("robot.json", robot_shape(robot, log));
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -11,7 +11,7 @@
 #include "saltus/robots/walking/body_forces.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// body.csv, one line per control period, units in the names ("q_JOINT [rad]"): t; base_{x..z,
 /// qw..qz}; q_JOINT (rad); tau_JOINT (Nm); for both feet FOOT_planned_*, FOOT_measured_*,
@@ -32,4 +32,4 @@ nlohmann::ordered_json body_figures(const RunLog& log, const FloatingRobot& robo
 /// Writes body.csv and robot.json.
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

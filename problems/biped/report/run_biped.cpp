@@ -22,7 +22,7 @@
 #include "saltus/robots/walking/progress.hpp"
 #include "saltus/robots/walking/settling.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -167,4 +167,4 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

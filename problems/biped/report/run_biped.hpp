@@ -7,7 +7,7 @@
 #include "saltus/app/program.hpp"
 #include "saltus/robots/simulation/simulate.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Runs the problem, prints, writes tables and summary, and draws pictures. `default_config`: all
 /// settings at their defaults, as YAML.
@@ -33,4 +33,4 @@ ProblemEntry biped_entry(std::string name, std::string summary) {
       });
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

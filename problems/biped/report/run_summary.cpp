@@ -12,7 +12,7 @@
 #include "saltus/app/version.hpp"
 #include "saltus/robots/walking/push.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -267,4 +267,4 @@ Json changed_settings(const std::string& effective_config, const std::string& de
   return changed;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

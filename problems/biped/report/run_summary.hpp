@@ -8,7 +8,7 @@
 #include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Median, p99, p999 and maximum, us.
 nlohmann::ordered_json latency(const LatencyHistogram& times);
@@ -34,4 +34,4 @@ CsvTable tick_table(const RunLog& log);
 nlohmann::ordered_json changed_settings(const std::string& effective_config,
                                         const std::string& default_config);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

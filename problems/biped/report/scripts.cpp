@@ -12,7 +12,7 @@
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& module) {
   run_python_module("saltus.walking." + module, results, what);
@@ -71,4 +71,4 @@ Verb movie_verb() {
           }};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 
 #include "saltus/app/program.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Runs a module of saltus.walking (python/) on a folder of results, without a shell. Pictures are
 /// optional: if `what` cannot be drawn, a message goes to the error stream and the program
@@ -22,4 +22,4 @@ std::string results_text(const std::filesystem::path& results,
 /// draws nothing.
 Verb movie_verb();
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -11,7 +11,7 @@
 #include "saltus/simulation/explanation_json.hpp"
 #include "saltus/solve/explain.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -110,4 +110,4 @@ UnmetReport explain_unmet(const UnmetExplanations& words, const std::vector<Unme
   return report;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

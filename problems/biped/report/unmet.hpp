@@ -7,7 +7,7 @@
 
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Unmet decisions as text and as data.
 struct UnmetReport {
@@ -19,4 +19,4 @@ struct UnmetReport {
 UnmetReport explain_unmet(const UnmetExplanations& words, const std::vector<UnmetDecision>& unmet,
                           double time_limit);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

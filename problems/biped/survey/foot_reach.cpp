@@ -26,10 +26,11 @@ constexpr double farthest = 0.8;         // fraction of the trunk's height; long
 constexpr int halvings = 5;              // bisections of that distance, to about 1 cm
 
 // The body with the shapes of its limbs. Without shapes, only joint limits restrict the reach.
-FloatingRobot body_with_limbs(const UrdfModel& model, const RobotDescription& robot) {
-  FloatingRobot body = floating_robot(model, robot);
+robots::FloatingRobot body_with_limbs(const robots::UrdfModel& model,
+                                      const robots::RobotDescription& robot) {
+  robots::FloatingRobot body = robots::floating_robot(model, robot);
   try {
-    add_capsules(body, model, robot);
+    robots::add_capsules(body, model, robot);
   } catch (const InputError&) {
   }
   return body;
@@ -37,29 +38,31 @@ FloatingRobot body_with_limbs(const UrdfModel& model, const RobotDescription& ro
 
 class Search {
  public:
-  Search(const UrdfModel& model, const RobotDescription& robot, FloatingRobot body)
+  Search(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+         robots::FloatingRobot body)
       : model_(model), robot_(robot), body_(std::move(body)) {}
 
   std::optional<FootReach> run() {
-    const auto standing = std::find_if(robot_.postures.begin(), robot_.postures.end(),
-                                       [](const auto& p) { return p.stance == Stance::both; });
+    const auto standing =
+        std::find_if(robot_.postures.begin(), robot_.postures.end(),
+                     [](const auto& p) { return p.stance == robots::Stance::both; });
     if (standing == robot_.postures.end()) return std::nullopt;
     start_ = standing->joints;
     apart_ = std::abs(standing->other_foot[1]);
     trunk_ = trunk_height(start_);
 
     FootReach reach;
-    const Point2 beside(0.0, apart_), beneath(0.0, 0.5 * apart_);
-    const auto from_foot = [&](const Point2& to) { return reaches(to, 0.5 * to); };
+    const robots::Point2 beside(0.0, apart_), beneath(0.0, 0.5 * apart_);
+    const auto from_foot = [&](const robots::Point2& to) { return reaches(to, 0.5 * to); };
     // The reach is that of the left foot, which is fixed: if it is ahead, the CoM is behind it.
-    const auto from_com = [&](const Point2& to) {
-      const Point2 com(-to[0], to[1]);
+    const auto from_com = [&](const robots::Point2& to) {
+      const robots::Point2 com(-to[0], to[1]);
       return reaches(com + beneath, com);
     };
     if (!from_foot(beside) || !from_com(beneath)) return std::nullopt;
     for (int i = 0; i < reach_directions; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / reach_directions;
-      const Point2 along(std::cos(angle), std::sin(angle));
+      const robots::Point2 along(std::cos(angle), std::sin(angle));
       reach.from_foot.push_back(farthest_along(beside, along, from_foot));
       reach.from_com.push_back(farthest_along(beneath, along, from_com));
     }
@@ -68,7 +71,7 @@ class Search {
 
  private:
   // Height of the root link above the left sole, m.
-  double trunk_height(const Posture& joints) const {
+  double trunk_height(const robots::Posture& joints) const {
     const std::vector<Eigen::Isometry3d> poses = model_.link_poses(joints);
     Eigen::Isometry3d sole = poses[static_cast<std::size_t>(model_.link_index(robot_.left_sole))];
     sole.translate(Vec<double, 3>(0.0, 0.0, robot_.contact_plane_offset));
@@ -76,9 +79,9 @@ class Search {
   }
   // True if a posture exists with the left foot on the ground and the other foot and the CoM at
   // these places, (forward, away) relative to it.
-  bool reaches(const Point2& other_foot, const Point2& com) const {
+  bool reaches(const robots::Point2& other_foot, const robots::Point2& com) const {
     PostureWish wish;
-    wish.stance = Side::left;
+    wish.stance = robots::Side::left;
     wish.other_foot = {other_foot[0], -other_foot[1], 0.0};
     wish.com = {com[0], -com[1]};
     wish.trunk_height = 0.5 * (1.0 + lowest_trunk) * trunk_;
@@ -89,8 +92,8 @@ class Search {
            0.5 * (1.0 - lowest_trunk) * trunk_;
   }
 
-  Point2 farthest_along(const Point2& from, const Point2& along,
-                        const std::function<bool(const Point2&)>& reaches) const {
+  robots::Point2 farthest_along(const robots::Point2& from, const robots::Point2& along,
+                                const std::function<bool(const robots::Point2&)>& reaches) const {
     double reached = 0.0, missed = farthest * trunk_;
     for (int i = 0; i < halvings; ++i) {
       const double middle = 0.5 * (reached + missed);
@@ -99,10 +102,10 @@ class Search {
     return from + reached * along;
   }
 
-  const UrdfModel& model_;
-  const RobotDescription& robot_;
-  FloatingRobot body_;
-  Posture start_;
+  const robots::UrdfModel& model_;
+  const robots::RobotDescription& robot_;
+  robots::FloatingRobot body_;
+  robots::Posture start_;
   double apart_ = 0.0, trunk_ = 0.0;  // m
 };
 
@@ -119,8 +122,8 @@ class Fingerprint {
   std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
-std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
-                          const FloatingRobot& body) {
+std::uint64_t fingerprint(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+                          const robots::FloatingRobot& body) {
   Fingerprint print;
   print.add("reach 2 ");  // version of the method: a new version searches again
   std::ifstream file(model.source(), std::ios::binary);
@@ -128,21 +131,21 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
   print.add(robot.left_sole);
   print.add(robot.right_sole);
   print.add(robot.contact_plane_offset);
-  for (const RobotDescription::Joint& joint : robot.joints) {
+  for (const robots::RobotDescription::Joint& joint : robot.joints) {
     print.add(joint.name);
     if (joint.position) {
       print.add(joint.position->lower);
       print.add(joint.position->upper);
     }
   }
-  for (const StandingPosture& posture : robot.postures)
+  for (const robots::StandingPosture& posture : robot.postures)
     for (const auto& [joint, q] : posture.joints) {
       print.add(joint);
       print.add(q);
     }
   // Limb shapes, from the description or from meshes that may be installed later.
-  for (const FloatingRobot::Body& limb : body.bodies)
-    for (const RobotDescription::LinkCapsule& c : limb.capsules) {
+  for (const robots::FloatingRobot::Body& limb : body.bodies)
+    for (const robots::RobotDescription::LinkCapsule& c : limb.capsules) {
       for (const Vec<double, 3>& end : {c.capsule.from, c.capsule.to})
         for (const double coordinate : end) print.add(coordinate);
       print.add(c.capsule.radius);
@@ -156,9 +159,9 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
 
 bool read(const std::filesystem::path& path, FootReach& reach) {
   std::ifstream file(path);
-  for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com}) {
+  for (std::vector<robots::Point2>* corners : {&reach.from_foot, &reach.from_com}) {
     corners->resize(reach_directions);
-    for (Point2& corner : *corners)
+    for (robots::Point2& corner : *corners)
       if (!(file >> corner[0] >> corner[1]) || !corner.allFinite()) return false;
   }
   return true;
@@ -168,8 +171,9 @@ bool read(const std::filesystem::path& path, FootReach& reach) {
 // to the bit.
 void round_to_file(FootReach& reach) {
   constexpr double per_metre = 1e6;
-  for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
-    for (Point2& corner : *corners) corner = (corner * per_metre).array().round() / per_metre;
+  for (std::vector<robots::Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (robots::Point2& corner : *corners)
+      corner = (corner * per_metre).array().round() / per_metre;
 }
 
 // Writes the file atomically, also if several processes write it at the same time.
@@ -177,21 +181,23 @@ void write(const std::filesystem::path& path, const FootReach& reach) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   std::string text;
-  for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
-    for (const Point2& corner : *corners)
+  for (const std::vector<robots::Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (const robots::Point2& corner : *corners)
       text += fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
   write_atomically(path, text, error);
 }
 
 }  // namespace
 
-std::optional<FootReach> find_foot_reach(const UrdfModel& model, const RobotDescription& robot) {
+std::optional<FootReach> find_foot_reach(const robots::UrdfModel& model,
+                                         const robots::RobotDescription& robot) {
   return Search(model, robot, body_with_limbs(model, robot)).run();
 }
 
-std::optional<FootReach> cached_foot_reach(const UrdfModel& model, const RobotDescription& robot,
+std::optional<FootReach> cached_foot_reach(const robots::UrdfModel& model,
+                                           const robots::RobotDescription& robot,
                                            const std::filesystem::path& folder) {
-  FloatingRobot body = body_with_limbs(model, robot);
+  robots::FloatingRobot body = body_with_limbs(model, robot);
   const std::filesystem::path path =
       folder / fmt::format("reach-{:016x}.txt", fingerprint(model, robot, body));
   FootReach cached;

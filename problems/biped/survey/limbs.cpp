@@ -20,11 +20,11 @@ using Points = std::vector<Vec<double, 3>>;
 
 class Survey {
  public:
-  explicit Survey(const UrdfModel& model)
+  explicit Survey(const robots::UrdfModel& model)
       : model_(model),
         links_(model.links()),
         poses_(model.link_poses({})),
-        group_(rigid_leaders(model.links())) {}
+        group_(robots::rigid_leaders(model.links())) {}
 
   // Rotates everything about the vertical so that y points along `left`. Rounds the angle to a
   // multiple of 90 degrees if it is close to one.
@@ -37,15 +37,15 @@ class Survey {
     for (Eigen::Isometry3d& pose : poses_) pose = turn * pose;
   }
 
-  const std::vector<UrdfModel::Link>& links() const { return links_; }
-  const UrdfModel::Link& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
+  const std::vector<robots::UrdfModel::Link>& links() const { return links_; }
+  const robots::UrdfModel::Link& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
   const Eigen::Isometry3d& pose(int i) const { return poses_[static_cast<std::size_t>(i)]; }
   /// Links joined by fixed joints form a group, identified by its first link.
   int group(int i) const { return group_[static_cast<std::size_t>(i)]; }
 
   // Hull points of all links of the group, in the root's frame.
   Points points_of_group(int group) const {
-    Points points = rigid_hull_points(model_, group);
+    Points points = robots::rigid_hull_points(model_, group);
     for (Vec<double, 3>& p : points) p = pose(group) * p;
     return points;
   }
@@ -66,14 +66,14 @@ class Survey {
   Vec<double, 3> axis(int i) const { return pose(i).linear() * link(i).joint.axis; }
 
  private:
-  const UrdfModel& model_;
-  const std::vector<UrdfModel::Link>& links_;
+  const robots::UrdfModel& model_;
+  const std::vector<robots::UrdfModel::Link>& links_;
   std::vector<Eigen::Isometry3d> poses_;
   std::vector<int> group_;
 };
 
 // A link of the foot's group with x forward, y left, z up. Prefers names with "sole", then "foot".
-int sole_link(const UrdfModel& model, const Survey& survey, int group) {
+int sole_link(const robots::UrdfModel& model, const Survey& survey, int group) {
   constexpr double parallel = 1e-3;  // rad
   int best = -1, best_rank = -1;
   for (std::size_t i = 0; i < survey.links().size(); ++i) {
@@ -97,7 +97,7 @@ int sole_link(const UrdfModel& model, const Survey& survey, int group) {
   return best;
 }
 
-FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group) {
+FoundFoot foot_of_group(const robots::UrdfModel& model, const Survey& survey, int group) {
   constexpr double flat = 2e-3;  // m: points this close to the lowest touch the ground too
   const Points points = survey.points_of_group(group);
   if (points.empty())
@@ -112,7 +112,7 @@ FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group)
   foot.sole = survey.link(sole).name;
   foot.contact_plane_offset = plane;
   foot.origin = survey.pose(sole) * Vec<double, 3>(0.0, 0.0, plane);
-  FootRectangle& r = foot.rectangle;
+  robots::FootRectangle& r = foot.rectangle;
   r = {between(infinity, -infinity), between(infinity, -infinity)};
   for (const Vec<double, 3>& point : points) {
     const Vec<double, 3> p = to_sole * point;
@@ -131,7 +131,7 @@ FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group)
 }
 
 // The two lowest groups.
-std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
+std::pair<int, int> feet(const robots::UrdfModel& model, const Survey& survey) {
   constexpr double level = 0.02;  // m, largest height difference of the two
   std::vector<std::pair<double, int>> lowest;
   for (std::size_t i = 0; i < survey.links().size(); ++i) {
@@ -151,16 +151,16 @@ std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
   return {lowest[0].second, lowest[1].second};
 }
 
-bool moves(const UrdfModel::Link& link) {
-  return link.parent >= 0 && link.joint.motion == UrdfModel::Joint::Motion::revolute;
+bool moves(const robots::UrdfModel::Link& link) {
+  return link.parent >= 0 && link.joint.motion == robots::UrdfModel::Joint::Motion::revolute;
 }
 
 // Joints from the root to the foot.
-std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) {
+std::vector<int> chain(const robots::UrdfModel& model, const Survey& survey, int group) {
   std::vector<int> joints;
   for (int i = group; i >= 0; i = survey.link(i).parent) {
-    const UrdfModel::Link& link = survey.link(i);
-    if (link.parent < 0 || link.joint.motion == UrdfModel::Joint::Motion::fixed) continue;
+    const robots::UrdfModel::Link& link = survey.link(i);
+    if (link.parent < 0 || link.joint.motion == robots::UrdfModel::Joint::Motion::fixed) continue;
     if (!moves(link) || !(link.joint.effort > 0.0))
       throw InputError(
           fmt::format("{}: joint \"{}\" of a leg {}; give it {}", model.source(), link.joint.name,
@@ -172,7 +172,7 @@ std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) 
   return joints;
 }
 
-bool is_of_left(const RobotDescription::Mirror& mirror, const std::string& joint) {
+bool is_of_left(const robots::RobotDescription::Mirror& mirror, const std::string& joint) {
   if (mirror.namesake(joint) == joint) return false;
   if (joint.starts_with(mirror.left) || joint.starts_with(mirror.right))
     return joint.starts_with(mirror.left);
@@ -180,7 +180,8 @@ bool is_of_left(const RobotDescription::Mirror& mirror, const std::string& joint
 }
 
 // The pair of words whose exchange maps the most joint names onto each other.
-RobotDescription::Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
+robots::RobotDescription::Mirror names_of_sides(const robots::UrdfModel& model,
+                                                const Survey& survey) {
   constexpr std::array<std::pair<const char*, const char*>, 8> words{{{"left", "right"},
                                                                       {"Left", "Right"},
                                                                       {"LEFT", "RIGHT"},
@@ -190,12 +191,12 @@ RobotDescription::Mirror names_of_sides(const UrdfModel& model, const Survey& su
                                                                       {"L", "R"},
                                                                       {"_l", "_r"}}};
   std::set<std::string> names;
-  for (const UrdfModel::Link& link : survey.links())
+  for (const robots::UrdfModel::Link& link : survey.links())
     if (moves(link)) names.insert(link.joint.name);
-  RobotDescription::Mirror best;
+  robots::RobotDescription::Mirror best;
   std::size_t most = 0;
   for (const auto& [left, right] : words) {
-    const RobotDescription::Mirror mirror{left, right, {}};
+    const robots::RobotDescription::Mirror mirror{left, right, {}};
     const auto pairs = static_cast<std::size_t>(
         std::count_if(names.begin(), names.end(), [&](const std::string& name) {
           const std::string namesake = mirror.namesake(name);
@@ -215,7 +216,7 @@ RobotDescription::Mirror names_of_sides(const UrdfModel& model, const Survey& su
 
 }  // namespace
 
-Limbs find_limbs(const UrdfModel& model) {
+Limbs find_limbs(const robots::UrdfModel& model) {
   // Fraction of the robot's mass. Lighter parts, such as hands and heads, are frozen.
   constexpr double least_mass = 0.012;
   Survey survey(model);
@@ -252,7 +253,7 @@ Limbs find_limbs(const UrdfModel& model) {
   for (const auto& [name, i] : joints)
     if (!kept.contains(i)) frozen += (frozen.empty() ? "" : ", ") + name;
   for (const int i : kept) {
-    const UrdfModel::Joint& joint = survey.link(i).joint;
+    const robots::UrdfModel::Joint& joint = survey.link(i).joint;
     if (joint.effort > 0.0)
       limbs.joints.push_back(joint.name);
     else

@@ -16,7 +16,7 @@ namespace saltus::survey {
 /// A foot, as found from its collision shapes.
 struct FoundFoot {
   std::string sole;                   ///< link with the axes of the foot
-  FootRectangle rectangle;            ///< extent of the lowest faces, contact frame, m
+  robots::FootRectangle rectangle;    ///< extent of the lowest faces, contact frame, m
   double contact_plane_offset = 0.0;  ///< contact plane along z of `sole`, m
   Vec<double, 3> origin;  ///< contact frame, x forward, relative to the root's origin, m
 };
@@ -25,13 +25,13 @@ struct Limbs {
   FoundFoot left, right;
   std::vector<std::string> joints;  ///< actuated joints that carry a limb, parents first
   std::vector<std::string> legs;    ///< those of them between root and soles
-  RobotDescription::Mirror mirror;
+  robots::RobotDescription::Mirror mirror;
   std::string trunk;               ///< heaviest link that no leg joint moves; pushes act on it
   std::vector<std::string> notes;  ///< assumptions, one sentence each
 };
 
 /// Throws InputError with a remedy if there are no two lowest feet, a leg is not a chain of joints,
 /// a leg joint has no limits or no motor, or the names do not show left and right.
-Limbs find_limbs(const UrdfModel& model);
+Limbs find_limbs(const robots::UrdfModel& model);
 
 }  // namespace saltus::survey

@@ -23,8 +23,8 @@ struct Range {
 
 class Search {
  public:
-  Search(const UrdfModel& model, const RobotDescription& robot, const FloatingRobot& body,
-         const PostureWish& wish)
+  Search(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+         const robots::FloatingRobot& body, const PostureWish& wish)
       : model_(model),
         wish_(wish),
         body_(body),
@@ -51,14 +51,14 @@ class Search {
     return q;
   }
 
-  Posture posture(const VectorXd& q) const {
-    Posture posture;
+  robots::Posture posture(const VectorXd& q) const {
+    robots::Posture posture;
     for (int i = 0; i < body_.joints(); ++i) posture[driven(i).joint] = q[i];
     return posture;
   }
 
   // The nearest pairs of limbs, nearest first.
-  const Clearance& limbs(const VectorXd& q) const {
+  const robots::Clearance& limbs(const VectorXd& q) const {
     state_.q = q;
     limbs_.update(state_, wish_.clearance);
     return limbs_;
@@ -77,8 +77,9 @@ class Search {
       moment += model_.links()[i].mass * (poses[i] * model_.links()[i].com);
     const Vec<double, 3> com = to_world * Vec<double, 3>(moment / model_.total_mass());
     Vec<double, errors_count> e;
-    e << foot.translation() - wish_.other_foot, log_so3(foot.linear()), com.head<2>() - wish_.com,
-        log_so3(to_world.linear()).head<2>(), to_world.translation().z() - wish_.trunk_height;
+    e << foot.translation() - wish_.other_foot, robots::log_so3(foot.linear()),
+        com.head<2>() - wish_.com, robots::log_so3(to_world.linear()).head<2>(),
+        to_world.translation().z() - wish_.trunk_height;
     return e;
   }
 
@@ -87,7 +88,7 @@ class Search {
     weights << Vec<double, 8>::Constant(place_weight), upright_weight, upright_weight,
         height_weight;
     Vec<double, nearest_pairs> apart = Vec<double, nearest_pairs>::Zero();
-    const Clearance& near = limbs(q);
+    const robots::Clearance& near = limbs(q);
     for (int i = 0; i < near.count(); ++i) apart[i] = wish_.clearance - near.approach(i).distance;
     VectorXd r(errors_count + nearest_pairs + q.size());
     r << weights.cwiseProduct(errors(q)), apart_weight * apart, rest_weight * (q - rest);
@@ -96,15 +97,15 @@ class Search {
 
  private:
   // Body that joint i moves.
-  const FloatingRobot::Body& driven(int i) const {
+  const robots::FloatingRobot::Body& driven(int i) const {
     return body_.bodies[static_cast<std::size_t>(i) + 1];
   }
 
-  const UrdfModel& model_;
+  const robots::UrdfModel& model_;
   const PostureWish& wish_;
-  const FloatingRobot& body_;
-  mutable Clearance limbs_;
-  mutable WholeBodyState state_;
+  const robots::FloatingRobot& body_;
+  mutable robots::Clearance limbs_;
+  mutable robots::WholeBodyState state_;
   int sole_, other_;
   Vec<double, 3> to_contact_;
   std::vector<Range> ranges_;
@@ -112,9 +113,9 @@ class Search {
 
 }  // namespace
 
-FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
-                          const FloatingRobot& body, const PostureWish& wish,
-                          const Posture& start) {
+FoundPosture find_posture(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+                          const robots::FloatingRobot& body, const PostureWish& wish,
+                          const robots::Posture& start) {
   const Search search(model, robot, body, wish);
   const int n = body.joints();
   VectorXd rest = VectorXd::Zero(n);
@@ -167,7 +168,7 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
   found.foot_error = e.head<3>().norm();
   found.tilt = e.segment<3>(3).norm();
   found.com_error = e.segment<2>(6).norm();
-  if (const Clearance& near = search.limbs(q); near.count() > 0)
+  if (const robots::Clearance& near = search.limbs(q); near.count() > 0)
     found.clearance = near.approach(0).distance;
   return found;
 }

@@ -12,7 +12,7 @@ namespace saltus::survey {
 
 /// Desired posture. Positions in m, in the contact frame of the stance foot.
 struct PostureWish {
-  Side stance = Side::left;                            ///< foot whose sole is flat on the ground
+  robots::Side stance = robots::Side::left;            ///< foot whose sole is flat on the ground
   Vec<double, 3> other_foot = Vec<double, 3>::Zero();  ///< origin of the other sole, also flat
   Vec<double, 2> com = Vec<double, 2>::Zero();         ///< horizontal position of the CoM
   double trunk_height = 0.0;  ///< desired height of the root link's origin (soft)
@@ -20,7 +20,7 @@ struct PostureWish {
 };
 
 struct FoundPosture {
-  Posture joints;               ///< rad
+  robots::Posture joints;       ///< rad
   double foot_error = 0.0;      ///< position error of the other foot, m
   double tilt = 0.0;            ///< angle of the other sole to the ground, rad
   double com_error = 0.0;       ///< horizontal error of the CoM, m
@@ -33,7 +33,8 @@ struct FoundPosture {
 /// Moves the joints of `body` (made from `model`) within their limits, from `start`. Joints that
 /// `start` does not name begin at zero. Prefers an upright root link and joints near `start`, as
 /// far as `wish` permits.
-FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
-                          const FloatingRobot& body, const PostureWish& wish, const Posture& start);
+FoundPosture find_posture(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+                          const robots::FloatingRobot& body, const PostureWish& wish,
+                          const robots::Posture& start);
 
 }  // namespace saltus::survey

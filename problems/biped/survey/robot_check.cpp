@@ -24,14 +24,15 @@ constexpr double millimetres = 1e3;
 
 class Check {
  public:
-  Check(const UrdfModel& model, const RobotDescription& robot) : model_(model), robot_(robot) {}
+  Check(const robots::UrdfModel& model, const robots::RobotDescription& robot)
+      : model_(model), robot_(robot) {}
 
   std::vector<Finding> run(double forward, Bounds sideways) {
     if (!masses()) return std::move(findings_);
     limits();
     meshes();
     feet();
-    for (const StandingPosture& p : robot_.postures) posture(p);
+    for (const robots::StandingPosture& p : robot_.postures) posture(p);
     reach(forward, sideways);
     return std::move(findings_);
   }
@@ -62,13 +63,13 @@ class Check {
   bool masses() {
     Subject masses(*this, "masses");
     try {
-      body_ = floating_robot(model_, robot_);
+      body_ = robots::floating_robot(model_, robot_);
     } catch (const InputError& error) {
       masses.wrong(error.what());
       return false;
     }
     try {
-      add_capsules(body_, model_, robot_);
+      robots::add_capsules(body_, model_, robot_);
       has_capsules_ = true;
     } catch (const InputError& error) {
       Subject(*this, "limbs").note(error.what());
@@ -76,7 +77,7 @@ class Check {
     constexpr double trifle =
         1e-4;  // of the robot's mass; a lighter body makes the mass matrix ill-conditioned
     constexpr double spread = 0.6;  // of the robot's height; no link is that large
-    for (const FloatingRobot::Body& b : body_.bodies) {
+    for (const robots::FloatingRobot::Body& b : body_.bodies) {
       if (b.mass < trifle * body_.total_mass)
         masses.note(fmt::format(
             "the links that move with \"{}\" have a mass of {:.2g} kg; freeze its joint or "
@@ -96,10 +97,10 @@ class Check {
 
   void limits() {
     Subject limits(*this, "limits");
-    const double weight = body_.total_mass * standard_gravity;
+    const double weight = body_.total_mass * robots::standard_gravity;
     std::vector<std::string> unlimited;
     for (int i = 0; i < body_.joints(); ++i) {
-      const FloatingRobot::Body& b = body_.bodies[static_cast<std::size_t>(i) + 1];
+      const robots::FloatingRobot::Body& b = body_.bodies[static_cast<std::size_t>(i) + 1];
       if (b.effort > 2.0 * weight * height()) unlimited.push_back(b.joint);
     }
     if (!unlimited.empty())
@@ -113,12 +114,13 @@ class Check {
   void meshes() {
     Subject meshes(*this, "meshes");
     std::set<std::string> seen, missing;
-    for (const UrdfModel::Link& link : model_.links())
+    for (const robots::UrdfModel::Link& link : model_.links())
       for (const auto* shapes : {&link.collisions, &link.visuals})
-        for (const UrdfModel::LinkShape& shape : *shapes) {
-          if (shape.shape != UrdfModel::LinkShape::Shape::mesh || !seen.insert(shape.mesh).second)
+        for (const robots::UrdfModel::LinkShape& shape : *shapes) {
+          if (shape.shape != robots::UrdfModel::LinkShape::Shape::mesh ||
+              !seen.insert(shape.mesh).second)
             continue;
-          if (!find_mesh(shape.mesh, model_.source())) missing.insert(shape.mesh);
+          if (!robots::find_mesh(shape.mesh, model_.source())) missing.insert(shape.mesh);
         }
     if (!missing.empty())
       meshes.note(
@@ -131,14 +133,14 @@ class Check {
   void feet() {
     Subject feet(*this, "feet");
     constexpr double same = 1e-3;  // m
-    const FootRectangle image = robot_.right_foot.mirrored();
-    const FootRectangle& left = robot_.left_foot;
+    const robots::FootRectangle image = robot_.right_foot.mirrored();
+    const robots::FootRectangle& left = robot_.left_foot;
     if (std::abs(image.x.lower - left.x.lower) > same ||
         std::abs(image.x.upper - left.x.upper) > same ||
         std::abs(image.y.lower - left.y.lower) > same ||
         std::abs(image.y.upper - left.y.upper) > same)
       feet.note("the left and right foot are not mirror images of each other; check their shapes");
-    for (const Side side : {Side::left, Side::right}) {
+    for (const robots::Side side : {robots::Side::left, robots::Side::right}) {
       const std::string& sole = robot_.sole(side);
       const std::optional<double> plane = model_.has_collision_box(sole)
                                               ? model_.foot(sole).contact_plane_offset
@@ -158,15 +160,15 @@ class Check {
   }
 
   // Runs start from the first posture on that foot, or on both. Other postures have other uses.
-  bool is_a_start(const StandingPosture& posture) const {
+  bool is_a_start(const robots::StandingPosture& posture) const {
     return &posture == &*std::find_if(robot_.postures.begin(), robot_.postures.end(),
                                       [&](const auto& p) { return p.stance == posture.stance; });
   }
 
-  void posture(const StandingPosture& p) {
+  void posture(const robots::StandingPosture& p) {
     Subject subject(*this, p.name);
     try {
-      clearance(p, standing_state(body_, model_, robot_, p), subject);
+      clearance(p, robots::standing_state(body_, model_, robot_, p), subject);
     } catch (const InputError& error) {
       if (is_a_start(p))
         subject.wrong(error.what());
@@ -174,11 +176,12 @@ class Check {
         subject.note(error.what());
       return;
     }
-    const Side side = p.side();
-    const PlacedFoot stance{flat_sole(Vec<double, 3>::Zero()), robot_.foot(side)};
-    const PlacedFoot swing{flat_sole(p.other_foot), robot_.foot(other(side))};
-    const SupportPolygon ground = p.stance == Stance::both ? SupportPolygon::under({stance, swing})
-                                                           : SupportPolygon::under({stance});
+    const robots::Side side = p.side();
+    const robots::PlacedFoot stance{robots::flat_sole(Vec<double, 3>::Zero()), robot_.foot(side)};
+    const robots::PlacedFoot swing{robots::flat_sole(p.other_foot), robot_.foot(other(side))};
+    const robots::SupportPolygon ground = p.stance == robots::Stance::both
+                                              ? robots::SupportPolygon::under({stance, swing})
+                                              : robots::SupportPolygon::under({stance});
     const double margin = -ground.signed_distance(p.com.head<2>());
     constexpr double least = 0.005, level = 2e-3;  // m
     if (margin < 0.0)
@@ -189,10 +192,10 @@ class Check {
     else if (margin < least)
       subject.note(fmt::format("the CoM is only {:.1f} mm inside the support polygon",
                                millimetres * margin));
-    if (p.stance == Stance::both && std::abs(p.other_foot.z()) > level)
+    if (p.stance == robots::Stance::both && std::abs(p.other_foot.z()) > level)
       subject.wrong(fmt::format("the feet differ in height by {:.1f} mm; one of them is in the air",
                                 millimetres * p.other_foot.z()));
-    if (p.stance != Stance::both && p.other_foot.z() < -level)
+    if (p.stance != robots::Stance::both && p.other_foot.z() < -level)
       subject.wrong(fmt::format("the lifted foot is {:.1f} mm below the ground",
                                 -millimetres * p.other_foot.z()));
     subject.good(fmt::format("CoM {:.3f} m high, {:.0f} mm inside the support polygon", p.com.z(),
@@ -200,12 +203,13 @@ class Check {
   }
 
   // Checks the clearance between limbs that must not touch.
-  void clearance(const StandingPosture& p, const WholeBodyState& state, Subject& subject) {
+  void clearance(const robots::StandingPosture& p, const robots::WholeBodyState& state,
+                 Subject& subject) {
     if (!has_capsules_) return;
-    Clearance limbs(body_, 1);
+    robots::Clearance limbs(body_, 1);
     limbs.update(state);
     if (limbs.count() == 0) return;
-    const Approach& nearest = limbs.approach(0);
+    const robots::Approach& nearest = limbs.approach(0);
     constexpr double little = 0.005;  // m
     if (nearest.distance < 0.0)
       std::invoke(is_a_start(p) ? &Subject::wrong : &Subject::note, subject,
@@ -219,8 +223,9 @@ class Check {
 
   void reach(double forward, Bounds sideways) {
     Subject reach(*this, "reach");
-    const auto posture = std::find_if(robot_.postures.begin(), robot_.postures.end(),
-                                      [](const auto& p) { return p.stance == Stance::left; });
+    const auto posture =
+        std::find_if(robot_.postures.begin(), robot_.postures.end(),
+                     [](const auto& p) { return p.stance == robots::Stance::left; });
     if (posture == robot_.postures.end()) {
       reach.note("not checked: there is no posture on the left foot");
       return;
@@ -229,7 +234,7 @@ class Check {
     Eigen::Isometry3d sole = poses[static_cast<std::size_t>(model_.link_index(robot_.left_sole))];
     sole.translate(Vec<double, 3>(0.0, 0.0, robot_.contact_plane_offset));
     PostureWish wish;
-    wish.stance = Side::left;
+    wish.stance = robots::Side::left;
     wish.trunk_height = sole.inverse().translation().z();
     wish.clearance = 0.0;
     std::string missed;
@@ -253,21 +258,22 @@ class Check {
 
   double height() const {
     double most = 0.0;
-    for (const StandingPosture& p : robot_.postures) most = std::max(most, 2.0 * p.com.z());
+    for (const robots::StandingPosture& p : robot_.postures) most = std::max(most, 2.0 * p.com.z());
     return most;
   }
 
-  const UrdfModel& model_;
-  const RobotDescription& robot_;
-  FloatingRobot body_;
+  const robots::UrdfModel& model_;
+  const robots::RobotDescription& robot_;
+  robots::FloatingRobot body_;
   bool has_capsules_ = false;
   std::vector<Finding> findings_;
 };
 
 }  // namespace
 
-std::vector<Finding> check_robot(const UrdfModel& model, const RobotDescription& robot,
-                                 double forward, Bounds sideways) {
+std::vector<Finding> check_robot(const robots::UrdfModel& model,
+                                 const robots::RobotDescription& robot, double forward,
+                                 Bounds sideways) {
   return Check(model, robot).run(forward, sideways);
 }
 

@@ -21,8 +21,9 @@ struct Finding {
 /// Checks masses, inertias, joint limits, meshes and feet. In every posture the CoM must be above
 /// the support and limbs apart. The legs must reach the edges of the step region (`forward` and
 /// `sideways`, m). Throws InputError only for files that cannot be read.
-std::vector<Finding> check_robot(const UrdfModel& model, const RobotDescription& robot,
-                                 double forward, Bounds sideways);
+std::vector<Finding> check_robot(const robots::UrdfModel& model,
+                                 const robots::RobotDescription& robot, double forward,
+                                 Bounds sideways);
 
 /// One line per finding; `wrong` ones include their remedy.
 std::string describe(std::span<const Finding> findings);

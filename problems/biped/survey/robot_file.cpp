@@ -13,25 +13,26 @@
 namespace saltus::survey {
 namespace {
 
-Vec<double, 2> centre(const FootRectangle& foot) {
+Vec<double, 2> centre(const robots::FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
 
-const UrdfModel::Link& link_of(const UrdfModel& model, const std::string& joint) {
-  return *std::find_if(model.links().begin(), model.links().end(),
-                       [&](const UrdfModel::Link& link) { return link.joint.name == joint; });
+const robots::UrdfModel::Link& link_of(const robots::UrdfModel& model, const std::string& joint) {
+  return *std::find_if(
+      model.links().begin(), model.links().end(),
+      [&](const robots::UrdfModel::Link& link) { return link.joint.name == joint; });
 }
 
 // Start of the search: knees bent in their natural direction, arms slightly away from the body.
-Posture start_of(const UrdfModel& model, const Limbs& limbs) {
+robots::Posture start_of(const robots::UrdfModel& model, const Limbs& limbs) {
   constexpr double bent = 0.5, off = 0.2;  // rad
   constexpr double one_sided = 0.25;       // of a knee's range, how far it goes the other way
   constexpr double along = 0.9;            // of an axis
   const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
-  Posture start;
+  robots::Posture start;
   bool left_arm_done = false, right_arm_done = false;
   for (const std::string& name : limbs.joints) {
-    const UrdfModel::Link& link = link_of(model, name);
+    const robots::UrdfModel::Link& link = link_of(model, name);
     const Bounds range = link.joint.position;
     const auto index = static_cast<std::size_t>(model.link_index(link.name));
     const Vec<double, 3> axis = poses[index].linear() * link.joint.axis;
@@ -52,8 +53,9 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
   return start;
 }
 
-StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
-                           const SurveyedRobot& robot, const char* name, Stance stance) {
+robots::StandingPosture posture_of(const robots::UrdfModel& model,
+                                   const robots::FloatingRobot& body, const SurveyedRobot& robot,
+                                   const char* name, robots::Stance stance) {
   const Limbs& limbs = robot.limbs;
   // Feet as far apart as with straight legs. The root link is lowered by this fraction of its
   // height.
@@ -61,19 +63,19 @@ StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
   constexpr double lift = 0.01;  // height of the swing foot, as a fraction of the same height
   const double height = -0.5 * (limbs.left.origin.z() + limbs.right.origin.z());
   PostureWish wish;
-  wish.stance = stance == Stance::right ? Side::right : Side::left;
-  const double away = wish.stance == Side::left ? -1.0 : 1.0;
+  wish.stance = stance == robots::Stance::right ? robots::Side::right : robots::Side::left;
+  const double away = wish.stance == robots::Side::left ? -1.0 : 1.0;
   wish.trunk_height = (1.0 - lower) * height;
   FoundPosture found;
   // Increase the distance if the shapes of the feet overlap.
   double apart = limbs.left.origin.y() - limbs.right.origin.y();
   constexpr int most_tries = 4;
   for (int k = 0; k < most_tries; ++k) {
-    wish.other_foot = {0.0, away * apart, stance == Stance::both ? 0.0 : lift * height};
+    wish.other_foot = {0.0, away * apart, stance == robots::Stance::both ? 0.0 : lift * height};
     const Vec<double, 2> here = centre(robot.description.foot(wish.stance));
     const Vec<double, 2> there =
         centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
-    wish.com = stance == Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
+    wish.com = stance == robots::Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
     found = find_posture(model, robot.description, body, wish, start_of(model, limbs));
     if (found.clearance >= 0.75 * wish.clearance) break;
     apart += wish.clearance - found.clearance;
@@ -83,9 +85,9 @@ StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
         "{}: no posture on {} was found within the joints' limits: the nearest one misses the "
         "other foot's place by {:.1f} mm and {:.3f} rad and the CoM above the sole by {:.1f} mm; "
         "write a configuration file for the robot (robots/README.md)",
-        model.source(), stance == Stance::both ? "both feet" : "one foot", 1e3 * found.foot_error,
-        found.tilt, 1e3 * found.com_error));
-  StandingPosture posture;
+        model.source(), stance == robots::Stance::both ? "both feet" : "one foot",
+        1e3 * found.foot_error, found.tilt, 1e3 * found.com_error));
+  robots::StandingPosture posture;
   posture.name = name;
   posture.stance = stance;
   constexpr double rounding = 1e-6;  // rad, resolution of the file
@@ -105,12 +107,12 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-SurveyedRobot survey_robot(const UrdfModel& model) {
+SurveyedRobot survey_robot(const robots::UrdfModel& model) {
   SurveyedRobot robot;
   robot.limbs = find_limbs(model);
   robot.notes = robot.limbs.notes;
   const Limbs& limbs = robot.limbs;
-  RobotDescription& d = robot.description;
+  robots::RobotDescription& d = robot.description;
   d.name = model.name();
   d.source = fmt::format("data of {}", model.source());
   d.file = model.source();
@@ -130,17 +132,17 @@ SurveyedRobot survey_robot(const UrdfModel& model) {
   d.mirror = limbs.mirror;
   d.base = model.links().front().name;
   for (const std::string& joint : limbs.joints) d.joints.emplace_back().name = joint;
-  FloatingRobot body = floating_robot(model, d);
-  add_capsules(body, model, d);
-  d.postures.push_back(posture_of(model, body, robot, "left_stance", Stance::left));
-  d.postures.push_back(posture_of(model, body, robot, "right_stance", Stance::right));
-  d.postures.push_back(posture_of(model, body, robot, "two_feet", Stance::both));
+  robots::FloatingRobot body = robots::floating_robot(model, d);
+  robots::add_capsules(body, model, d);
+  d.postures.push_back(posture_of(model, body, robot, "left_stance", robots::Stance::left));
+  d.postures.push_back(posture_of(model, body, robot, "right_stance", robots::Stance::right));
+  d.postures.push_back(posture_of(model, body, robot, "two_feet", robots::Stance::both));
   d = describe(model, d);
   return robot;
 }
 
-std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
-  const RobotDescription& d = robot.description;
+std::string to_yaml(const SurveyedRobot& robot, const robots::UrdfModel& model) {
+  const robots::RobotDescription& d = robot.description;
   std::string text = fmt::format(
       "# {}, written by `saltus robot new` from\n# {}\n# Keys: robots/README.md of Saltus.\n",
       printable(d.name), printable(model.source()));
@@ -153,21 +155,21 @@ std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
       fmt::format("soles: {{left: {}, right: {}}}\n", quoted(d.left_sole), quoted(d.right_sole));
   text += fmt::format("contact_plane_offset: {:.6g}  # m, along z of the soles\n",
                       d.contact_plane_offset);
-  for (const Side side : {Side::left, Side::right})
+  for (const robots::Side side : {robots::Side::left, robots::Side::right})
     text += fmt::format("{}_foot: {{x: {}, y: {}}}  # m\n", name_of(side), range(d.foot(side).x),
                         range(d.foot(side).y));
   text += fmt::format("\nbase: {}\njoints:\n", quoted(d.base));
-  for (const RobotDescription::Joint& joint : d.joints)
+  for (const robots::RobotDescription::Joint& joint : d.joints)
     text += fmt::format("  {}: {{}}\n", quoted(joint.name));
   std::vector<std::string> reversed;
   for (const std::string& joint : d.mirror->reversed) reversed.push_back(quoted(joint));
   text += fmt::format("\nmirror: {{left: {}, right: {}, reversed: [{}]}}\n", quoted(d.mirror->left),
                       quoted(d.mirror->right), fmt::join(reversed, ", "));
   text += "\npostures:  # m in the contact frame of the stance foot; rad\n";
-  for (const StandingPosture& p : d.postures) {
-    const char* stance = p.stance == Stance::left    ? "left"
-                         : p.stance == Stance::right ? "right"
-                                                     : "both";
+  for (const robots::StandingPosture& p : d.postures) {
+    const char* stance = p.stance == robots::Stance::left    ? "left"
+                         : p.stance == robots::Stance::right ? "right"
+                                                             : "both";
     text += fmt::format(
         "  {}:\n    stance: {}\n    com: [{:.6g}, {:.6g}, {:.6g}]\n    other_foot: [{:.6g}, "
         "{:.6g}, "

@@ -11,7 +11,7 @@
 namespace saltus::survey {
 
 struct SurveyedRobot {
-  RobotDescription description;
+  robots::RobotDescription description;
   Limbs limbs;
   std::vector<std::string> notes;  ///< assumptions, one sentence each
 };
@@ -19,9 +19,9 @@ struct SurveyedRobot {
 /// Finds feet, joints, sides and three postures: on the left foot, on the right foot and on both,
 /// with bent knees and the CoM above the middle of the support. Throws InputError if the URDF lacks
 /// data or the joints do not reach a posture.
-SurveyedRobot survey_robot(const UrdfModel& model);
+SurveyedRobot survey_robot(const robots::UrdfModel& model);
 
 /// Text of the configuration file. read_robot_description() reads it back.
-std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model);
+std::string to_yaml(const SurveyedRobot& robot, const robots::UrdfModel& model);
 
 }  // namespace saltus::survey

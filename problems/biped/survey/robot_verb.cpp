@@ -20,8 +20,8 @@ namespace saltus::survey {
 namespace {
 
 namespace fs = std::filesystem;
-using walking::BipedSettings;
-using walking::ConfigurableBiped;
+using robots::walking::BipedSettings;
+using robots::walking::ConfigurableBiped;
 
 constexpr const char* summary = "checks the files of a robot, or writes them from a URDF";
 constexpr const char* usage =
@@ -68,16 +68,16 @@ Request parse(std::span<const std::string> arguments) {
 
 // The problem with its settings scaled to the robot's size.
 std::unique_ptr<ConfigurableBiped> fitted(const ConfigurableBiped& defaults,
-                                          const RobotDescription& robot) {
+                                          const robots::RobotDescription& robot) {
   std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
   problem->scale(walking::scale_of(robot));
   return problem;
 }
 
 // Prints the findings of `check`. Returns false if one of them is `wrong`.
-bool print_check(const UrdfModel& model, const RobotDescription& robot,
+bool print_check(const robots::UrdfModel& model, const robots::RobotDescription& robot,
                  const ConfigurableBiped& problem) {
-  const walking::Step& step = problem.settings().step;
+  const robots::walking::Step& step = problem.settings().step;
   const std::vector<Finding> findings =
       check_robot(model, robot, step.forward_max, between(step.lateral_min, step.lateral_max));
   for (const std::string& warning : robot.warnings) fmt::print("note  {}\n", warning);
@@ -114,7 +114,7 @@ bool is_folder_name(const std::string& name) {
 ExitStatus make_new(const Request& request, const std::string& name,
                     const ConfigurableBiped& defaults) {
   const fs::path urdf = fs::absolute(request.urdf).lexically_normal();
-  const UrdfModel model = UrdfModel::read(urdf);
+  const robots::UrdfModel model = robots::UrdfModel::read(urdf);
   if (request.out.empty() && !is_folder_name(model.name()))
     throw InputError(
         fmt::format("{}: the name of the robot, '{}', cannot be a folder name here; give a folder "
@@ -133,8 +133,9 @@ ExitStatus make_new(const Request& request, const std::string& name,
                         name, printable(shortened(robot.description.name)),
                         run_settings(defaults, robot, urdf, folder / "robot.yaml")));
   for (const std::string& note : robot.notes) fmt::print("note  {}\n", note);
-  const RobotDescription read_back = describe(
-      model, read_robot_description(folder / "robot.yaml", RobotDescription::Figures::from_urdf));
+  const robots::RobotDescription read_back =
+      describe(model, robots::read_robot_description(folder / "robot.yaml",
+                                                     robots::RobotDescription::Figures::from_urdf));
   const bool is_good = print_check(model, read_back, *fitted(defaults, read_back));
   fmt::print("Written: {0}/robot.yaml, {0}/run.yaml\n", folder.string());
   if (is_good)
@@ -143,12 +144,12 @@ ExitStatus make_new(const Request& request, const std::string& name,
 }
 
 ExitStatus check(const Request& request, const ConfigurableBiped& defaults) {
-  const UrdfModel model = UrdfModel::read(request.urdf);
-  const RobotDescription robot =
+  const robots::UrdfModel model = robots::UrdfModel::read(request.urdf);
+  const robots::RobotDescription robot =
       request.config.empty()
           ? survey_robot(model).description
-          : describe(model,
-                     read_robot_description(request.config, RobotDescription::Figures::from_urdf));
+          : describe(model, robots::read_robot_description(
+                                request.config, robots::RobotDescription::Figures::from_urdf));
   return print_check(model, robot, *fitted(defaults, robot)) ? ExitStatus::ok
                                                              : ExitStatus::bad_input;
 }

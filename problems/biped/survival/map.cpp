@@ -19,7 +19,7 @@
 #include "saltus/robots/simulation/simulate.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Time limit of a run, s. A whole-body run takes a few seconds, and ten times as long with Ipopt.
@@ -215,4 +215,4 @@ ExitStatus run_map(const MapRequest& request, std::string* json) {
   return status;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

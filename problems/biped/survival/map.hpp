@@ -12,7 +12,7 @@
 #include "problems/biped/survival/map_plan.hpp"
 #include "saltus/app/program.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Options of a survival map.
 struct MapRequest {
@@ -49,4 +49,4 @@ ExitStatus run_map(const MapRequest& request, std::string* json = nullptr);
 /// The verb `map` for a problem with these defaults.
 Verb map_verb(const ConfigurableBiped& defaults);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

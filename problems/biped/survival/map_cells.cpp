@@ -13,7 +13,7 @@
 #include "saltus/core/text.hpp"
 #include "saltus/robots/walking/body_verdict.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -216,4 +216,4 @@ std::optional<MapRow> from_line(std::string_view line) {
   return r;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -11,7 +11,7 @@
 #include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 enum class MapController { mpc, capture_point, none };  ///< none: MPC without steps
 /// Outcome of a cell.
@@ -76,4 +76,4 @@ std::string to_line(const MapRow& row);
 /// Reads a line; empty if it is not a valid row.
 std::optional<MapRow> from_line(std::string_view line);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

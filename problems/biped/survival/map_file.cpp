@@ -19,7 +19,7 @@
 #include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 namespace fs = std::filesystem;
@@ -148,4 +148,4 @@ void MapFile::append(const MapRow& row) {
     throw InputError(fmt::format("cannot write '{}': {}", path_.string(), std::strerror(errno)));
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

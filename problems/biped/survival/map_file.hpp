@@ -7,7 +7,7 @@
 
 #include "problems/biped/survival/map_cells.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 inline constexpr const char* map_csv = "map.csv";           ///< table in the map's folder
 inline constexpr const char* map_settings = "config.yaml";  ///< settings of all runs
@@ -40,4 +40,4 @@ class MapFile {
   std::vector<MapRow> rows_;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

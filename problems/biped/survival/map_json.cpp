@@ -5,7 +5,7 @@
 
 #include "problems/biped/survival/map.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,4 +29,4 @@ std::string map_json(const MapPlan& plan) {
   return cells.dump(2);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 std::vector<double> directions_far_apart(int n) {
   // Multiples of the angle with the most factors of two come first. Opposite directions are
@@ -163,4 +163,4 @@ std::optional<double> MapPlan::seconds_left(int jobs) const {
   return left / jobs;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -15,7 +15,7 @@
 
 #include "problems/biped/survival/map_cells.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// After this number of consecutive failures above the pendulum's bound, larger pushes are
 /// skipped.
@@ -91,4 +91,4 @@ class MapPlan {
   int cells_ = 0;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -7,7 +7,7 @@
 
 #include "problems/biped/survival/map.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 struct Column {
@@ -151,4 +151,4 @@ std::string map_summary(const MapPlan& plan) {
   return text + shares(columns, directions, rays);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -15,7 +15,7 @@
 #include "saltus/app/silent_output.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr const char* summary =
@@ -226,4 +226,4 @@ Verb map_verb(const ConfigurableBiped& defaults) {
           }};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Mean of e^(-omega t) weighted with the force, t from the start of the push. Integration by parts
@@ -115,4 +115,4 @@ PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSett
   return bound;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -22,7 +22,7 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_logic.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Pendulum, feet, reach and push. Lengths in m, in the axes of the stance sole.
 struct PendulumBound {
@@ -56,4 +56,4 @@ PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSett
                              const RobotDescription& robot,
                              const std::optional<BipedProblem::StepBounds>& steps = std::nullopt);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -3,6 +3,6 @@
 #include <saltus/robots/dart/dart_plant.hpp>
 
 int main(int argc, char**) {
-  if (argc > 100) saltus::make_dart_plant({}, {});
+  if (argc > 100) saltus::robots::make_dart_plant({}, {});
   std::puts("linked with libsaltus_dart");
 }

@@ -8,8 +8,9 @@
 using namespace saltus;
 
 int main() {
-  const RobotDescription robot = icub();
-  const walking::Scene scene = walking::scene_of(walking::posture_on_both_feet(robot), robot);
+  const robots::RobotDescription robot = icub();
+  const robots::walking::Scene scene =
+      walking::scene_of(walking::posture_on_both_feet(robot), robot);
   const double apart = (scene.stance.position - scene.swing.position).norm();
   Schedule contacts = walking::one_foot_then_two(0.6);
   contacts.confirm(walking::impact, 0.55);

@@ -3,7 +3,7 @@
 #include <saltus/robots/icub/icub.hpp>
 
 int main() {
-  const saltus::RobotDescription robot = saltus::icub();
+  const saltus::robots::RobotDescription robot = saltus::icub();
   std::printf("%.2f kg\n", robot.mass);
   return robot.mass > 20.0 && robot.mass < 50.0 ? 0 : 1;
 }

@@ -21,7 +21,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// The state vector of the centroidal model with its parts named.
 template <class S>
@@ -130,4 +130,23 @@ Vec<S, 9> linearised_centroidal_dynamics(double mass, const Vec<S, 9>& gamma,
       .vector();
 }
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+template <class S>
+using CentroidalState [[deprecated("use robots::CentroidalState; removed in 0.4")]] =
+    robots::CentroidalState<S>;
+/// Deprecated name.
+template <class S>
+using Contact [[deprecated("use robots::Contact; removed in 0.4")]] = robots::Contact<S>;
+/// Deprecated name.
+template <class S>
+using ExpansionPoint [[deprecated("use robots::ExpansionPoint; removed in 0.4")]] =
+    robots::ExpansionPoint<S>;
+using robots::angular_momentum_rate;           ///< deprecated name
+using robots::centroidal_dynamics;             ///< deprecated name
+using robots::com_acceleration;                ///< deprecated name
+using robots::contact;                         ///< deprecated name
+using robots::linearised_centroidal_dynamics;  ///< deprecated name
 }  // namespace saltus

@@ -5,7 +5,7 @@
 #include "saltus/model/make_function.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 // Exact dynamics. Inputs: contact forces and torques of left and right foot in world axes.
@@ -58,4 +58,4 @@ Vec<double, 3> CentroidalPlant::contact_force(const Vec<double, 12>& wrenches) c
          in_world(right, wrenches.tail<6>()).head<3>();
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

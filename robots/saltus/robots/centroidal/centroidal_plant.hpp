@@ -6,7 +6,7 @@
 #include "saltus/model/integrator.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Nonlinear centroidal dynamics of a robot on two feet (see centroidal.hpp), without truncation.
 /// Inputs are wrenches in the axes of the soles and a push on the CoM. A foot off the ground exerts
@@ -45,4 +45,4 @@ class CentroidalPlant {
   Vec<double, 9> state_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -4,7 +4,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 namespace dd = ::dart::dynamics;
@@ -112,4 +112,4 @@ std::unique_ptr<DynamicsModel> make_dart_dynamics(const FloatingRobot& robot) {
   return std::make_unique<DartDynamics>(robot);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -22,7 +22,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/ground.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 namespace dd = ::dart::dynamics;
@@ -186,4 +186,4 @@ std::unique_ptr<Plant> make_dart_plant(const FloatingRobot& robot, const DartOpt
   return std::make_unique<DartPlant>(robot, options);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

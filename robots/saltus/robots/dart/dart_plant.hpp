@@ -5,7 +5,7 @@
 
 #include "saltus/robots/whole_body/plant.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Creates equations of motion by DART.
 __attribute__((visibility("default"))) std::unique_ptr<DynamicsModel> make_dart_dynamics(
@@ -32,15 +32,23 @@ struct DartOptions : Plant::Options {
   Lcp lcp = Lcp::dantzig;                   ///< contact solver
   Friction cone = Friction::box;            ///< shape of the friction cone
 };
-/// Deprecated name.
-using DartCollision [[deprecated("use DartOptions::Collision; removed in 0.4")]] =
-    DartOptions::Collision;
-/// Deprecated name.
-using DartLcp [[deprecated("use DartOptions::Lcp; removed in 0.4")]] = DartOptions::Lcp;
 
 /// Creates the plant. With `self_collision` the bodies need capsules (add_capsules). Throws
 /// InputError for detectors without capsules, all but Bullet and ODE.
 __attribute__((visibility("default"))) std::unique_ptr<Plant> make_dart_plant(
     const FloatingRobot& robot, const DartOptions& options);
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using DartOptions [[deprecated("use robots::DartOptions; removed in 0.4")]] = robots::DartOptions;
+/// Deprecated name.
+using DartCollision [[deprecated("use robots::DartOptions::Collision; removed in 0.4")]] =
+    robots::DartOptions::Collision;
+/// Deprecated name.
+using DartLcp [[deprecated("use robots::DartOptions::Lcp; removed in 0.4")]] =
+    robots::DartOptions::Lcp;
+using robots::make_dart_dynamics;  ///< deprecated name
+using robots::make_dart_plant;     ///< deprecated name
 }  // namespace saltus

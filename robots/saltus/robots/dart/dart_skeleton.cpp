@@ -9,7 +9,7 @@
 #include <dart/dynamics/WeldJoint.hpp>
 #include <utility>
 
-namespace saltus::dart_engine {
+namespace saltus::robots::dart_engine {
 
 namespace dd = ::dart::dynamics;
 
@@ -129,4 +129,4 @@ void SkeletonView::read(WholeBodyState& state) const {
   state.base_twist = bodies_[0]->getSpatialVelocity(dd::Frame::World(), dd::Frame::World());
 }
 
-}  // namespace saltus::dart_engine
+}  // namespace saltus::robots::dart_engine

@@ -13,7 +13,7 @@ namespace dart::dynamics {
 class FreeJoint;
 }
 
-namespace saltus::dart_engine {
+namespace saltus::robots::dart_engine {
 
 /// Creates bodies with collision boxes, a free joint for the base, and revolute joints with limits.
 /// Built directly, because the URDF loader gives every massless frame 1 kg.
@@ -66,4 +66,4 @@ class SkeletonView {
   std::vector<int> dofs_;
 };
 
-}  // namespace saltus::dart_engine
+}  // namespace saltus::robots::dart_engine

@@ -9,7 +9,7 @@
 
 #include "saltus/robots/model/robot_description.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Description of iCubGazeboV2_5. With a URDF (the package icub-models has the official one) the
 /// data are computed from it. Otherwise they are those of robots/icub/icub.yaml, which is built in.
@@ -25,4 +25,10 @@ std::optional<std::filesystem::path> find_icub_urdf();
 /// folder. `say` gets one line about it. Throws InputError, one sentence, on failure.
 std::filesystem::path fetch_icub_urdf(const std::function<void(const std::string&)>& say);
 
+}  // namespace saltus::robots
+
+namespace saltus {              // deprecated names, removed in 0.4
+using robots::fetch_icub_urdf;  ///< deprecated name
+using robots::find_icub_urdf;   ///< deprecated name
+using robots::icub;             ///< deprecated name
 }  // namespace saltus

@@ -14,7 +14,7 @@
 #include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 namespace fs = std::filesystem;
@@ -75,4 +75,4 @@ fs::path fetch_icub_urdf(const std::function<void(const std::string&)>& say) {
   return *find_icub_urdf();
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -12,7 +12,7 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 using Point = Vec<double, 3>;
@@ -250,4 +250,4 @@ std::vector<Capsule> fit_capsules(const std::vector<Point>& points, int most) {
   return capsules;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

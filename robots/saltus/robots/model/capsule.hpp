@@ -5,7 +5,7 @@
 
 #include "saltus/robots/model/robot_description.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// The capsule moved by `pose`.
 Capsule operator*(const Eigen::Isometry3d& pose, const Capsule& capsule);
@@ -22,4 +22,4 @@ SegmentPoints closest_points(const Capsule& first, const Capsule& second);
 /// capsules, each with a radius of at least 1 mm. Throws DefinitionError without points.
 std::vector<Capsule> fit_capsules(const std::vector<Vec<double, 3>>& points, int most = 4);
 
-}  // namespace saltus
+}  // namespace saltus::robots

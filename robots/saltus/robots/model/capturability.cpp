@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 PlanarPoints vertices(const SupportPolygon& polygon) {
@@ -64,4 +64,4 @@ std::vector<SupportPolygon> capturable_on_two_feet(const SteppingLimits& limits,
           SupportPolygon::hull(together(both, moved(on_right)))};
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -20,7 +20,7 @@
 
 #include "saltus/robots/model/planar_sets.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Where and how fast feet can be placed. Contact frames are parallel; lengths are in m.
 struct SteppingLimits {
@@ -42,4 +42,4 @@ SupportPolygon capturable(const SteppingLimits& limits, Side stance, int steps, 
 std::vector<SupportPolygon> capturable_on_two_feet(const SteppingLimits& limits,
                                                    const Point2& right, int steps, double omega);
 
-}  // namespace saltus
+}  // namespace saltus::robots

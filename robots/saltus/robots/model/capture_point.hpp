@@ -10,7 +10,7 @@
 
 #include "saltus/core/types.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// m/s^2: the value of the published cases and the default of the simulators (not 9.80665).
 inline constexpr double standard_gravity = 9.81;
@@ -114,4 +114,22 @@ inline double capturability_limit(const StepLimits& limits, double omega) {
          (1.0 - shrink);
 }
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+template <class S>
+using PendulumState [[deprecated("use robots::PendulumState; removed in 0.4")]] =
+    robots::PendulumState<S>;
+/// Deprecated name.
+using StepLimits [[deprecated("use robots::StepLimits; removed in 0.4")]] = robots::StepLimits;
+using robots::capturability_limit;      ///< deprecated name
+using robots::capturability_margin;     ///< deprecated name
+using robots::capture_point;            ///< deprecated name
+using robots::capture_point_at_rest;    ///< deprecated name
+using robots::orbital_energy;           ///< deprecated name
+using robots::pendulum_frequency;       ///< deprecated name
+using robots::propagate_capture_point;  ///< deprecated name
+using robots::propagate_pendulum;       ///< deprecated name
+using robots::standard_gravity;         ///< deprecated name
 }  // namespace saltus

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr int corner_rows = 8;
@@ -125,4 +125,4 @@ void ContactCone::check_rows(int m) const {
         fmt::format("contact cone: {} rows were requested, but this cone has {}", m, rows()));
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

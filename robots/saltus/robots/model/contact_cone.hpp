@@ -33,7 +33,7 @@
 #include "saltus/ocp/phase.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// The set {w : A w <= b}, with rows in the order given at the top of this file.
 struct ContactCone {
@@ -84,12 +84,6 @@ struct ContactCone {
  private:
   void check_rows(int m) const;
 };
-/// Deprecated name.
-using FrictionPyramid [[deprecated("use ContactCone::Pyramid; removed in 0.4")]] =
-    ContactCone::Pyramid;
-/// Deprecated name.
-using ContactConeOptions [[deprecated("use ContactCone::Options; removed in 0.4")]] =
-    ContactCone::Options;
 
 /// Builds the cone. Throws DefinitionError, one sentence naming the option, for friction or torsion
 /// that are not positive (torsion may be zero), fewer than 3 edges, an empty rectangle, fz_min < 0,
@@ -121,4 +115,18 @@ void keep_in_cone(Phase<nx, nu, np>& phase, const std::string& name, ContactCone
       .keep(name, cone_rows(cone, sizes, sizes.u(first)), at_most(0.0), window);
 }
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using ContactCone [[deprecated("use robots::ContactCone; removed in 0.4")]] = robots::ContactCone;
+/// Deprecated name.
+using FrictionPyramid [[deprecated("use robots::ContactCone::Pyramid; removed in 0.4")]] =
+    robots::ContactCone::Pyramid;
+/// Deprecated name.
+using ContactConeOptions [[deprecated("use robots::ContactCone::Options; removed in 0.4")]] =
+    robots::ContactCone::Options;
+using robots::contact_cone;       ///< deprecated name
+using robots::contact_cone_rows;  ///< deprecated name
+using robots::keep_in_cone;       ///< deprecated name
 }  // namespace saltus

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 class ConeRows final : public FunctionBody {
@@ -45,4 +45,4 @@ Function cone_rows(const ContactCone& cone, const Arguments& sizes, int first) {
       std::unique_ptr<const FunctionBody>(std::make_unique<ConeRows>(cone, sizes.size(), first)));
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -17,7 +17,7 @@
 // Must follow types.hpp, which defines the error messages of Eigen.
 #include <Eigen/Geometry>
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Left or right side of the robot, from the robot's own point of view.
 enum class Side { left, right };
@@ -150,8 +150,39 @@ class SupportPolygon {
   std::vector<Point2> vertices_;
   HalfPlanes half_planes_;
 };
-/// Deprecated name.
-using HalfPlanes [[deprecated("use SupportPolygon::HalfPlanes; removed in 0.4")]] =
-    SupportPolygon::HalfPlanes;
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using Side [[deprecated("use robots::Side; removed in 0.4")]] = robots::Side;
+/// Deprecated name.
+using FootRectangle [[deprecated("use robots::FootRectangle; removed in 0.4")]] =
+    robots::FootRectangle;
+/// Deprecated name.
+template <class S>
+using SoleFrameOf [[deprecated("use robots::SoleFrameOf; removed in 0.4")]] =
+    robots::SoleFrameOf<S>;
+/// Deprecated name.
+using PlacedFoot [[deprecated("use robots::PlacedFoot; removed in 0.4")]] = robots::PlacedFoot;
+/// Deprecated name.
+using SupportPolygon [[deprecated("use robots::SupportPolygon; removed in 0.4")]] =
+    robots::SupportPolygon;
+/// Deprecated name.
+using SoleFrame [[deprecated("use robots::SoleFrame; removed in 0.4")]] = robots::SoleFrame;
+/// Deprecated name.
+using Point2 [[deprecated("use robots::Point2; removed in 0.4")]] = robots::Point2;
+/// Deprecated name.
+using HalfPlanes [[deprecated("use robots::SupportPolygon::HalfPlanes; removed in 0.4")]] =
+    robots::SupportPolygon::HalfPlanes;
+using robots::flat_sole;        ///< deprecated name
+using robots::foot_corners;     ///< deprecated name
+using robots::foot_corners_3d;  ///< deprecated name
+using robots::name_of;          ///< deprecated name
+using robots::other;            ///< deprecated name
+}  // namespace saltus
+
+namespace saltus::robots::walking {}
+namespace saltus {
+namespace walking = robots::walking;  ///< deprecated name, removed in 0.4
 }  // namespace saltus

@@ -23,7 +23,7 @@
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/xml_nesting.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 namespace fs = std::filesystem;
@@ -301,4 +301,4 @@ std::optional<double> lowest_point(const UrdfModel& model, const std::string& so
   return lowest;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

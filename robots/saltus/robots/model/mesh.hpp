@@ -9,7 +9,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Finds the file for package://NAME/REST, model://NAME/REST, file://PATH or a path in a URDF.
 /// Packages are searched in the folders around the URDF (not at the top of the file system), then
@@ -41,4 +41,4 @@ std::vector<Vec<double, 3>> rigid_hull_points(const UrdfModel& model, int link);
 /// the ground. Empty if the foot has no shape, or a mesh that is missing or cannot be read.
 std::optional<double> lowest_point(const UrdfModel& model, const std::string& sole);
 
-}  // namespace saltus
+}  // namespace saltus::robots

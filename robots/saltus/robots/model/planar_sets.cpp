@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace saltus {
+namespace saltus::robots {
 
 PlanarPoints weighted_sums(double a, const PlanarPoints& P, double b, const PlanarPoints& Q) {
   PlanarPoints sums(P.rows() * Q.rows(), 2);
@@ -23,4 +23,4 @@ double distance_to_border(const SupportPolygon& polygon, const Point2& from, con
   return distance;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

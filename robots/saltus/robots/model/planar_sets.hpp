@@ -4,7 +4,7 @@
 
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 using PlanarPoints = Eigen::Matrix<double, Eigen::Dynamic, 2>;  // one point per row, m
 
@@ -16,4 +16,4 @@ PlanarPoints weighted_sums(double a, const PlanarPoints& P, double b, const Plan
 /// polygon.
 double distance_to_border(const SupportPolygon& polygon, const Point2& from, const Point2& along);
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -11,7 +11,7 @@
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/yaml/yaml_section.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -279,4 +279,4 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
   return robot;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

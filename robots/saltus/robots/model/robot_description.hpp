@@ -16,7 +16,7 @@
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Feet that carry the robot.
 enum class Stance { left, right, both };
@@ -108,15 +108,6 @@ struct RobotDescription {
   /// The first posture on this foot alone. Throws InputError if there is none.
   const StandingPosture& posture_on(Side side) const;
 };
-/// Deprecated name.
-using Mirror [[deprecated("use RobotDescription::Mirror; removed in 0.4")]] =
-    RobotDescription::Mirror;
-/// Deprecated name.
-using ActuatedJoint [[deprecated("use RobotDescription::Joint; removed in 0.4")]] =
-    RobotDescription::Joint;
-/// Deprecated name.
-using Figures [[deprecated("use RobotDescription::Figures; removed in 0.4")]] =
-    RobotDescription::Figures;
 
 /// Throws InputError, one sentence naming file, key and remedy: the file is missing, empty or not
 /// YAML; a key is unknown (the nearest known one is suggested), repeated or missing; a value has
@@ -136,4 +127,27 @@ RobotDescription parse_robot_description(
 /// the two feet differ, or if neither file describes the feet.
 RobotDescription describe(const UrdfModel& model, const RobotDescription& named);
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using Stance [[deprecated("use robots::Stance; removed in 0.4")]] = robots::Stance;
+/// Deprecated name.
+using StandingPosture [[deprecated("use robots::StandingPosture; removed in 0.4")]] =
+    robots::StandingPosture;
+/// Deprecated name.
+using RobotDescription [[deprecated("use robots::RobotDescription; removed in 0.4")]] =
+    robots::RobotDescription;
+/// Deprecated name.
+using Mirror [[deprecated("use robots::RobotDescription::Mirror; removed in 0.4")]] =
+    robots::RobotDescription::Mirror;
+/// Deprecated name.
+using ActuatedJoint [[deprecated("use robots::RobotDescription::Joint; removed in 0.4")]] =
+    robots::RobotDescription::Joint;
+/// Deprecated name.
+using Figures [[deprecated("use robots::RobotDescription::Figures; removed in 0.4")]] =
+    robots::RobotDescription::Figures;
+using robots::describe;                 ///< deprecated name
+using robots::parse_robot_description;  ///< deprecated name
+using robots::read_robot_description;   ///< deprecated name
 }  // namespace saltus

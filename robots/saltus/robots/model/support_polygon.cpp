@@ -8,7 +8,7 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 double cross(const Point2& a, const Point2& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -150,4 +150,4 @@ bool SupportPolygon::contains(const Point2& point, double margin) const {
   return (half_planes_.A * point - half_planes_.b).maxCoeff() <= -margin;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

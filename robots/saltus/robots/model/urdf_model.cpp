@@ -14,7 +14,7 @@
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/xml_nesting.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 // Robots have a few hundred links. The functions that read them are recursive.
@@ -479,4 +479,4 @@ UrdfModel::Foot UrdfModel::foot(const std::string& sole_link) const {
   return foot;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

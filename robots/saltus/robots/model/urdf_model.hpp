@@ -15,7 +15,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Map from joint name to position (rad, or m for a prismatic joint). Joints that are not named are
 /// at zero.
@@ -133,16 +133,26 @@ class UrdfModel {
   std::vector<Link> links_;
   double total_mass_ = 0.0;
 };
-/// Deprecated name.
-using UrdfJoint [[deprecated("use UrdfModel::Joint; removed in 0.4")]] = UrdfModel::Joint;
-/// Deprecated name.
-using UrdfBox [[deprecated("use UrdfModel::Box; removed in 0.4")]] = UrdfModel::Box;
-/// Deprecated name.
-using UrdfLink [[deprecated("use UrdfModel::Link; removed in 0.4")]] = UrdfModel::Link;
-/// Deprecated name.
-using FootGeometry [[deprecated("use UrdfModel::Foot; removed in 0.4")]] = UrdfModel::Foot;
 
 /// For each link, the smallest index among the links fixed to it, itself included.
 std::vector<int> rigid_leaders(const std::vector<UrdfModel::Link>& links);
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using UrdfModel [[deprecated("use robots::UrdfModel; removed in 0.4")]] = robots::UrdfModel;
+/// Deprecated name.
+using Posture [[deprecated("use robots::Posture; removed in 0.4")]] = robots::Posture;
+/// Deprecated name.
+using UrdfJoint [[deprecated("use robots::UrdfModel::Joint; removed in 0.4")]] =
+    robots::UrdfModel::Joint;
+/// Deprecated name.
+using UrdfBox [[deprecated("use robots::UrdfModel::Box; removed in 0.4")]] = robots::UrdfModel::Box;
+/// Deprecated name.
+using UrdfLink [[deprecated("use robots::UrdfModel::Link; removed in 0.4")]] =
+    robots::UrdfModel::Link;
+/// Deprecated name.
+using FootGeometry [[deprecated("use robots::UrdfModel::Foot; removed in 0.4")]] =
+    robots::UrdfModel::Foot;
 }  // namespace saltus

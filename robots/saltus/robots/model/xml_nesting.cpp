@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr std::size_t none = std::string_view::npos;
@@ -53,4 +53,4 @@ std::optional<std::string> xml_nesting_error(std::string_view xml) {
   return std::nullopt;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

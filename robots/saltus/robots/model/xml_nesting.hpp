@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Largest accepted depth of elements. Robots and their meshes have about ten levels.
 inline constexpr int deepest_element = 100;
@@ -15,4 +15,4 @@ inline constexpr int deepest_element = 100;
 /// Empty if there is no such reason. All other XML errors are left to the parser.
 std::optional<std::string> xml_nesting_error(std::string_view xml);
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -12,7 +12,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/ground.hpp"
 
-namespace saltus::mujoco_engine {
+namespace saltus::robots::mujoco_engine {
 namespace {
 
 // Contacts are springs and dampers at the acceleration level: time constant (s) and damping ratio
@@ -267,4 +267,4 @@ MatrixXd Model::mass_matrix() const {
   return S.transpose() * full * S;
 }
 
-}  // namespace saltus::mujoco_engine
+}  // namespace saltus::robots::mujoco_engine

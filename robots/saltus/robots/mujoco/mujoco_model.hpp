@@ -9,7 +9,7 @@
 
 #include "saltus/robots/whole_body/plant.hpp"
 
-namespace saltus::mujoco_engine {
+namespace saltus::robots::mujoco_engine {
 
 /// The robot above the ground in MJCF, the format of MuJoCo. Names are numbers: body i of the robot
 /// and the joint to its parent are both named "i".
@@ -56,4 +56,4 @@ class Model {
   std::vector<int> bodies_, joint_position_, joint_dof_;
 };
 
-}  // namespace saltus::mujoco_engine
+}  // namespace saltus::robots::mujoco_engine

@@ -6,7 +6,7 @@
 
 #include "saltus/robots/mujoco/mujoco_model.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 class MujocoPlant final : public Plant {
@@ -125,4 +125,4 @@ MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& st
   return engine.mass_matrix();
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

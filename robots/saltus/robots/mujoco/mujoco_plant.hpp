@@ -5,7 +5,7 @@
 
 #include "saltus/robots/whole_body/plant.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// True if this program was built with MuJoCo.
 bool has_mujoco();
@@ -19,4 +19,10 @@ std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const Plant
 /// Mass matrix of the robot by MuJoCo, as in DynamicsModel, to compare engines.
 MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& state);
 
+}  // namespace saltus::robots
+
+namespace saltus {                 // deprecated names, removed in 0.4
+using robots::has_mujoco;          ///< deprecated name
+using robots::make_mujoco_plant;   ///< deprecated name
+using robots::mujoco_mass_matrix;  ///< deprecated name
 }  // namespace saltus

@@ -1,7 +1,7 @@
 // Replaces the plant if MuJoCo is not installed.
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 [[noreturn]] void refuse() {
@@ -18,4 +18,4 @@ std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot&, const Plant::Opti
 
 MatrixXd mujoco_mass_matrix(const FloatingRobot&, const WholeBodyState&) { refuse(); }
 
-}  // namespace saltus
+}  // namespace saltus::robots

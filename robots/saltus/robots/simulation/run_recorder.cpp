@@ -10,7 +10,7 @@
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Violations of soft constraints below this are not explained, m.
@@ -206,4 +206,4 @@ RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
                                                   : simulate_centroidal(problem, robot, observer);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

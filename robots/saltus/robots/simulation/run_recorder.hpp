@@ -14,7 +14,7 @@
 #include "saltus/robots/walking/unmet_decision.hpp"
 #include "saltus/simulation/closed_loop.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Simulated state, without measurement noise.
 struct TrueState {
@@ -97,4 +97,4 @@ RunLog simulate_centroidal(const BipedProblem& problem, const RobotDescription& 
 RunLog simulate_whole_body(const BipedProblem& problem, const RobotDescription& robot,
                            const Observer& observer);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

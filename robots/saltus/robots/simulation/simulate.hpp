@@ -3,7 +3,7 @@
 
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Runs the problem on the plant of its settings. Throws InputError for robot files that are
 /// incomplete or inconsistent.
@@ -14,4 +14,4 @@ RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
 FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
                                   const std::string& link);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

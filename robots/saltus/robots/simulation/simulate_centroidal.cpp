@@ -10,7 +10,7 @@
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/push.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // The simulation is the reference. Its tolerance is far below that of all quantities compared.
@@ -167,4 +167,4 @@ RunLog simulate_centroidal(const BipedProblem& problem, const RobotDescription& 
   return CentroidalRun(problem, robot, observer).run();
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -18,7 +18,7 @@
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // The body, with capsules if limbs must not pass through each other or if the description contains
@@ -241,4 +241,4 @@ RunLog simulate_whole_body(const BipedProblem& problem, const RobotDescription& 
   return WholeBodyRun(problem, robot, observer, model).run();
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

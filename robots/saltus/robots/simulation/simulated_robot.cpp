@@ -8,7 +8,7 @@
 
 #include "saltus/core/error.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Delay of the torques in steps of the engine.
@@ -100,4 +100,4 @@ void SimulatedRobot::measure() {
   readings_.time = static_cast<double>(steps_) * step_;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

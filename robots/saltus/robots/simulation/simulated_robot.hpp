@@ -14,7 +14,7 @@
 #include "saltus/robots/whole_body/plant.hpp"
 #include "saltus/robots/whole_body/sensors.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// The same settings give the same motion to the bit. After construction only the engine
 /// allocates.
@@ -61,4 +61,4 @@ class SimulatedRobot final : public Robot {
   Robot::Readings readings_;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

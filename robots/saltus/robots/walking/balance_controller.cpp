@@ -11,7 +11,7 @@
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 SoleFrame frame_of(const DynamicsModel::SoleMotion& sole) {
@@ -179,4 +179,4 @@ void BalanceController::control(double t) {
     rotate(into_sole[side == Side::right].transpose(), side, applied_);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

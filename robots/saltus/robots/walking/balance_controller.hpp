@@ -14,11 +14,11 @@
 #include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 class SwingFoot;
 }
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Each tick calls plan_steps(), land() if the swing foot has landed, and plan_wrenches(). Between
 /// ticks land() may be called, and note_contacts() after it. Does not allocate after construction.
@@ -201,4 +201,4 @@ class BalanceController {
   Statistics statistics_;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 #include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/model/levelled.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 BalancePlanner::BalancePlanner(const Scene& scene, Schedule contacts,
                                std::unique_ptr<StepPlanner> steps,
@@ -127,4 +127,4 @@ Eigen::VectorBlock<const VectorXd> BalancePlanner::wrenches(double t) const {
   return piece->input();
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

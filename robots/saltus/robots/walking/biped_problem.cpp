@@ -13,7 +13,7 @@
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Checks that one foot can carry the robot, and that two feet can carry their least forces.
@@ -132,4 +132,4 @@ BalanceController make_balance_controller(const BipedProblem& problem,
            landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

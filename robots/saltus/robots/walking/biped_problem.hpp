@@ -13,7 +13,7 @@
 #include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/solve/explain.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 class BalanceController;
 
@@ -202,4 +202,4 @@ BalanceController make_balance_controller(const BipedProblem& problem,
 /// Robot of the settings. Throws InputError for missing or wrong entries of its files.
 RobotDescription robot_of(const BipedSettings& settings);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

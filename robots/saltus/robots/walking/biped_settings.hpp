@@ -15,7 +15,7 @@
 #include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Options of the simulation. All but `choice` apply only to the whole body.
 struct PlantSettings {
@@ -129,4 +129,4 @@ using ControllerChoice [[deprecated("use BipedSettings::Controller; removed in 0
 /// steps.
 Schedule first_contacts(const BipedSettings& settings, const Scene& scene);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

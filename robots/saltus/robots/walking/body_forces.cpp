@@ -2,7 +2,7 @@
 
 #include "saltus/ocp/schedule.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Force and torque in the axes of a sole.
@@ -89,4 +89,4 @@ Vec<double, 2> peak_forces(const RunLog& log) {
   return peak;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 
 #include "saltus/robots/walking/run_log.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Time span over which measured wrenches are averaged, s.
 inline constexpr double wrench_filter = 0.020;
@@ -30,4 +30,4 @@ std::vector<Vec<double, 2>> friction_used(const RunLog& log);
 /// Largest vertical force of each foot, left and right, averaged over `wrench_filter`, N.
 Vec<double, 2> peak_forces(const RunLog& log);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

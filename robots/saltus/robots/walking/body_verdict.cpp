@@ -8,7 +8,7 @@
 #include "saltus/robots/walking/body_forces.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // The controller meets its limits to a relative 1e-6. Values above this ratio count as at the
@@ -148,4 +148,4 @@ nlohmann::ordered_json to_json(const Verdict::Body& v) {
           {"clearance_time_s", v.clearance_time}};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

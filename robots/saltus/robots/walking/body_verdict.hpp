@@ -6,7 +6,7 @@
 
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Largest motion of a standing foot, m, and largest tilt, rad.
 inline constexpr double standing_move = 0.01, standing_tilt = 0.05;  // m, rad
@@ -20,4 +20,4 @@ Verdict::Body judge_body(const RunLog& log);
 /// JSON for the section "body" of summary.json.
 nlohmann::ordered_json to_json(const Verdict::Body& verdict);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -7,7 +7,7 @@
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_cone.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // The rate of momentum has the largest weight; the weights of the wrenches only distribute it. N^2
@@ -163,4 +163,4 @@ std::unique_ptr<Planner> make_capture_point_controller(
   return std::make_unique<CapturePointController>(gains, settings, contact, robot, scene, contacts);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -1,6 +1,6 @@
 #include "saltus/robots/walking/planner.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 ContactCone::Options cone_options(const ContactSettings& contact, const FootRectangle& foot) {
   ContactCone::Options options;
@@ -14,4 +14,4 @@ ContactCone::Options cone_options(const ContactSettings& contact, const FootRect
   return options;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

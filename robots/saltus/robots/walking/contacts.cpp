@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr const char* lift_offs[] = {lift_off, "second lift-off"};
@@ -50,4 +50,4 @@ double landing_time(const Schedule& contacts) {
   return contacts.mode(0) == double_support ? -infinity : infinity;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -8,7 +8,7 @@
 #include "saltus/ocp/schedule.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 // Names of the modes and of the events between them.
 inline constexpr const char* left_support = "left support";      ///< only the left foot stands
@@ -40,4 +40,4 @@ void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
 /// no step is planned.
 double landing_time(const Schedule& contacts);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -3,7 +3,7 @@
 
 #include "saltus/core/clock.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Adds the processor time of its scope to a number.
 class CpuTime {
@@ -19,4 +19,4 @@ class CpuTime {
   double begin_ = thread_microseconds();
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

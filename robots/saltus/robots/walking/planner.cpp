@@ -10,7 +10,7 @@
 #include "saltus/mpc/any_real_time_solver.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Stage sizes of a tick with costs on changes of the wrenches: 9 states, the previous wrench of
@@ -85,4 +85,4 @@ RecedingHorizonController make_tick_controller(OptimalControlProblem problem, in
   return {std::move(shooting), std::move(solver), controller_options(settings, mass, stance)};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -13,7 +13,7 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/solver/native_solver.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Frequency omega of the pendulum (1/s) at a measured height (m), which is limited to at least 1
 /// cm.
@@ -103,4 +103,4 @@ std::unique_ptr<Planner> make_capture_point_controller(
     const CapturePointGains& gains, const PlannerSettings& settings, const ContactSettings& contact,
     const RobotDescription& robot, const Scene& scene, const Schedule& contacts);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

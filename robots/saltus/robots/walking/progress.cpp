@@ -6,7 +6,7 @@
 
 #include "saltus/ocp/schedule.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr double terminal_period = 0.05;  // s of wall clock; a faster update is not readable
@@ -52,4 +52,4 @@ void Progress::print(double now) {
   shown_ = true;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -7,7 +7,7 @@
 #include "saltus/core/clock.hpp"
 #include "saltus/robots/walking/run_log.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Text for the progress line.
 const char* describe(LoopState::Footing footing);
@@ -38,4 +38,4 @@ class Progress {
   bool shown_ = true;  // true if the last state was printed
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

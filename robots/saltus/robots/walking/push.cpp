@@ -13,7 +13,7 @@
 #include "saltus/core/text.hpp"
 #include "saltus/ocp/schedule.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 namespace {
 
@@ -104,4 +104,4 @@ std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
   return pushes;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

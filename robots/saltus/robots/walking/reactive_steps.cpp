@@ -5,7 +5,7 @@
 
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Interval between the swing times that are compared, s.
@@ -206,4 +206,4 @@ std::unique_ptr<StepPlanner> make_reactive_steps(const Step& options, const Scen
   return std::make_unique<ReactiveSteps>(options, scene);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 #include "saltus/robots/walking/step_logic.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// The robot steps if the capture point (after the angular momentum has returned to zero) has left
 /// the support polygon, and if a step brings the ground nearer to it (`helpful` in step_logic.hpp).
@@ -51,4 +51,4 @@ class ReactiveSteps final : public StepPlanner {
   double landed_at_ = -infinity;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

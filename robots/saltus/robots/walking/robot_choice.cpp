@@ -7,7 +7,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 RobotDescription robot_of(const RobotChoice& choice, bool needs_urdf) {
   const auto urdf = urdf_of(choice);
@@ -40,4 +40,4 @@ RobotDescription nominal_robot(const RobotChoice& choice, RobotDescription robot
   return robot;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -8,7 +8,7 @@
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// The chosen robot: from its URDF if there is one, else from its file. With `needs_urdf` (whole
 /// body), a missing URDF is an error. Throws InputError for missing or wrong entries of the files.
@@ -24,4 +24,4 @@ std::filesystem::path urdf_of_body(const RobotChoice& choice);
 /// The robot as its controllers know it, with the error of the mass.
 RobotDescription nominal_robot(const RobotChoice& choice, RobotDescription robot);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -12,7 +12,7 @@
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// State and command at one instant of the simulation.
 struct BipedSample {
@@ -144,4 +144,4 @@ using Footing [[deprecated("use LoopState::Footing; removed in 0.4")]] = LoopSta
 /// Called at every tick of the planner. Returning false stops the run; results up to then are kept.
 using Observer = std::function<bool(const LoopState&)>;
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

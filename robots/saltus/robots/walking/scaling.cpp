@@ -2,7 +2,7 @@
 
 #include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 // Two decimals are enough for weights.
@@ -39,4 +39,4 @@ void scale(BipedSettings& settings, const RobotScale& scale) {
   momentum.wrench /= M * M;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

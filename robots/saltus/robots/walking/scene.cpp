@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void Scene::stand_on(Side foot) {
   if (foot == side) return;
@@ -71,4 +71,4 @@ Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot
   return scene;
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -5,7 +5,7 @@
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Stance at the start and target of the CoM.
 struct SceneSettings {
@@ -60,4 +60,4 @@ const StandingPosture& posture_on(Stance stance, const RobotDescription& robot);
 /// Scene of the posture of the settings.
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -12,7 +12,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/body_forces.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 double settling_time(std::span<const double> times, std::span<const double> values, double begin,
                      double band) {
@@ -64,4 +64,4 @@ nlohmann::ordered_json to_json(const ForceSettling& s) {
           {"measured_right_s", s.measured[1]}};
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

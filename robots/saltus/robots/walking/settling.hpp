@@ -11,7 +11,7 @@
 
 #include "saltus/robots/walking/run_log.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 inline constexpr double force_settled_within = 0.05;  ///< relative to the weight of the robot
 inline constexpr double force_settled_over = 1.0;  ///< time span of the mean at the end of the run,
@@ -35,4 +35,4 @@ ForceSettling force_settling(const RunLog& log, double from);
 /// JSON with "planned_left_s", ..., "measured_right_s"; null: not settled.
 nlohmann::ordered_json to_json(const ForceSettling& settling);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -7,7 +7,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 StepLogic::StepLogic(const Step& options, std::optional<double> push_start, const Scene& scene)
     : options_(options),
@@ -112,4 +112,4 @@ std::unique_ptr<StepPlanner> make_formula_steps(const Step& options,
   return std::make_unique<StepLogic>(options, push_start, scene);
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

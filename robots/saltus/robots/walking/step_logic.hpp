@@ -7,7 +7,7 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Largest share of the distance between ground and capture point that a helpful step may leave.
 /// Halving it does not yet recover the robot, but a step with less effect costs a standing robot
@@ -67,4 +67,4 @@ class StepLogic final : public StepPlanner {
   Vec<double, 3> place_;
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

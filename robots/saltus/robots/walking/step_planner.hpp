@@ -13,7 +13,7 @@ namespace saltus {
 class MultipleShooting;
 }
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Measured situation at the start of a tick, in world axes.
 struct StepSituation {
@@ -163,4 +163,4 @@ std::unique_ptr<StepPlanner> make_formula_steps(const Step& options,
 /// the next landing. It has no knowledge of pushes.
 std::unique_ptr<StepPlanner> make_reactive_steps(const Step& options, const Scene& scene);
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 void UnmetDecisions::keep(const std::string& decision, double time, double missed,
                           const MultipleShooting& shooting) {
@@ -26,4 +26,4 @@ std::vector<UnmetDecision> UnmetDecisions::take() {
   return std::exchange(kept_, {});
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

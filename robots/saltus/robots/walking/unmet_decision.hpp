@@ -6,7 +6,7 @@
 
 #include "saltus/robots/walking/run_log.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 
 /// Keeps the first and the worst decision of each kind. Allocates; called after the input of the
 /// tick is sent.
@@ -22,4 +22,4 @@ class UnmetDecisions {
   std::vector<UnmetDecision> kept_;  // the first of each kind, then the worst if it differs
 };
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -6,7 +6,7 @@
 
 #include "saltus/robots/walking/body_verdict.hpp"
 
-namespace saltus::walking {
+namespace saltus::robots::walking {
 namespace {
 
 constexpr double fallen_height = 0.30, fallen_distance = 1.0;  // m, of iCub
@@ -53,4 +53,4 @@ std::string fall_sentence(std::span<const Push> pushes, double t) {
   return fmt::format("fell at {:.2f} s{}", t, is_before_all(pushes, t) ? ", before the push" : "");
 }
 
-}  // namespace saltus::walking
+}  // namespace saltus::robots::walking

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 using State = ContactInertialState;
@@ -167,4 +167,4 @@ Mat<double, 6, 6> BaseEstimator::noise_of(const SoleReading& reading) const {
   return noise;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -8,7 +8,7 @@
 
 #include "saltus/robots/whole_body/contact_inertial_state.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Options of BaseEstimator.
 struct BaseEstimatorOptions {
@@ -91,4 +91,4 @@ class BaseEstimator {
   Side pin_ = Side::left;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

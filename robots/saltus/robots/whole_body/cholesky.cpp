@@ -1,6 +1,6 @@
 #include "saltus/robots/whole_body/cholesky.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 template <int n>
 void Cholesky<n>::compute(const Mat<double, n, n>& A) {
@@ -20,4 +20,4 @@ void Cholesky<n>::solve_in_place(Vec<double, n>& b) const {
 template class Cholesky<6>;
 template class Cholesky<Eigen::Dynamic>;
 
-}  // namespace saltus
+}  // namespace saltus::robots

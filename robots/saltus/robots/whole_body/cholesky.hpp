@@ -7,7 +7,7 @@
 
 #include "saltus/core/types.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Factorisation of a matrix with n rows, 6 or Eigen::Dynamic. Does not allocate while the size
 /// stays the same.
@@ -28,4 +28,4 @@ class Cholesky {
   Eigen::LLT<Mat<double, n, n>> factor_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

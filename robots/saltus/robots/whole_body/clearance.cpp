@@ -7,7 +7,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capsule.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 using Point = Vec<double, 3>;
@@ -148,4 +148,4 @@ std::string Clearance::names(const Approach& a) const {
                      members_[static_cast<std::size_t>(a.second)].shape.link);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -11,7 +11,7 @@
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Two capsules that are near each other, with distance and speed.
 struct Approach {
@@ -85,4 +85,4 @@ class Clearance {
   int count_ = 0;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

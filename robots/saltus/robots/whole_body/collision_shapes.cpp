@@ -8,7 +8,7 @@
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr double thinnest = 1e-3;  // m, radius: engines reject points
@@ -113,4 +113,4 @@ void expect_apart(const FloatingRobot& robot, const WholeBodyState& state,
                   -1e3 * clearance.approach(0).distance));
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

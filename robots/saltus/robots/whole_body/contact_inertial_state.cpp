@@ -2,7 +2,7 @@
 
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 using State = ContactInertialState;
@@ -91,4 +91,4 @@ Vec<double, 6> State::mismatch(Side side, const Eigen::Isometry3d& sole_in_base)
   return z;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -11,7 +11,7 @@
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Pose, velocity, feet and sensor biases. All quantities are in world axes, except the biases,
 /// which are in the axes of the base.
@@ -72,4 +72,4 @@ struct ContactInertialState {
   Vec<double, 6> mismatch(Side side, const Eigen::Isometry3d& sole_in_base) const;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

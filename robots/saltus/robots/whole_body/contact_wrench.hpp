@@ -7,7 +7,7 @@
 #include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Matrix from sole axes to (torque | force) in world axes, as in DynamicsModel.
 inline Mat<double, 6, 6> wrench_to_world(const DynamicsModel::SoleMotion& sole) {
@@ -39,4 +39,4 @@ inline void keep_in_cone(qp::RowGroup& group, const ContactCone& cone, int first
   group.upper = cone.b;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -4,7 +4,7 @@
 // source.
 #pragma once
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Options of all sensors.
 struct SensorOptions {
@@ -77,4 +77,10 @@ struct MotorOptions {
   bool is_ideal() const { return bandwidth == 0.0 && torque_rate == 0.0; }
 };
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using MeasurementNoise [[deprecated("use robots::MeasurementNoise; removed in 0.4")]] =
+    robots::MeasurementNoise;
 }  // namespace saltus

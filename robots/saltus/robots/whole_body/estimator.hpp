@@ -7,7 +7,7 @@
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Computes an estimate from readings. Only start() allocates after construction.
 class Estimator {
@@ -67,4 +67,4 @@ class ContactEstimator {
   double force_, earliest_ = infinity;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -8,7 +8,7 @@
 
 #include "saltus/core/text.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 std::string suggestion(const std::string& name, const std::vector<std::string>& known) {
@@ -246,4 +246,4 @@ WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model
   return state;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -12,7 +12,7 @@
 #include "saltus/robots/model/urdf_model.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// A robot with a floating base.
 struct FloatingRobot {
@@ -146,8 +146,21 @@ class DynamicsModel {
   SoleMotion left_, right_;                       ///< motion of both soles
   Vec<double, 3> com_, com_velocity_, momentum_;  ///< m, m/s, Nms about the CoM
 };
-/// Deprecated name.
-using SoleMotion [[deprecated("use DynamicsModel::SoleMotion; removed in 0.4")]] =
-    DynamicsModel::SoleMotion;
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using FloatingRobot [[deprecated("use robots::FloatingRobot; removed in 0.4")]] =
+    robots::FloatingRobot;
+/// Deprecated name.
+using DynamicsModel [[deprecated("use robots::DynamicsModel; removed in 0.4")]] =
+    robots::DynamicsModel;
+/// Deprecated name.
+using SoleMotion [[deprecated("use robots::DynamicsModel::SoleMotion; removed in 0.4")]] =
+    robots::DynamicsModel::SoleMotion;
+using robots::floating_robot;      ///< deprecated name
+using robots::link_frame;          ///< deprecated name
+using robots::standing_state;      ///< deprecated name
+using robots::with_masses_scaled;  ///< deprecated name
 }  // namespace saltus

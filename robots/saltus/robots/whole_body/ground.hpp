@@ -5,7 +5,7 @@
 
 #include "saltus/robots/whole_body/plant.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// A slab of ground: a box whose upper face is the ground.
 struct GroundBox {
@@ -15,4 +15,4 @@ struct GroundBox {
 /// step are not finite, or the edge is at the origin.
 std::vector<GroundBox> ground_boxes(const Plant::Options& options);
 
-}  // namespace saltus
+}  // namespace saltus::robots

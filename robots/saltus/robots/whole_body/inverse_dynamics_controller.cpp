@@ -15,7 +15,7 @@
 #include "saltus/robots/whole_body/clearance.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr int left = 0, right = 1;
@@ -436,4 +436,4 @@ std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
                                                      gains);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

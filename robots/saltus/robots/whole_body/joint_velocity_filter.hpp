@@ -4,7 +4,7 @@
 
 #include "saltus/core/types.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// With predictions q' = q + T dq and r = measured - q': q = q' + alpha r, dq += beta r / T, where
 /// alpha = 1 - theta^2, beta = (1 - theta)^2. Under constant acceleration dq lags by T (1 + 3
@@ -41,4 +41,4 @@ class JointVelocityFilter {
   VectorXd position_, velocity_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -8,7 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 NoiseSource::NoiseSource(const MeasurementNoise& noise)
     : noise_(noise), random_(static_cast<unsigned>(noise.seed)) {
@@ -47,4 +47,4 @@ void NoiseSource::disturb(WholeBodyEstimate& measured) {
     for (double& w : contact->wrench) w *= 1.0 + draw(noise_.force);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -6,7 +6,7 @@
 #include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Draws the noise and adds it. Does not allocate.
 class NoiseSource {
@@ -27,4 +27,4 @@ class NoiseSource {
   std::normal_distribution<double> normal_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

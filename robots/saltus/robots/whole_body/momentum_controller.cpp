@@ -12,7 +12,7 @@
 #include "saltus/robots/whole_body/cholesky.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr int feet = 2;
@@ -311,4 +311,4 @@ std::unique_ptr<WholeBodyController> make_momentum_controller(
   return std::make_unique<MomentumController>(robot, left, right, options);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -7,7 +7,7 @@
 
 #include "saltus/core/error.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 Motors::Motors(const MotorOptions& options, int joints, double step)
     : wanted_(VectorXd::Zero(joints)), torques_(wanted_), exerted_(wanted_) {
@@ -52,4 +52,4 @@ const VectorXd& Motors::step() {
   return exerted_;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

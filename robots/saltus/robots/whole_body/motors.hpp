@@ -5,7 +5,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/robots/whole_body/device_options.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Torques of all motors. After a reset the first command acts at once. After construction nothing
 /// allocates.
@@ -30,4 +30,4 @@ class Motors {
   bool rests_ = true;                    // true if there was no command since the reset
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -6,7 +6,7 @@
 
 #include "saltus/core/error.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr double ground_size = 2000.0, ground_depth = 0.2;  // m: enough for an hour of walking
@@ -28,4 +28,4 @@ std::vector<GroundBox> ground_boxes(const Plant::Options& options) {
           {{0.0, edge + side * 0.5 * far, step - 0.5 * depth}, {ground_size, far, depth}}};
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

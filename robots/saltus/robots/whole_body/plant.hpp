@@ -6,7 +6,7 @@
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Simulated dynamics, driven by joint torques. One call of step() is one step of the engine.
 class Plant {
@@ -43,7 +43,13 @@ class Plant {
   /// Name for messages and results.
   virtual std::string name() const = 0;
 };
-/// Deprecated name.
-using PlantOptions [[deprecated("use Plant::Options; removed in 0.4")]] = Plant::Options;
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using Plant [[deprecated("use robots::Plant; removed in 0.4")]] = robots::Plant;
+/// Deprecated name.
+using PlantOptions [[deprecated("use robots::Plant::Options; removed in 0.4")]] =
+    robots::Plant::Options;
 }  // namespace saltus

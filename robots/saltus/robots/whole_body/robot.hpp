@@ -9,7 +9,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/robots/model/foot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Positions and velocities of a FloatingRobot, joints in its order.
 struct WholeBodyState {
@@ -40,9 +40,6 @@ struct WholeBodyEstimate {
   /// Contact of one foot.
   const Contact& contact(Side side) const { return side == Side::left ? left : right; }
 };
-/// Deprecated name.
-using FootContact [[deprecated("use WholeBodyEstimate::Contact; removed in 0.4")]] =
-    WholeBodyEstimate::Contact;
 
 /// A robot that a BalanceController can drive by alternating calls of read(), write() and wait().
 class Robot {
@@ -80,4 +77,13 @@ class Robot {
   virtual std::string name() const = 0;
 };
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using WholeBodyState [[deprecated("use robots::WholeBodyState; removed in 0.4")]] =
+    robots::WholeBodyState;
+/// Deprecated name.
+using FootContact [[deprecated("use robots::WholeBodyEstimate::Contact; removed in 0.4")]] =
+    robots::WholeBodyEstimate::Contact;
 }  // namespace saltus

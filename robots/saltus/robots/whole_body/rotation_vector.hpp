@@ -6,7 +6,7 @@
 
 #include "saltus/core/types.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// exp of SO(3): the rotation by |v| rad about v.
 inline Mat<double, 3, 3> exp_so3(const Vec<double, 3>& v) {
@@ -32,4 +32,4 @@ inline Mat<double, 3, 3> left_jacobian(const Vec<double, 3>& v) {
   return Mat<double, 3, 3>::Identity() + first * S + second * S * S;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Steps (of `step` s) between two samples at `rate` (Hz), at least one.
 inline long steps_between(double rate, double step) {
@@ -15,4 +15,4 @@ inline double sample_period(double rate, double step) {
   return static_cast<double>(steps_between(rate, step)) * step;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -11,7 +11,7 @@
 #include "saltus/robots/whole_body/rotation_vector.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 // Time until which the pin is known to stand, s: at least the time in which the contact force
@@ -176,4 +176,4 @@ std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Sid
   return std::make_unique<SensorEstimator>(robot, pin, sensors, options, period);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -6,7 +6,7 @@
 #include "saltus/robots/whole_body/joint_velocity_filter.hpp"
 #include "saltus/robots/whole_body/sole_kinematics.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Passes the state of ideal sensors through.
 class IdealEstimator final : public Estimator {
@@ -60,4 +60,4 @@ class SensorEstimator final : public Estimator {
   WholeBodyEstimate estimate_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

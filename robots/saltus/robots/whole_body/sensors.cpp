@@ -10,7 +10,7 @@
 #include "saltus/robots/whole_body/rotation_vector.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 // Standard normal variate by Box and Muller. It always uses two uniform draws, so that their count
@@ -192,4 +192,4 @@ void Sensors::read() {
   readings_.right = feet_[1].reading();
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

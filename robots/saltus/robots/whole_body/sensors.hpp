@@ -9,7 +9,7 @@
 #include "saltus/robots/whole_body/robot.hpp"
 #include "saltus/robots/whole_body/sole_kinematics.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// One simulated device. It takes a value in every step of the engine and outputs delayed, noisy
 /// samples.
@@ -78,4 +78,4 @@ class Sensors {
   Robot::Readings readings_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

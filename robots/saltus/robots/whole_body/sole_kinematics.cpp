@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace saltus {
+namespace saltus::robots {
 
 SoleKinematics::SoleKinematics(const FloatingRobot& robot, Side side)
     : jacobian_(MatrixXd::Zero(6, robot.joints())) {
@@ -31,4 +31,4 @@ void SoleKinematics::update(const VectorXd& q) {
         joint.axis_in_base;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -5,7 +5,7 @@
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// The chain of joints from the base to one sole. Does not allocate after construction.
 class SoleKinematics {
@@ -33,4 +33,4 @@ class SoleKinematics {
   MatrixXd jacobian_;
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

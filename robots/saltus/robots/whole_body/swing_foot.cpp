@@ -4,7 +4,7 @@
 
 #include "saltus/robots/model/levelled.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 namespace {
 
 constexpr double shortest =
@@ -97,4 +97,4 @@ Vec<double, 6> SwingFoot::acceleration(const DynamicsModel::SoleMotion& sole) co
   return result;
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -3,7 +3,7 @@
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Options of the motion of the swing foot.
 struct SwingOptions {
@@ -47,4 +47,4 @@ class SwingFoot {
   Mat<double, 3, 3> rotation_ = Mat<double, 3, 3>::Identity();
 };
 
-}  // namespace saltus
+}  // namespace saltus::robots

@@ -8,7 +8,7 @@
 #include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 /// Computes joint torques that carry out tasks.
 class WholeBodyController {
@@ -115,27 +115,6 @@ class WholeBodyController {
   virtual const Command& control(const DynamicsModel& model, const WholeBodyState& state,
                                  const Tasks& tasks) noexcept = 0;
 };
-/// Deprecated name.
-using WholeBodyTasks [[deprecated("use WholeBodyController::Tasks; removed in 0.4")]] =
-    WholeBodyController::Tasks;
-/// Deprecated name.
-using WholeBodyCommand [[deprecated("use WholeBodyController::Command; removed in 0.4")]] =
-    WholeBodyController::Command;
-/// Deprecated name.
-using WholeBodyWeights [[deprecated("use WholeBodyController::Weights; removed in 0.4")]] =
-    WholeBodyController::Weights;
-/// Deprecated name.
-using WholeBodyGains [[deprecated("use WholeBodyController::Gains; removed in 0.4")]] =
-    WholeBodyController::Gains;
-/// Deprecated name.
-using MomentumOptions [[deprecated("use WholeBodyController::MomentumOptions; removed in 0.4")]] =
-    WholeBodyController::MomentumOptions;
-/// Deprecated name.
-using WholeBodyChoice [[deprecated("use WholeBodyController::Method; removed in 0.4")]] =
-    WholeBodyController::Method;
-/// Deprecated name.
-using WholeBodyControl [[deprecated("use WholeBodyController::Options; removed in 0.4")]] =
-    WholeBodyController::Options;
 
 // Whole-body controller by inverse dynamics: one quadratic program per call.
 //
@@ -179,4 +158,35 @@ std::unique_ptr<WholeBodyController> make_whole_body_controller(
     const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
     const WholeBodyController::Options& control);
 
+}  // namespace saltus::robots
+
+namespace saltus {  // deprecated names, removed in 0.4
+/// Deprecated name.
+using WholeBodyController [[deprecated("use robots::WholeBodyController; removed in 0.4")]] =
+    robots::WholeBodyController;
+/// Deprecated name.
+using WholeBodyTasks [[deprecated("use robots::WholeBodyController::Tasks; removed in 0.4")]] =
+    robots::WholeBodyController::Tasks;
+/// Deprecated name.
+using WholeBodyCommand [[deprecated("use robots::WholeBodyController::Command; removed in 0.4")]] =
+    robots::WholeBodyController::Command;
+/// Deprecated name.
+using WholeBodyWeights [[deprecated("use robots::WholeBodyController::Weights; removed in 0.4")]] =
+    robots::WholeBodyController::Weights;
+/// Deprecated name.
+using WholeBodyGains [[deprecated("use robots::WholeBodyController::Gains; removed in 0.4")]] =
+    robots::WholeBodyController::Gains;
+/// Deprecated name.
+using MomentumOptions
+    [[deprecated("use robots::WholeBodyController::MomentumOptions; removed in 0.4")]] =
+        robots::WholeBodyController::MomentumOptions;
+/// Deprecated name.
+using WholeBodyChoice [[deprecated("use robots::WholeBodyController::Method; removed in 0.4")]] =
+    robots::WholeBodyController::Method;
+/// Deprecated name.
+using WholeBodyControl [[deprecated("use robots::WholeBodyController::Options; removed in 0.4")]] =
+    robots::WholeBodyController::Options;
+using robots::make_inverse_dynamics_controller;  ///< deprecated name
+using robots::make_momentum_controller;          ///< deprecated name
+using robots::make_whole_body_controller;        ///< deprecated name
 }  // namespace saltus

@@ -1,6 +1,6 @@
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
-namespace saltus {
+namespace saltus::robots {
 
 std::unique_ptr<WholeBodyController> make_whole_body_controller(
     const FloatingRobot& robot, const ContactCone::Options& left, const ContactCone::Options& right,
@@ -13,4 +13,4 @@ std::unique_ptr<WholeBodyController> make_whole_body_controller(
   return make_inverse_dynamics_controller(robot, left, right, control.inverse_dynamics, gains);
 }
 
-}  // namespace saltus
+}  // namespace saltus::robots
