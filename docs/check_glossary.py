@@ -47,7 +47,7 @@ def main(glossary, folders):
         *owners, name = symbol.split("::")
         sources = headers
         for owner in owners:
-            sources = [text for text in sources if re.search(rf"{KINDS}{re.escape(owner)}\b", text)]
+            sources = [text for text in sources if re.search(rf"(?:{KINDS}|namespace (?:\w+::)*){re.escape(owner)}\b", text)]
         checked += 1
         if not is_declared(re.escape(name), sources):
             mistakes.append(f"{glossary}:{number}: no header declares {symbol}")
