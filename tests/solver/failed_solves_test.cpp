@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
@@ -145,6 +146,20 @@ TEST(WarmStart, OfAnOptimalControlProblemNeedsFewerIterations) {
   ASSERT_TRUE(again.ok() && warm.ok()) << again.message << warm.message;
   EXPECT_LT(warm.iterations, again.iterations);
   EXPECT_NEAR(warm.cost, again.cost, 1e-7 * again.cost);
+}
+
+TEST(SolverLimits, OutOfRangeIsRejected) {
+  const double nan = std::nan("");
+  for (const double tolerance : {0.0, -1.0, nan, infinity}) {
+    EXPECT_THROW(make_ipopt({.tolerance = tolerance}), DefinitionError) << tolerance;
+    EXPECT_THROW(make_native_solver({.tolerance = tolerance}), DefinitionError) << tolerance;
+  }
+  for (const double time_limit : {-1.0, nan, infinity}) {
+    EXPECT_THROW(make_ipopt({.time_limit = time_limit}), DefinitionError) << time_limit;
+    EXPECT_THROW(make_native_solver({.time_limit = time_limit}), DefinitionError) << time_limit;
+  }
+  EXPECT_THROW(make_ipopt({.max_iterations = -1}), DefinitionError);
+  EXPECT_THROW(make_native_solver({.max_iterations = -1}), DefinitionError);
 }
 
 }  // namespace

@@ -187,7 +187,7 @@ TEST(IpoptStatus, AStartOfTheWrongSizeIsAnInvalidProblem) {
 
 TEST(IpoptStatus, InvalidOptionsAreAnInvalidProblem) {
   Rosenbrock program;
-  EXPECT_EQ(run(program, {.tolerance = -1.0}).status, SolveStatus::invalid_problem);
+  EXPECT_EQ(run(program, {.bound_relaxation = -1.0}).status, SolveStatus::invalid_problem);
 }
 
 TEST(IpoptStatus, EvaluationFailed) {
@@ -250,7 +250,7 @@ TEST(Ipopt, NeverPrintsUnlessAsked) {
   Rosenbrock program;
   run(program);
   run(program, {.max_iterations = 2});
-  run(program, {.tolerance = -1.0});
+  run(program, {.bound_relaxation = -1.0});
   program.fails = true;
   run(program);
   program.fails = false;

@@ -13,6 +13,7 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/solver/blas_memory.hpp"
+#include "saltus/solver/check_limits.hpp"
 #include "saltus/solver/verdict.hpp"
 #include "saltus/solver/well_posed.hpp"
 
@@ -411,6 +412,7 @@ class IpoptSolver final : public Solver {
 }  // namespace
 
 std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options) {
+  check_limits(options.tolerance, options.max_iterations, options.time_limit);
   if (!options.named.empty()) {
     const coin::SmartPtr<coin::IpoptApplication> trial = new coin::IpoptApplication(false);
     for (const auto& [name, value] : options.named)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "saltus/solver/barrier_run.hpp"
+#include "saltus/solver/check_limits.hpp"
 #include "saltus/solver/differenced_program.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/sqp_run.hpp"
@@ -214,6 +215,7 @@ class NativeSolver final : public Solver {
 }  // namespace
 
 std::unique_ptr<Solver> make_native_solver(NativeSolverOptions options) {
+  check_limits(options.tolerance, options.max_iterations, options.time_limit);
   return std::make_unique<NativeSolver>(std::move(options));
 }
 
