@@ -105,6 +105,8 @@ Verdict judge(const Instance& instance, const Solution& solution) {
     return {Outcome::right, {}, notes.imprecise};
   }
   if (!instance.is_solvable || instance.may_be_either) return {Outcome::said, solution.message};
+  if (solution.message.starts_with("the constraints cannot all be satisfied"))
+    return {Outcome::wrong, "false proof: " + solution.message};
   const bool is_right = fault.empty() && !notes.unsaid;
   // The grid is too coarse, and the status reports it.
   if (solution.status == SolveStatus::coarse_grid && (!is_right || notes.is_coarse))

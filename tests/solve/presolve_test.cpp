@@ -17,6 +17,7 @@
 #include "saltus/ocp/phase.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/solve/check.hpp"
+#include "saltus/solve/solve.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/presolve.hpp"
@@ -532,6 +533,26 @@ TEST(Presolve, FiniteBoundsFrom1e8OnGiveAWarning) {
     EXPECT_EQ(line.verdict, ProblemCheck::Verdict::doubtful);
     EXPECT_NE(line.text.find("phase 'drive', state 0"), std::string::npos) << line.text;
     EXPECT_NE(line.text.find("leave out"), std::string::npos) << line.text;
+  }
+}
+
+// In these units the input moves the position by 1e-16 per unit, which is no reason to call the
+// position fixed: inputs of 1e11 reach the goal.
+TEST(PresolveUnits, TinyCoefficientsAreNotZero) {
+  constexpr double lever = 1e-14;
+  for (const double goal : {4e-6, 4e-3, 1.0}) {
+    Phase<2, 1> phase{"move",
+                      [](auto, auto x, auto u) {
+                        return decltype(x){x[1], lever * u[0]};
+                      },
+                      exactly(1.0)};
+    phase.reach(
+        "there", [](auto, auto x) { return x; }, std::vector<Bounds>{exactly(goal), exactly(0.0)});
+    phase.minimise("effort", [](auto, auto, auto u) { return lever * lever * u[0] * u[0]; });
+    OptimalControlProblem ocp("tiny");
+    ocp.start_at({0, 0}).then(phase);
+    const Solution s = solve(ocp);
+    EXPECT_NE(s.status, SolveStatus::infeasible) << goal << ": " << s.message;
   }
 }
 

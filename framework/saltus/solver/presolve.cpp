@@ -143,9 +143,12 @@ class Analysis {
     known_by_[root] = row;
   }
 
-  // Writes a row as a sum over roots and returns its constant.
+  // Writes a row as a sum over roots and returns its constant. Sets has_tiny_term_ if a coefficient
+  // is at the rounding level of the row. A variable in other units may be large enough for it, so
+  // that nothing can be concluded from such a row.
   double reduce(int r, std::vector<Term>& terms) {
     terms.clear();
+    has_tiny_term_ = false;
     double constant = at_.rows[r], largest = 0.0;
     for (int e = pattern_.row_begin(r); e < pattern_.row_end(r); ++e) {
       const int v = pattern_.col(e);
@@ -160,9 +163,14 @@ class Analysis {
     std::size_t count = 0;
     for (std::size_t i = 0; i < terms.size();) {
       Term sum{terms[i].root, 0.0};
-      for (; i < terms.size() && terms[i].root == sum.root; ++i)
+      double size = 0.0;
+      for (; i < terms.size() && terms[i].root == sum.root; ++i) {
         sum.coefficient += terms[i].coefficient;
-      if (std::abs(sum.coefficient) > rounding * largest) terms[count++] = sum;
+        size += std::abs(terms[i].coefficient);
+      }
+      if (std::abs(sum.coefficient) <= rounding * size) continue;  // the terms cancel
+      if (std::abs(sum.coefficient) <= rounding * largest) has_tiny_term_ = true;
+      terms[count++] = sum;
     }
     terms.resize(count);
     return constant;
@@ -176,6 +184,7 @@ class Analysis {
     for (int pass = 0; pass < most_passes; ++pass) {
       const auto is_used = [&](int r) {
         const double constant = reduce(r, terms);
+        if (has_tiny_term_) return false;
         double largest = 0.0;
         for (const Term& t : terms) largest = std::max(largest, std::abs(t.coefficient));
         const auto is_pivot = [&](const Term& t) {
@@ -299,7 +308,7 @@ class Analysis {
       if (is_affine) {
         reduce(r, terms);
         for (const Term& t : terms) key.push_back(t.root);
-        if (key.empty()) continue;
+        if (key.empty() || has_tiny_term_) continue;
       } else {
         for (int e = pattern_.row_begin(r); e < pattern_.row_end(r); ++e)
           if (!is_known(pattern_.col(e))) key.push_back(resolved(pattern_.col(e)).root);
@@ -643,7 +652,8 @@ class Analysis {
   std::vector<char> defines_;   // rows that determine a variable or merge two
   std::vector<char> is_kept_;   // rows that define stages
   Evaluation at_, first_, second_;
-  double worst_ = 0.0;  // largest contradiction, relative to its tolerance
+  double worst_ = 0.0;          // largest contradiction, relative to its tolerance
+  bool has_tiny_term_ = false;  // see reduce()
 };
 
 }  // namespace
