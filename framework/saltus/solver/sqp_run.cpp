@@ -12,6 +12,7 @@ namespace {
 constexpr double shortest_step = 1e-7;   // shorter steps mean that the model is wrong
 constexpr double worthwhile_step = 0.1;  // below it a smaller trust region is tried first
 constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
+constexpr double trust_core = 0.1;  // shorter steps, in radii, are as without a trust region
 constexpr double trust_edge = 0.9;  // longer steps, in radii, count as limited by the trust region
 constexpr int exact_models = 8;     // tried in smaller trust regions before convexification
 constexpr double first_shift = 1e-4;  // of convexified models, relative to the largest entry
@@ -315,6 +316,8 @@ double SqpRun::accept(const VectorXd& w, double alpha) {
   step_length_ = alpha;
   if (alpha < 1.0)
     radius_ = std::min(radius_, trust_growth * alpha * size);
+  else if (size <= trust_core * radius_)
+    radius_ = infinity;
   else if (size >= trust_edge * radius_)
     radius_ *= trust_growth;
   point_.w = w.cwiseMax(program_.lower()).cwiseMin(program_.upper());
