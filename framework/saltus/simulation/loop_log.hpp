@@ -176,9 +176,10 @@ struct LoopLog {
   std::vector<Plan> plans;        ///< plans that were stored
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
   LoopStatistics statistics;      ///< statistics of a receding horizon controller for this run
-  /// Hard constraints of the controller's problem that the motion violates by more than their
-  /// tolerances, largest first: ends, path constraints and bounds. A receding horizon has no end
-  /// constraints to check. A feedback law has no problem, so that its list is empty.
+  /// Hard constraints of the controller's problem that a sample of the motion violates by more than
+  /// their tolerances, largest first: ends, path constraints and bounds. More samples per tick find
+  /// shorter violations. A receding horizon has no end constraints to check. A feedback law has no
+  /// problem, so that its list is empty.
   std::vector<LoopMiss> misses;
   /// False: the run ended before the motion of a shrinking horizon; constraints at its end are not
   /// checked. Runs that `until` ended count as complete.
