@@ -9,8 +9,8 @@
 
 namespace saltus::bench {
 
-/// Q = 2 I with 4 for the position of the end, R = 0.02 I; |u| <= 1. Starts at the start of the
-/// data.
+/// Q = 2 I with 4 for the position of the end, R = 0.02 I; |u| <= 1. The first state is that of
+/// the data.
 TrackingProgram chain_program(const ChainData& data);
 
 /// One solve of the nonlinear program from the reference.

@@ -15,11 +15,11 @@ namespace saltus::bench {
 
 struct HangingChain {
   static constexpr int between = 3, nx = 3 * (2 * between + 1), nu = 3, intervals = 40;
-  static constexpr int end = 3 * between;  // where p_4 is in the state
+  static constexpr int end = 3 * between;  // index of p_4 in the state
   static constexpr double mass = 0.033, spring = 1.0, rest_length = 0.033;   // kg, N/m, m
   static constexpr double gravity = 9.81, sample = 0.2, fastest = 1.0;       // m/s^2, s, m/s
-  static constexpr int substeps = 2;                                         // of RK4 per sample
-  static constexpr double end_position = rest_length * (between + 1) * 6.0;  // of the reference, m
+  static constexpr int substeps = 2;                                         // RK4 steps per sample
+  static constexpr double end_position = rest_length * (between + 1) * 6.0;  // reference, m
 
   template <class S>
   Vec<S, nx> operator()(const S&, const Vec<S, nx>& x, const Vec<S, nu>& u) const {

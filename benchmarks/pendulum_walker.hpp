@@ -29,8 +29,8 @@ struct WalkerOptions {
 struct WalkerRun {
   bool recovered = false;
   int steps = 0;
-  double first_landing = infinity;  ///< after the push began, s
-  double foot_speed = 0.0;          ///< largest, m/s
+  double first_landing = infinity;  ///< since the start of the push, s
+  double foot_speed = 0.0;          ///< largest speed, m/s
   std::vector<double> seconds;      ///< processor time of each tick
   std::vector<int> iterations;      ///< quadratic programs of each tick
 };

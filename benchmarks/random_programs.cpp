@@ -193,7 +193,7 @@ RandomProgram make(Dice& dice, bool contradicts) {
               return state[0] * state[0] + state[1] * state[1];
             },
             at_most(-0.1));
-      else  // of a sine
+      else  // a sine above 1
         phase.reach(
             "contradiction", [](const auto&, const auto& state) { return sin(state[1]); },
             exactly(1.2));

@@ -24,7 +24,7 @@ struct RecordedSequence {
 /// Throws InputError with the name of the file and the mistake.
 RecordedSequence read_sequence(const std::filesystem::path& file);
 
-/// At tick 0 the landing is 22 ticks ahead; then both feet stand.
+/// At tick 0 the landing is 22 ticks ahead; after it both feet stand.
 inline int landing_at(int tick) { return tick < 22 ? 22 - tick : 0; }
 
 }  // namespace saltus::bench

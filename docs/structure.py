@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT / "tests/packaging"))
 import check_layers  # noqa: E402
 
 PRODUCT = ("framework", "integrators", "robots", "problems")
-COLOURS = {"framework": ("#e8f1fb", "#bcd7f3"), "integrators": ("#fdf0e0", "#f8d3a3"),  # of a group and of its boxes
+COLOURS = {"framework": ("#e8f1fb", "#bcd7f3"), "integrators": ("#fdf0e0", "#f8d3a3"),  # a group and its boxes
            "robots": ("#e9f6e9", "#b9e0ba"), "problems": ("#f3ebf8", "#dcc4ea")}
 LABELS = {"framework": "saltus.hpp", "problems": "program saltus"}  # files directly in a group's folder
 CODE = (".cpp", ".hpp")

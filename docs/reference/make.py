@@ -101,7 +101,7 @@ class Formulas:
         def html_of(match):
             seen.add(int(match[1]))
             shown = answers[int(match[1])][0] or ""
-            end = "</span></span></span>"  # of the last part, in which no line is broken
+            end = "</span></span></span>"  # end of the last part, in which no line is broken
             return shown.removesuffix(end) + match[2] + end if match[2] and shown.endswith(end) else shown + match[2]
 
         for name in os.listdir(folder):
@@ -178,7 +178,7 @@ class Page:
         return re.sub(r"(?<![\w-])---?(?=[\w'])", r"\\\g<0>", text)
 
     def bold(self, _):
-        """Doxygen shows the asterisks of bold text that begins or ends with code."""
+        """A tag instead of asterisks: Doxygen prints the asterisks of bold text that begins or ends with code."""
         self.is_bold = not self.is_bold
         return "<b>" if self.is_bold else "</b>"
 
@@ -187,7 +187,7 @@ class Page:
         if line.count("`") % 2:
             self.lacking.append(f"{self.name}: a code does not end on its line: {line}")
         parts = re.split(r"(`[^`]*`)", line)
-        # Doxygen ends a code at an apostrophe, unless it begins with two backticks. Otherwise code is not changed.
+        # Doxygen ends inline code at an apostrophe, unless it begins with two backticks. Otherwise code is not changed.
         codes = [f"`{part}`" if "'" in part else part for part in parts if part.startswith("`")]
         line = "".join("\0" if part.startswith("`") else self.plain(part) for part in parts)
         line = INLINE_FORMULA.sub(lambda match: self.formulas.mark(self.name, match[1], False), line)

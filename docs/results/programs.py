@@ -105,14 +105,14 @@ class Programs:
         return out
 
     def outcome(self, settings):
-        """The same for a long run, whose tables (more than 100 MB per minute) are deleted."""
+        """The summary of a long run, whose tables (more than 100 MB per minute) are deleted."""
         summary = self.run(settings)
         for table in glob.glob(os.path.join(summary["folder"], "*.csv")):
             os.remove(table)
         return summary
 
     def suite(self, solver, only="", repeat=0):
-        """The output of `saltus suite --json`; `repeat` numbers runs of the same."""
+        """The output of `saltus suite --json`; `repeat` numbers repeated runs."""
         out = self._folder("suite", [solver, only, *([repeat] if repeat else [])]) + ".json"
         if not os.path.exists(out):
             call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
@@ -151,7 +151,7 @@ class Programs:
         return table
 
     def drawn(self, name, module):
-        """The same with its picture."""
+        """The output of a program of benchmarks/ and its picture, as files."""
         table, picture = self.beside(name), os.path.join(self.folder, name + ".png")
         draw(module, table, picture)
         return table, picture

@@ -28,7 +28,7 @@ OptimalControlProblem problem() {
     const auto a = x[0] - 1.0, b = x[1] - 1.0;
     return a * a + b * b;
   };
-  const Bounds part = between(0.1, 11.8);  // of twelve time units
+  const Bounds part = between(0.1, 11.8);  // twelve time units in total
 
   Phase<2, 1> wait{"wait", Populations{}, part}, all{"fish", Populations{}, part};
   Phase<2, 1> singular{"singular", Populations{}, part};

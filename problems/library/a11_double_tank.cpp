@@ -27,7 +27,7 @@ struct Tanks {  // x = (upper level, lower level), w = inflow
 OptimalControlProblem problem() {
   const auto lower_level = [](const auto&, const auto& x) { return x[1]; };
   const Vec<double, 2> desired{3.0, 3.0};
-  const Bounds part = between(0.5, 9.5);  // of ten time units
+  const Bounds part = between(0.5, 9.5);  // ten time units in total
 
   Phase<2, 1> fill{"fill", Tanks{}, part}, hold{"hold", Tanks{}, part};
   fill.bound_input(0, exactly(1.0));

@@ -209,7 +209,7 @@ ReferenceCase delta_iii() {
           .optimum = -7529.712296,
           .digits = 10,
           .tolerance = 1e-6,      // piecewise linear inputs cost an excess of order h^4
-          .between_nodes = 1e-2,  // of |u|^2, which has no effect there; the altitude holds
+          .between_nodes = 1e-2,  // for |u|^2, which has no effect there; not for the altitude
           .more = more,
           // A twentieth of the radius below ground the density is e^44 times larger, and in longer
           // intervals the guess of the second stage falls that far. The density changes by 1 % over

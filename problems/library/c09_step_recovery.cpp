@@ -59,7 +59,7 @@ OptimalControlProblem problem(double impact_time) {
   tick.right_foot << 0.0, -0.12, 0.0;
   tick.gamma_desired << com_desired, 0, 0, 0, 0, 0, 0;
   tick.capture_point_desired = com_desired.head<2>();
-  Eigen::Matrix<double, 4, 2> corners;  // of both soles, m
+  Eigen::Matrix<double, 4, 2> corners;  // corners of both soles, m
   corners << -0.05, -0.15, 0.1, -0.15, 0.1, 0.1, -0.05, 0.1;
   tick.set_hull(robots::SupportPolygon::hull(corners).half_planes(hull_rows));
 

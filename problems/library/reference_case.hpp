@@ -17,7 +17,7 @@ namespace saltus {
 struct DerivativeCheck {
   int intervals = 5;        ///< at most, per phase
   double radius = 0.05;     ///< distance of the point from the guess, in scaled variables
-  double step = 1e-5;       ///< of the differences, in scaled variables
+  double step = 1e-5;       ///< step of the differences, in scaled variables
   double tolerance = 1e-6;  ///< relative to 1 + |entry|
   /// Used if the integrator of the case is unstable on so few intervals; empty: that of the case.
   IntegratorChoice integrator = {};
@@ -25,7 +25,7 @@ struct DerivativeCheck {
 
 struct ReferenceCase {
   std::string id;            ///< short and stable, for example "B01"
-  std::string name;          ///< of the file in problems/library: "bryson_denham"
+  std::string name;          ///< name of its file in problems/library: "bryson_denham"
   std::string summary = {};  ///< one sentence that states the problem
   /// With units, for tables and pictures: "height [m]".
   std::vector<std::string> states = {}, inputs = {};

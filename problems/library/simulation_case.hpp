@@ -23,7 +23,7 @@ struct Motion {
 
 struct SimulationCase {
   std::string id;            ///< short and stable, for example "D01"
-  std::string name;          ///< of the file in problems/library: "van_der_pol_stiff"
+  std::string name;          ///< name of its file in problems/library: "van_der_pol_stiff"
   std::string summary = {};  ///< one sentence that states the problem
   std::string exercises;     ///< features of the framework that the case tests
   std::string source;        ///< source of the statement and the answers

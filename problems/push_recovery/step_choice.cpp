@@ -105,7 +105,7 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   const bool two_feet = now.left.stands && now.right.stands;
   if (!now.left.stands && !now.right.stands) return plan_;
   const robots::Side in_air =
-      now.left.stands ? robots::Side::right : robots::Side::left;  // of one foot
+      now.left.stands ? robots::Side::right : robots::Side::left;  // if one foot stands
   if (!two_feet || now.gamma.segment<3>(3).norm() > rest_speed)
     at_rest_since_ = infinity;
   else

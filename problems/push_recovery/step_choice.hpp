@@ -105,7 +105,7 @@ class StepChoice final : public robots::walking::StepPlanner {
   double pace_;                        // time between landings while walking, s
   double unloading_since_ = infinity;  // s
   double swinging_since_ = infinity;   // s, for a foot whose swing the situation does not report
-  Vec<double, 3> lifted_from_ = Vec<double, 3>::Zero(), aim_ = Vec<double, 3>::Zero();  // of it, m
+  Vec<double, 3> lifted_from_ = Vec<double, 3>::Zero(), aim_ = Vec<double, 3>::Zero();  // m
   double at_rest_since_ = infinity;  // s, start of rest on two feet
   bool is_bringing_back_ = false;
   Vec<double, 2> pressure_ = Vec<double, 2>::Zero(), lent_rate_ = Vec<double, 2>::Zero();

@@ -257,7 +257,7 @@ OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_
     ocp.then(unloading);
   }
   for (int k = 1; k <= steps; ++k) {
-    // A swing that has begun may be nearly over.
+    // Shortest remaining time of a swing, s: it may be nearly over.
     constexpr double shortest_rest = 0.01;
     StepPhase swing = phase_of(fmt::format("single support {}", k), model, k - 1, k - 1,
                                between(shortest_rest, model.swing.upper), model.usual_swing, steps);

@@ -13,7 +13,7 @@ struct Config {
   PlantSettings plant;
   std::string gait = "trot";
   double duration = 20.0;          // s
-  double roughness = 0.08;         // of the ground: maximum height almost everywhere, m
+  double roughness = 0.08;         // maximum ground height almost everywhere, m
   Pulse push{16.0, {}, 1.0, 0.1};  // on the CoM, N s; its direction is `towards`
   double towards = 90.0;           // direction of the push, degrees; 0 forward, 90 left
   double noise = 0.0;  // noise of the measurements, as a multiple of the values in run.cpp

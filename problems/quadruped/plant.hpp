@@ -55,7 +55,7 @@ class RobotOnGround final : public LoopPlant {
 
   PerLeg<double> feet() const { return inner_->state().tail<3 * legs>().reshaped(3, legs); }
   Touching touching() const;
-  /// Ground forces of the last piece, for feet in contact, N.
+  /// Ground forces during the last call of advance(), for feet in contact, N.
   const PerLeg<double>& forces() const { return forces_; }
   void command(const std::array<LegCommand, legs>& commands) { commands_ = commands; }
   /// Tilt of the body, rad, and height of its CoM above the ground, m.

@@ -33,7 +33,7 @@ inline constexpr double fallen_tilt = 1.0, fallen_height = 0.12;
 /// Ends early after an interrupt (saltus/app/defer_signals.hpp).
 RunLog run(const Config& config);
 
-/// Run number `i` of a campaign: random ground, push and time; the settings define the size.
+/// Run number `i` of a campaign: random ground, push and time; the settings define their sizes.
 Config disturbed(const Config& config, int i, bool blind);
 
 }  // namespace saltus::quadruped

@@ -14,7 +14,7 @@ def whole_file(path):
     ends with the name of its machine, its number and .part. The next run into the folder on that machine removes it.
     """
     folder, name = os.path.split(os.path.abspath(path))
-    host = socket.gethostname()[:16].replace(".", "-") or "host"  # as framework/saltus/core/temporary_file.cpp has it
+    host = socket.gethostname()[:16].replace(".", "-") or "host"  # same rule as framework/saltus/core/temporary_file.cpp
     partial = os.path.join(folder, f".{name[:40]}.{secrets.token_hex(4)}.{host}.{os.getpid()}.part")
     try:
         try:

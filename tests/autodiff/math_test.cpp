@@ -47,7 +47,7 @@ void agrees_with_differences(const char* name, F f, std::initializer_list<double
   for (const double x : points) {
     SCOPED_TRACE(::testing::Message() << name << " at " << x);
     const Jet y = jet(f, x);
-    const double tolerance = 1e-9;  // of the differences, see slope()
+    const double tolerance = 1e-9;  // error of the differences, see slope()
     EXPECT_NEAR(y.value, f(x), 1e-15 * (1 + std::abs(y.value)));
     EXPECT_NEAR(y.slope, slope([&](double at) { return f(at); }, x),
                 tolerance * (1 + std::abs(y.slope)));

@@ -34,7 +34,7 @@ Instance forcing(Random& random) {
   instance.problem.start_at({0.0}).then(twin.phase).costs(CostRule::integrated);
   instance.options.intervals_per_phase = n;
   instance.phases = {twin.outside};
-  instance.is_kkt_judged = false;  // its multiplier follows from the miss, which the judge checks
+  instance.is_kkt_judged = false;  // follows from the end error, which is judged
   if (random.chance(0.3)) instance.options.integrator = runge_kutta8();
   return instance;
 }

@@ -45,15 +45,15 @@ struct OutsidePhase {
   std::vector<Bounds> input_bounds;  ///< nu
   Bounds duration;
   std::vector<OutsideFormula> running_costs, end_costs;
-  double max_step =
-      infinity;  ///< of the judge's integrator, s: below the smallest feature of the path
+  double max_step = infinity;  ///< step limit of the judge's integrator, s: below the smallest
+                               ///< feature of the path
 };
 
 /// One interval of a plan, copied from a solution.
 struct PlanPiece {
   int phase = 0;
   double start = 0.0, length = 0.0;  ///< s
-  VectorXd state, end_state;         ///< of the plan, before any jump
+  VectorXd state, end_state;         ///< states of the plan, before any jump
   VectorXd first_input, last_input;  ///< equal if the input is constant over the interval
   bool is_linear = false;            ///< the input has two coefficients per entry
 

@@ -416,7 +416,7 @@ class Generator {
   RandomDefinition result_;
   std::optional<Phase<nx, nu, np>> last_;
   int wrong_phase_ = 0, events_ = 0;
-  double shortest_ = 1.0;  // of the current phase, s
+  double shortest_ = 1.0;  // shortest duration of the current phase, s
   bool is_wrong_phase_ = false, times_are_free_ = false, p_is_unknown_ = false;
 };
 

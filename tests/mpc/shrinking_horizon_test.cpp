@@ -225,7 +225,7 @@ TEST(ShrinkingHorizon, NewPhaseContinuesThePlan) {
   controller.enter(1, 0.4);
   const ControlTick& tick = controller.tick(0.45, plan.trajectory.state(0.45));
   EXPECT_EQ(tick.provenance, Provenance::shifted);
-  const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;  // of the first remaining interval
+  const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;  // middle of the first remaining interval
   EXPECT_NEAR(tick.input[0].input()[0], plan.trajectory.input(middle)[0], 1e-9);
 }
 

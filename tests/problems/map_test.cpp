@@ -214,7 +214,7 @@ TEST(PendulumBound, OnTwoFeetUsesTheHullOrAStepOfEitherFoot) {
   const double apart = -(*bound.other_foot)[1], omega = std::sqrt(9.81 / bound.height);
   const double per_metre = bound.mass * omega * (omega * bound.push.duration) /
                            (1.0 - std::exp(-omega * bound.push.duration));
-  const double outer = 0.041, length = 0.16, step = 0.25;  // of a sole, m, and its step
+  const double outer = 0.041, length = 0.16, step = 0.25;  // sole and its step, m
   constexpr double skew = 0.03;  // N s: in the posture the feet are not exactly side by side
   EXPECT_NEAR(bound.largest_impulse(right, {}), (0.5 * apart + outer) * per_metre, skew);
   EXPECT_NEAR(bound.largest_impulse(forward, {}), 0.5 * length * per_metre, skew);

@@ -100,7 +100,7 @@ TEST(BrysonDenham, StaysBelowTheCeilingBetweenNodes) {
           .solution;
   const Trajectory& trajectory = solution.trajectory;
   for (int i = 0; i <= 1000; ++i) EXPECT_LE(trajectory.state(i / 1000.0)[0], 1.0 / 9.0 + 1e-8) << i;
-  EXPECT_NEAR(trajectory.state(0.5)[0], 1.0 / 9.0, 1e-7);  // slides at the ceiling
+  EXPECT_NEAR(trajectory.state(0.5)[0], 1.0 / 9.0, 1e-7);  // slides along the ceiling
   // u(t) = -(2 / (3 l)) (1 - t / (3 l)) on the climb.
   EXPECT_NEAR(trajectory.input(0.0)[0], -6.0, 1e-4);
   EXPECT_NEAR(trajectory.input(1.0 / 6.0)[0], -3.0, 1e-4);

@@ -34,7 +34,7 @@ int rank_of_all(const qp::SparseQp& qp, int& equations) {
   for (int i = 0; i < n; ++i)
     if (qp.lower[i] == qp.upper[i]) rows(equations++, i) = 1.0;
   Eigen::ColPivHouseholderQR<MatrixXd> qr(rows.topRows(equations).transpose());
-  qr.setThreshold(1e-10);  // of the largest pivot; entries are of order 1
+  qr.setThreshold(1e-10);  // relative to the largest pivot; entries are of order 1
   return static_cast<int>(qr.rank());
 }
 

@@ -16,8 +16,8 @@
 namespace saltus::qp {
 namespace {
 
-constexpr double rounding = 1e-12;       // of a few operations on numbers of order one
-constexpr double regularisation = 1e-9;  // of a sparse factor, after refinement
+constexpr double rounding = 1e-12;       // error of a few operations on numbers of order one
+constexpr double regularisation = 1e-9;  // error of a sparse factor, after refinement
 
 // min 1/2 hessian v'v + gradient'v with bounds; the variables are independent.
 SparseQp bounds_alone(const VectorXd& hessian, const VectorXd& gradient) {

@@ -25,7 +25,7 @@ using saltus::testing::program_with_groups;
 using saltus::testing::random_qp;
 
 constexpr int programs = 40;
-constexpr double rounding = 1e-13;  // of some hundred operations, relative to their largest terms
+constexpr double rounding = 1e-13;  // some hundred operations, relative to their largest terms
 
 struct Point {
   template <KktSystem System>
@@ -184,7 +184,7 @@ TYPED_TEST(KktSystemOf, RowNormsAreExact) {
 
 // (H + shift I + G'WG) dv + E'dy = -rv, E dv = -ry.
 TYPED_TEST(KktSystemOf, SolvesItsEquationsWithAShiftAndWithout) {
-  constexpr double accurate = 1e-8;  // of steps, which are refined where more is needed
+  constexpr double accurate = 1e-8;  // error of steps, which are refined where needed
   for (const double shift : {0.0, 0.3, 100.0})
     this->for_programs([&](TypeParam& given, Random& random) {
       auto& system = given.system;

@@ -1,4 +1,4 @@
-// Both linear systems of the barrier method, tested by the equations in newton_system.hpp.
+// Both linear systems of the barrier method, tested by the equations in sparse_qp.hpp.
 #include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using testing::RandomStaged;
 
 constexpr unsigned programs = 60;
-constexpr double accurate = 1e-6;  // of steps that are meant to be refined, relative to their terms
+constexpr double accurate = 1e-6;  // error of steps before refinement, relative to their terms
 
 enum class Kind { sparse, by_stages };
 
@@ -160,7 +160,7 @@ TEST(SparseNewton, HandlesAnEquationOfFixedVariables) {
     VectorXd dw(2), dlambda(2);
     system->solve(Vec<double, 2>(0.0, 1.0), Vec<double, 2>(0.0, 3.0), dw, dlambda);
     EXPECT_EQ(dw[0], 0.0) << ways;
-    EXPECT_NEAR(dw[1], -3.0, 1e-4) << ways;  // of a regularisation of 1e-6 and less
+    EXPECT_NEAR(dw[1], -3.0, 1e-4) << ways;  // regularisation of 1e-6 and less
     EXPECT_NEAR(dlambda[1], 5.0, 1e-4) << ways;
   } while (system->factor_with_fallback() && ++ways < 20);
   EXPECT_EQ(ways, 6);

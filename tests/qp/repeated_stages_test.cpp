@@ -19,7 +19,7 @@ namespace saltus {
 namespace {
 
 constexpr int programs = 200;
-constexpr double required = 1e-8;  // of cost, relative; of residuals in units of the multipliers
+constexpr double required = 1e-8;  // relative error of cost; residuals in units of the multipliers
 
 // The first `own` states follow dynamics. The others are the inputs of the previous stage.
 struct Sizes {

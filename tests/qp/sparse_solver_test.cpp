@@ -18,10 +18,10 @@ namespace {
 
 using namespace testing;
 
-constexpr int seeds = 250;  // of each kind; the comparison of both back-ends solves thousands
+constexpr int seeds = 250;  // per kind; the comparison of both back-ends solves thousands
 // A product of 1e-8 on each of some hundred sides would leave 1e-6 in the cost.
 constexpr qp::QpOptions options{.tolerance = 1e-10};
-constexpr double required = 1e-8;  // of cost (relative) and scaled residual
+constexpr double required = 1e-8;  // relative error of cost; scaled residual
 
 PrimalDualPoint origin(const qp::SparseQp& qp) {
   return {VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),

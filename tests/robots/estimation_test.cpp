@@ -67,7 +67,7 @@ TEST(ContactInertialState, ErrorRoundTrip) {
 // transition is of first order in dt: its own error is (|omega| dt)^2 and (|a| dt)^2, about 4e-4.
 TEST(ContactInertialState, ErrorsFollowTheTransitionMatrix) {
   constexpr double h = 1e-5, first_order = 4.0 * dt * dt;
-  const double third = 4.0 * robots::standard_gravity * dt * dt;  // of accelerations
+  const double third = 4.0 * robots::standard_gravity * dt * dt;  // same error, of accelerations
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const State truth = some_state(random);

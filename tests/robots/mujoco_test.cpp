@@ -192,7 +192,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   const double weight = robot.total_mass * robots::standard_gravity;
   const Vec<double, 3> com = dynamics->com();
   Vec<double, 6> mean = Vec<double, 6>::Zero();
-  constexpr int steps = 2000, last = 200;  // of 1 ms
+  constexpr int steps = 2000, last = 200;  // each 1 ms
   for (int k = 0; k < steps; ++k) {
     if (k % 2 == 0) {
       dynamics->update(plant->state());

@@ -110,7 +110,7 @@ TEST(PhasedPlant, EndsAtThePlannedTimeWithCostsAndMisses) {
   for (const PhasedPlant::Miss& miss : plant.end_misses())
     if (miss.term == "back")
       EXPECT_NEAR(miss.amount, 1.0 - end, 1e-12);
-    else if (miss.term == "impact")  // of the guard, which is zero except for rounding
+    else if (miss.term == "impact")  // value of the guard, zero except for rounding
       EXPECT_LT(miss.amount, 1e-12);
     else
       EXPECT_EQ(miss.term, "at rest");

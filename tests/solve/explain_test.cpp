@@ -206,7 +206,7 @@ TEST(ExplainSoftTerms, FeasibleTermIsReportedWithItsPriceAndWeight) {
   const Explanation e = explain(soft_ride(1.2, soft("there", 0.3)), exact);
   ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
   const Explanation::SoftShortage& s = e.gives_way.front();
-  constexpr double grid = 1e-3;             // of the zero-order hold on 20 intervals
+  constexpr double grid = 1e-3;             // error of the zero-order hold on 20 intervals
   EXPECT_NEAR(s.missed.amount, 0.4, grid);  // 0.8 m is reached
   EXPECT_NEAR(s.price, 0.12, grid);
   ASSERT_TRUE(s.least && s.cost_if_held && s.weight_that_holds);

@@ -85,7 +85,7 @@ enum class Row {
 };
 struct Constant {
   Row row;
-  double lower;  // of the row, whose upper bound is zero; a huge one must not hide its violation
+  double lower;  // a huge one must not hide a violation of the upper bound, which is 0
 };
 std::string name_of(const Constant& c) {
   static constexpr std::array names{"data kept",   "data reached", "data begun", "time kept",

@@ -39,9 +39,9 @@ TEST(CycleWatch, ReportsLongCycles) {
 TEST(CycleWatch, ReportsNoProgressAndNoStagnation) {
   CycleWatch watch;
   EXPECT_EQ(iterates_until_cycling(watch, [](int i) { return std::exp(-0.2 * i); }), 0);
-  watch.restart();  // stands still, which does not count as a return
+  watch.restart();  // a constant is stagnation, not a return
   EXPECT_EQ(iterates_until_cycling(watch, [](int) { return 8e-3; }), 0);
-  watch.restart();  // alternates, but falls
+  watch.restart();  // alternates, but decreases
   EXPECT_EQ(
       iterates_until_cycling(watch, [](int i) { return std::exp(-0.01 * i) * (1.0 + i % 2); }), 0);
 }

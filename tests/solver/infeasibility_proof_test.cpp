@@ -61,7 +61,7 @@ LinearRows draw(unsigned seed, double decades, double gap) {
   for (double& value : of_row) value = unit();
   for (double& value : of_variable) value = unit();
   const VectorXd value = rows * point;
-  double most = 0.0, size = 0.0;  // of the combination, and of its terms
+  double most = 0.0, size = 0.0;  // maximum of the combination, and size of its terms
   for (int k = 0; k < m; ++k) {
     double low = value[k], high = value[k];
     if (is_likely(0.5)) {

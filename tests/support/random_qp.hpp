@@ -23,8 +23,8 @@ struct RandomQpOptions {
   double tight = 0.1;           ///< sides as close to one another as the margin permits
   double large_multipliers = 0.05;
   double smallest_margin = 1e-6;     ///< margin by which some point satisfies every hard inequality
-  double largest_multiplier = 1e6;   ///< of programs with large ones
-  double ordinary_multiplier = 1e1;  ///< of the others
+  double largest_multiplier = 1e6;   ///< in programs with large ones
+  double ordinary_multiplier = 1e1;  ///< in other programs
 };
 
 struct RandomQp {

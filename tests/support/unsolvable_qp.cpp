@@ -28,7 +28,7 @@ std::vector<int> columns_between(int first, int last) {
   return columns;
 }
 
-// Adds missing sides, well away from the point.
+// Adds missing bounds at a distance from the point.
 void close_box(VectorXd& lower, VectorXd& upper, const VectorXd& point) {
   for (int i = 0; i < point.size(); ++i) {
     lower[i] = std::max(lower[i], point[i] - 5.0);

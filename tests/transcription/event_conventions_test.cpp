@@ -204,7 +204,7 @@ TEST(NodeCost, FollowsAFreeDuration) {
 struct ImpactCase {
   const char* name;
   double time;
-  Times nodes_after;  // of a state constraint from the impact on
+  Times nodes_after;  // active nodes of a state constraint from the impact on
 };
 class Impact : public testing::TestWithParam<ImpactCase> {
  protected:
@@ -253,7 +253,7 @@ TEST_P(Impact, LeavesDerivativesExact) {
   MultipleShooting shooting(problem(GetParam().time), ten);
   const auto errors =
       derivative_errors(shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, 5));
-  EXPECT_LT(errors.gradient, 1e-8);  // of a linear-quadratic program: rounding only
+  EXPECT_LT(errors.gradient, 1e-8);  // linear-quadratic program: rounding only
   EXPECT_LT(errors.jacobian, 1e-8);
   EXPECT_LT(errors.hessian, 1e-8);
 }

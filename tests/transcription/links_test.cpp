@@ -148,7 +148,7 @@ TEST(Integral, ContinuesOverPhases) {
   MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
-  double distance = 0.0;  // of a speed that is linear in each interval
+  double distance = 0.0;  // for a speed that is linear in each interval
   for (const Trajectory::Piece& p : s.trajectory.pieces())
     distance += 0.5 * p.length * (p.state[0] + p.end_state[0]);
   EXPECT_NEAR(distance, 3.0, 1e-8);

@@ -45,7 +45,7 @@ TEST(SoftEnd, L2IsAlwaysViolated) {
   for (const double weight : {0.5, 3.0, 100.0}) {
     const Solution s = solve_soft_end(soft("stop", weight, Penalty::L2));
     ASSERT_TRUE(s.ok()) << s.message;
-    const double violation = 1.0 / (1.0 + weight);  // of min 1/2 (1 - v)^2 + weight/2 v^2
+    const double violation = 1.0 / (1.0 + weight);  // solves min 1/2 (1 - v)^2 + weight/2 v^2
     EXPECT_NEAR(s.soft_violations[0].largest, violation, 1e-7);
     EXPECT_NEAR(s.cost, 0.5 * weight / (1.0 + weight), 1e-7);
   }

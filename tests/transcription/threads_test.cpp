@@ -375,7 +375,7 @@ TEST_P(PromiseOfPlans, SeveralThreadsShareAChoiceAndAProblem) {
   std::vector<std::jthread> threads;
   for (int i = 0; i < 3; ++i)
     threads.emplace_back([&] {
-      MultipleShooting own = shooting();  // of the shared problem and the shared choice
+      MultipleShooting own = shooting();  // uses the shared problem and the shared choice
       others += solve(own, *make_native_solver()).point.w == expected.point.w ? 0 : 1;
       GetParam().problem.check();
       others += GetParam().problem.warnings().size() == expected.warnings.size() ? 0 : 1;

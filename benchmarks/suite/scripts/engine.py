@@ -13,7 +13,7 @@ from program import path_of_program
 
 
 class EngineError(Exception):
-    """The tasks cannot be run, or no longer; the message is one sentence."""
+    """The tasks cannot be run or continued; the message is one sentence."""
 
 
 def run_program(program, task):

@@ -26,7 +26,7 @@ def package_library():
 
 
 def libraries_of(file):
-    """Opens the libraries that it needs, by name: BLASFEO may be next to it."""
+    """Files of the library and of BLASFEO, which is in the same folder, by name. Empty without a file."""
     beside = os.path.join(os.path.dirname(file), "libblasfeo.so")
     return {OWN_LIBRARY: file, f"{OWN_LIBRARY}, libblasfeo.so": beside} if file else {}
 

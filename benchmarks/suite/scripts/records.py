@@ -121,7 +121,7 @@ def without_times(line):
 
 
 def what_differs(head, other, keys):
-    """Description of the differences of two heads: `matrix differs (tolerance)`. Empty if they are equal."""
+    """Differences between two heads of results, as text: `matrix differs (tolerance)`. Empty if they are equal."""
     told = []
     for key in keys:
         a, b = head.get(key) or {}, other.get(key) or {}

@@ -187,7 +187,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
 void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) {
   std::vector<std::pair<const Setting*, std::string>> seen;
   std::vector<std::string> removed;
-  std::string location, version;  // of the first removed key
+  std::string location, version;  // those of the first removed key
   for (const Assignment& assignment : assignments) {
     if (const Removed* old = find_removed(assignment)) {
       removed.push_back(old->key);
@@ -331,7 +331,7 @@ std::string Settings::describe() const {
                                 has_unit ? setting.unit : ""));
     width = std::max(width, heads.back().size());
   }
-  width = std::min<std::size_t>(width, 40);  // a longer head shifts its own text only
+  width = std::min<std::size_t>(width, 40);  // a longer head indents only its own line
   std::string text;
   for (std::size_t i = 0; i < settings_.size(); ++i) {
     const std::string allowed = allowed_text(settings_[i]);

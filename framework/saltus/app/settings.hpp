@@ -188,7 +188,7 @@ class Settings {
   std::string describe() const;
   /// The current values as a YAML file that `apply` reads back exactly.
   std::string to_yaml() const;
-  /// The same with meaning, unit, range and default of every key as comments, for editing.
+  /// Like to_yaml(), with meaning, unit, range and default of every key as comments, for editing.
   std::string to_documented_yaml() const;
   /// A JSON Schema (draft 2020-12) of the settings file, for editors: types, ranges, names,
   /// defaults and meanings.

@@ -14,7 +14,7 @@
 // ones with e_1 .. e_W. The tangent of the tangent of y is then (d2y/dx_j dx_1, ..., d2y/dx_j
 // dx_W).
 //
-// Duals cannot be compared (scalar.hpp) and do not convert to double: both would silently lose
+// Duals cannot be compared (see below) and do not convert to double: both would silently lose
 // derivatives. Constants convert to duals with a zero tangent.
 #pragma once
 
@@ -387,7 +387,7 @@ struct product_type<Lhs, Rhs> {
 
 namespace saltus {
 
-/// The factors of e_1 .. e_n if they are duals. If they are doubles, Chunk (pack.hpp) stores them.
+/// The factors of e_1 .. e_n if they are duals. If they are doubles, a Chunk stores them.
 template <class T, int n>
 struct TangentOf {
   T factors[n];  ///< one derivative per lane
@@ -448,7 +448,7 @@ struct TangentType<double, n> {
 // Always inlined: gcc considers nested operators too large, and calls pass everything through
 // memory. That costs a quarter of the time of a Hessian.
 
-inline namespace SALTUS_LANES_ABI {  // pack.hpp
+inline namespace SALTUS_LANES_ABI {  // see above
 
 /// value + sum_i tangent[i] e_i. T is double or a Dual. Like a double, it is not initialised by its
 /// default constructor.
@@ -534,7 +534,7 @@ struct Dual {
     return {quotient, -(quotient / b.value) * b.tangent};
   }
 
-  // Declared for a clear compiler error (scalar.hpp).
+  // Declared for a clear compiler error (see above).
   template <class Index>
   const Dual& operator[](const Index&) const {
     detail::advise_scalar_index<(sizeof(Index) > 0)>();

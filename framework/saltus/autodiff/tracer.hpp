@@ -138,7 +138,7 @@ class Tracer {
   friend Tracer operator/(const Tracer& a, double b) { return a / Tracer(b); }
   friend Tracer operator/(double a, const Tracer& b) { return Tracer(a) / b; }
 
-  /// Declared for a clear compiler error (scalar.hpp), like the next two.
+  /// Declared for a clear compiler error (dual.hpp), like the next two.
   template <class Index>
   const Tracer& operator[](const Index&) const {
     detail::advise_scalar_index<(sizeof(Index) > 0)>();

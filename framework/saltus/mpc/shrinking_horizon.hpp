@@ -57,7 +57,7 @@ class ShrinkingHorizonController {
   /// there is no such phase or t is not finite.
   void enter(int phase, double t);
 
-  /// Runs a tick as RecedingHorizonController::tick, with the state of the active phase.
+  /// Runs a tick like RecedingHorizonController::tick, with the state of the active phase.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
   /// End time in seconds of the active or a later phase in the plan of the last tick. Throws
   /// DefinitionError for any other phase.
@@ -78,8 +78,8 @@ class ShrinkingHorizonController {
   RecedingHorizonController& present();
 
   std::vector<RecedingHorizonController> rests_;
-  std::vector<Bounds> durations_;  // of the phases, in seconds
-  Bounds total_time_;              // in seconds
+  std::vector<Bounds> durations_;  // bounds of the phase durations, in seconds
+  Bounds total_time_;              // bounds of the total time, in seconds
   double start_, entered_;         // start of the problem and of the active phase, in seconds
   int phase_ = 0;
   ControlTick moved_from_;  // tick of a controller that was moved from

@@ -283,7 +283,7 @@ OptimalControlProblem::OptimalControlProblem(std::string name) : name_(std::move
 void OptimalControlProblem::check() const {
   if (phases_.empty())
     throw DefinitionError(fmt::format("problem '{}' has no phase; add one with then()", name_));
-  Bounds start = start_time_bounds_.value_or(exactly(start_time_));  // of each phase, s
+  Bounds start = start_time_bounds_.value_or(exactly(start_time_));  // start time of each phase, s
   for (const PhaseDefinition& phase : phases_) {
     phase.check(start);
     start = {start.lower + phase.duration.lower, start.upper + phase.duration.upper};

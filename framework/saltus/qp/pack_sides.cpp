@@ -30,7 +30,7 @@ void Packing::start() {
   for (int g = 0; g < static_cast<int>(s.groups.size()); ++g)
     for (int row = 0; row < s.groups[g].rows && !s.groups[g].soft; ++row)
       if (!without_sides(s.groups[g].lower[row], s.groups[g].upper[row]))
-        depends_on_start_only(0, g, row);  // to find contradictions
+        depends_on_start_only(0, g, row);  // reports contradictions
 }
 
 void Packing::set_side(int side, double value, double sign) {

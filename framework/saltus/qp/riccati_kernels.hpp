@@ -46,7 +46,7 @@ struct SweepStage {
   int dense = 0;
   int first_copied = 0;              ///< first of the copied entries
   int zero_begin = 0, zero_end = 0;  ///< zero columns of flow, in whole vectors
-  /// First and end row of the nonzero dense rows, for every four columns of flow.
+  /// First and end row of the nonzero dense rows, per group of four columns of flow.
   const int* flow_rows = nullptr;
   /// n x n, upper triangle. Before factor(): cost and barrier. After it: P in the leading nx x nx
   /// (both triangles); the columns behind it are then free for the previous stage.
@@ -130,7 +130,8 @@ SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, i
                           out + j * ldo, out + j * ldo, ldo);
 }
 
-/// The same if in every four columns of B only rows in_force[0] to in_force[1] are nonzero.
+/// Like multiply() if each group of four columns of B is nonzero in rows in_force[0] to
+/// in_force[1].
 SALTUS_INLINE void multiply_within(int rows, int columns, const int* in_force, const double* A,
                                    int lda, const double* B, int ldb, double* out, int ldo) {
   const int vectors = padded(rows) / lanes;
@@ -254,7 +255,7 @@ struct CopiedInputs {
   static constexpr int zero_end = zero_begin > 0 ? in_whole_vectors : 0;
 };
 
-// Operations of RiccatiStage with the flow if entries are copied.
+// Products with a flow some of whose rows copy entries of v.
 
 // Computes to += from, entry by entry.
 SALTUS_INLINE void add_entries(int count, const double* from, double* to) {

@@ -278,7 +278,7 @@ class RiccatiNewton final : public NewtonSystem {
   RiccatiSystem system_;
   StagePoint stage_point_;
   PrimalDualPoint point_;
-  VectorXd diagonal_;     // of H
+  VectorXd diagonal_;     // diagonal of H
   VectorXd row_weights_;  // work space
   VectorXd condensed_;    // weights of the rows, slacks eliminated
   VectorXd start_part_;   // contribution of the step of a given start to J dw

@@ -46,7 +46,7 @@ class RiccatiSolver final : public StageQpSolver {
   void prepare(const StageQp& qp) noexcept override { is_valid_ = system_.pack(qp); }
 
   QpResult solve_prepared(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
-    // A contradiction may have been one of the start.
+    // The contradiction may have come from the start, which has changed.
     if (!is_valid_ || system_.packed().contradiction) return solve(qp, point, warm);
     system_.pack_start(qp);
     return solve_packed(qp, point, warm);

@@ -75,8 +75,8 @@ struct SparseLdl::Handle {
   cholmod_common common;
   cholmod_sparse* matrix = nullptr;
   cholmod_factor* factor = nullptr;
-  std::vector<int> position;       // of each row in the elimination order
-  std::vector<int> slot;           // of each pattern entry among the values
+  std::vector<int> position;       // position of each row in the elimination order
+  std::vector<int> slot;           // index of each pattern entry among the values
   std::vector<signed char> signs;  // in elimination order
   std::vector<double> right_side;
 };

@@ -160,7 +160,7 @@ class SparseNewton final : public NewtonSystem {
   const SparseQp* qp_ = nullptr;
   std::unique_ptr<SparseIndefinite> pivoting_;  // created when first needed
   bool by_pivots_ = false;
-  std::vector<char> is_fixed_, has_free_;  // of variables; of rows: true if any variable is free
+  std::vector<char> is_fixed_, has_free_;  // per variable; per row: true if any variable is free
   double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
   std::size_t level_ = 0, tried_ = 0;      // indices of the regularisations
 };

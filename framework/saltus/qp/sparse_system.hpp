@@ -105,7 +105,7 @@ class SparseSystem {
   SparseLdl ldl_;
   std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  ///< positions in the matrix pattern
   VectorXd hessian_diagonal_;
-  VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
+  VectorXd diagonal_;  ///< diagonal without H, rho and delta: bound weights, -1/w
   VectorXd right_side_, solution_, residual_, best_;
   bool best_is_of_factor_ = false;  ///< true if best_ solves the current factor and rows
   VectorXd row_work_;

@@ -80,7 +80,7 @@ void StageMap::Lists::list_cost(int k) {
                               variables[e.a].stage != variables[e.b].stage;
     const bool a_is_early = variables[e.a].stage < variables[e.b].stage;
     const int early = a_is_early ? e.a : e.b, late = a_is_early ? e.b : e.a;
-    if (joins_stages && variables[late].gone && !variables[early].gone) continue;  // `later`
+    if (joins_stages && variables[late].gone && !variables[early].gone) continue;  // in `later`
     const int a = column(e.a, k), b = column(e.b, k);
     if (a == elsewhere || b == elsewhere) continue;  // the entry is zero
     if (a < 0 && b < 0) {

@@ -74,7 +74,7 @@ struct SequenceResult {
   double least_cost = 1e-6;        ///< smaller costs count as this in gap()
   std::string message;             ///< one sentence
 
-  Solution solution;  ///< of the sequence; convex problems: only with SearchOptions::confirm
+  Solution solution;  ///< plan of the sequence; convex problems: only with SearchOptions::confirm
   /// For convex problems: state at the start of every phase and at the end of the last one, and
   /// input of every phase.
   std::vector<VectorXd> states, inputs;

@@ -491,7 +491,7 @@ class Checker {
   ShootingOptions options_;
   std::optional<MultipleShooting> shooting_;
   VectorXd guess_;
-  std::vector<VectorXd> magnitudes_;  // of the arguments of each phase
+  std::vector<VectorXd> magnitudes_;  // magnitudes of the arguments of each phase
   std::vector<ProblemCheck::Line> lines_;
 };
 

@@ -42,9 +42,9 @@ struct ProblemChange {
     input,       ///< bounds of an input
     integral,    ///< limits of an integral
     link,        ///< limits of a link
-    duration,    ///< of a phase in seconds: fixed, or a bound of a free one
-    total_time,  ///< its bounds in seconds
-    event,       ///< its time in the schedule in seconds
+    duration,    ///< duration of a phase in seconds: fixed, or a bound of a free one
+    total_time,  ///< bounds of the total time in seconds
+    event,       ///< time of an event in the schedule, in seconds
     parameter,   ///< data, or a bound of an unknown
     start        ///< initial state, or a bound of a free one
   };
@@ -146,7 +146,7 @@ struct Explanation {
   /// A phase with events that make its motion discontinuous, so that another guess may help; empty:
   /// none.
   std::string events_in;
-  Trajectory trajectory;  ///< of the least relaxation; for violated soft terms, the optimum
+  Trajectory trajectory;  ///< least relaxation; for violated soft terms, the optimum
   int solves = 0;         ///< number of solves of elastic and changed problems
   double seconds = 0.0;   ///< wall-clock time
 

@@ -17,7 +17,7 @@ using Side = ProblemChange::Side;
 
 constexpr double worth_noting = 1e-9;       // multipliers in nominal values are of order one
 constexpr double difference_step = 1e-4;    // central differences of smooth functions: error 1e-8
-constexpr double size_of_zero_data = 1e-2;  // of the nominal value: size of data that are zero
+constexpr double size_of_zero_data = 1e-2;  // relative to the nominal value
 
 class Sensitivities {
  public:

@@ -83,7 +83,7 @@ struct SeveralSolutions {
 
   /// One start. Empty fields use the guess of the problem.
   struct Start {
-    std::vector<double> durations = {};  ///< of all phases in seconds; fixed ones are not read
+    std::vector<double> durations = {};  ///< one per phase, in seconds; fixed ones are not read
     std::vector<Guess> states = {}, inputs = {};  ///< per phase, over the fraction of its duration
     std::optional<Trajectory> trajectory = {};    ///< another solution; the other fields override
                                                   ///< parts of it

@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr double tolerance = 1e-9;  // of elastic programs: shortages are accurate to six digits
+constexpr double tolerance = 1e-9;  // for elastic programs: shortages are accurate to six digits
 
 }  // namespace
 

@@ -153,7 +153,7 @@ class BarrierRun {
   Trial now_, trial_;
   Filter filter_;
   Watch watch_;
-  CycleWatch cycle_;  // of the iterates at one barrier parameter
+  CycleWatch cycle_;  // watches the iterates at one barrier parameter
   Best best_;
   double mu_ = 0.1, tau_ = 0.99;
   double least_violation_ = 0.0, largest_violation_ = 0.0;

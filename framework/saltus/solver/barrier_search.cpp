@@ -12,13 +12,13 @@ namespace {
 
 using barrier::epsilon;
 
-// largest ratio of z to mu / distance, and of its inverse
+// Largest ratio of z to mu / distance, and of its inverse.
 constexpr double multiplier_range = 1e10;
 // Filter and line search constants.
 constexpr double violation_margin = 1e-5, cost_margin = 1e-8, armijo = 1e-8;
 constexpr double switch_factor = 1.0, switch_violation = 1.1, switch_cost = 2.3;
 constexpr double least_alpha = 0.05;
-constexpr double largest_increase = 5.0;  // of the barrier cost, in powers of ten
+constexpr double largest_increase = 5.0;  // limit for the barrier cost, in powers of ten
 constexpr int corrections = 4;
 constexpr double worthwhile_correction = 0.99;
 // Number of times a step may be doubled, and the allowed growth of the violation.

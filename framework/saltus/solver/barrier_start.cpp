@@ -14,7 +14,7 @@ using barrier::largest;
 using barrier::largest_estimate;
 using barrier::least_fraction;
 
-constexpr double first_multiplier = 1.0;  // of the sides
+constexpr double first_multiplier = 1.0;  // for all sides
 constexpr double much_smaller = 1e-2;     // required ratio to the replaced multipliers
 // Relaxation of inequality rows, times mu.
 constexpr double row_room = 1e-2;

@@ -218,7 +218,7 @@ class Adapter final : public coin::TNLP {
   WallClock::time_point begin_ = WallClock::now();
   std::vector<int> row_of_;  // row of the program for each row of Ipopt's problem
   std::vector<JacobianEntry> entry_of_;
-  VectorXd rows_, jacobian_;  // of the program
+  VectorXd rows_, jacobian_;  // values of the program
 };
 
 SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {

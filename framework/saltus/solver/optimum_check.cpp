@@ -62,7 +62,7 @@ Side side_of(double multiplier, double value, double lower, double upper) {
 struct Evaluation {
   double cost = 0.0;
   VectorXd gradient, rows, jacobian, hessian;
-  VectorXd residual;  // of stationarity
+  VectorXd residual;  // gradient of the Lagrangian
   std::vector<Side> of_variable, of_row;
   bool has_hessian = false;
 };

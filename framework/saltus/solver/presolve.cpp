@@ -42,7 +42,7 @@ struct Member {
   int row = no_index, variable = no_index;
   double scale = 1.0, shift = 0.0;
   double lower = -infinity, upper = infinity;           // bounds of the quantity
-  double lower_tolerance = 0.0, upper_tolerance = 0.0;  // of these bounds
+  double lower_tolerance = 0.0, upper_tolerance = 0.0;  // tolerances of these bounds
   bool can_go = true;
 };
 
@@ -471,7 +471,7 @@ class Analysis {
   // at points of that set, its sides hold and its slopes are a multiple of those of the equality.
   struct Pair {
     int equality, row;
-    const std::vector<int>* roots;  // of the map of rows
+    const std::vector<int>* roots;  // key in the map of rows
     double size;                    // largest slope of the row seen so far
   };
 

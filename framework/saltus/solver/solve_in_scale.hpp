@@ -9,7 +9,7 @@ namespace saltus {
 
 /// Result of a solve and its quality.
 struct ScaledResult {
-  NlpResult nlp;  ///< of the program as stated: point, cost, residual; effort of all attempts
+  NlpResult nlp;  ///< result for the program as stated; effort of all attempts
   /// Residual in the scale of the solve.
   KktCheck::Residual in_scale;
   /// Check of the program as stated. The gap is infinite if nothing was solved.

@@ -109,7 +109,7 @@ struct NlpResult {
   SolveStatus status = SolveStatus::invalid_problem;  ///< reason why the solve ended
   NlpPoint point;                              ///< the last iterate, also if the solve failed
   double objective = 0.0;                      ///< cost at the point
-  int iterations = 0;                          ///< of all attempts, including failed ones
+  int iterations = 0;                          ///< total of all attempts, including failed ones
   double seconds = 0.0;                        ///< wall-clock time of all attempts
   KktCheck::Residual kkt;                      ///< recomputed from the program
   std::optional<Contradiction> contradiction;  ///< rows that no point satisfies, if known

@@ -15,7 +15,7 @@ constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
 constexpr double trust_core = 0.1;  // shorter steps, in radii, are as without a trust region
 constexpr double trust_edge = 0.9;  // longer steps, in radii, count as limited by the trust region
 constexpr int exact_models = 8;     // tried in smaller trust regions before convexification
-constexpr double first_shift = 1e-4;  // of convexified models, relative to the largest entry
+constexpr double first_shift = 1e-4;  // in convexified models, relative to the largest entry
 constexpr int convex_models = 9;
 // Penalty weights of elastic mode, times the largest gradient and multiplier. They are small enough
 // not to leave large weights in the merit function, until the question is whether violations can be

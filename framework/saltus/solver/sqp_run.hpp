@@ -86,7 +86,7 @@ class SqpRun {
   KktCheck::Residual kkt_;
   double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;
-  double step_ = 0.0, step_length_ = 0.0, shift_ = 0.0;  // of the last step, for the observer
+  double step_ = 0.0, step_length_ = 0.0, shift_ = 0.0;  // last step, for the observer
 };
 
 }  // namespace saltus

@@ -12,12 +12,12 @@ namespace saltus {
 namespace {
 
 constexpr int most_steps = 10;
-constexpr int most_rounds = 20;  // of one step, to find the variables that it holds
+constexpr int most_rounds = 20;  // per step, to find the variables that it holds
 constexpr double enough = 0.5;   // required fraction of the violation
 // Keeps the factor finite if rows are dependent. The smaller value is tried first: it hardly
 // changes steps along small derivatives.
 constexpr double dependent[] = {1e-13, 1e-9};
-constexpr double least_size = 1e-6;   // of a variable, relative to the largest movement
+constexpr double least_size = 1e-6;   // per variable, relative to the largest movement
 constexpr double violated = 1e-12;    // relative to 1 + |side|: larger violations are corrected
 constexpr double worthwhile = 1e-10;  // relative violation at which the steps end
 

@@ -63,13 +63,13 @@ bool needs_equal_intervals(const PhaseDefinition& phase) {
 // Excess of each interval over its tolerances, and whether the plan passes an obstacle between two
 // nodes, i.e. has a violation too large for a bulge of the path.
 struct Judgement {
-  std::vector<double> excess = {};  // of each piece of the trajectory
+  std::vector<double> excess = {};  // per piece of the trajectory
   bool passes_obstacle = false;
 };
 
 Judgement judge(const MultipleShooting& shooting, const VerificationDetail& found,
                 const RefinementOptions& options) {
-  constexpr double obstacle = 1e-2;  // of the scale of a term; larger than a bulge
+  constexpr double obstacle = 1e-2;  // relative to the scale of a term; larger than a bulge
   Judgement result;
   for (const VerificationDetail::Path& f : found.violated)
     result.passes_obstacle = result.passes_obstacle || f.miss.amount > obstacle * f.scale;

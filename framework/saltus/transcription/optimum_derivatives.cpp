@@ -23,7 +23,7 @@ namespace {
 constexpr double step_of_interval = 0.1;
 constexpr double step_of_parameter = 0.05;
 constexpr double smallest_of_parameter = 1e-7;
-constexpr double smallest_magnitude = 1e-3;  // of the nominal value, for data equal to zero
+constexpr double smallest_magnitude = 1e-3;  // times the nominal value, for data equal to zero
 // Error estimate above which differences do not converge to a derivative.
 constexpr double inaccurate = 1e-5;
 

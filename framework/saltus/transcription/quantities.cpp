@@ -46,7 +46,7 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
 }
 
 double datum_magnitude(double value, double nominal, double share) {
-  constexpr double zero = 1e-9;  // of the nominal magnitude
+  constexpr double zero = 1e-9;  // relative to the nominal magnitude
   return std::abs(value) > zero * nominal ? std::abs(value) : share * nominal;
 }
 

@@ -170,7 +170,7 @@ std::string describe_nonfinite_term(ShootingProgram& program, const VectorXd& w)
 // none.
 std::string describe_zero_durations(const OptimalControlProblem& problem,
                                     const std::vector<double>& durations) {
-  constexpr double negligible = 1e-6;  // of the guess
+  constexpr double negligible = 1e-6;  // relative to the guess
   std::string names;
   for (std::size_t j = 0; j < durations.size(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];

@@ -167,7 +167,7 @@ struct Solution {
   std::vector<std::string> warnings;
   double cost = 0.0;                           ///< optimal cost if ok()
   Trajectory trajectory;                       ///< states and inputs over time
-  std::vector<double> durations;               ///< of the phases, s
+  std::vector<double> durations;               ///< duration of each phase, s
   std::vector<CostContribution> costs;         ///< contributions of the terms
   std::vector<SoftViolation> soft_violations;  ///< soft terms, largest violation first
   std::vector<IntegralValue> integrals;        ///< values of integral constraints

@@ -23,7 +23,7 @@ double largest_singular_value(MatrixXd A) {
       for (int q = p + 1; q < columns; ++q) {
         const double pp = product(p, p), qq = product(q, q), pq = product(p, q);
         if (!(std::abs(pq) > std::numeric_limits<double>::epsilon() * std::sqrt(pp * qq))) continue;
-        const double cotangent = (qq - pp) / (2.0 * pq);  // of twice the rotation angle
+        const double cotangent = (qq - pp) / (2.0 * pq);  // of the doubled rotation angle
         const double tangent = std::copysign(1.0, cotangent) /
                                (std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent));
         const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = c * tangent;

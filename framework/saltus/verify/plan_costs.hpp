@@ -13,8 +13,8 @@ namespace saltus {
 
 /// Integrals of a phase from its start to its end, by the verifier's quadrature.
 struct PhaseTotals {
-  std::vector<double> costs;      ///< of each term of the phase; 0 if it is not an integrated cost
-  std::vector<double> integrals;  ///< of each integral constraint
+  std::vector<double> costs;      ///< per term of the phase; 0 if it is not an integrated cost
+  std::vector<double> integrals;  ///< per integral constraint
 };
 
 /// A cost, and the sum of the magnitudes of its contributions.

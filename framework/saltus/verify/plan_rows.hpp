@@ -25,7 +25,7 @@ struct PathRow {
 
 /// A path constraint of a phase: a term, or a bound on one state.
 struct PathConstraint {
-  std::string name;        ///< of the term, or "bounds of state 0"
+  std::string name;        ///< name of the term, or "bounds of state 0"
   Function function = {};  ///< z = (t | x | u | p); empty: the state itself
   int state = -1;          ///< bound on this state; -1: a term
   bool reads_input = false;

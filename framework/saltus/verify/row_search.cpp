@@ -128,7 +128,7 @@ bool RowSearch::bound(PathConstraint& constraint, int most_pieces) {
       if (!std::isfinite(formula.at(i).value)) return false;
     return true;
   };
-  // At the edge of its domain, rounding may leave a formula without a value: evaluates next to it.
+  // At the edge of its domain, rounding may make a formula NaN. It is then evaluated nearby.
   const auto note_all = [&](double theta) {
     constexpr double beside = 1e-6;  // fraction of a step
     for (const double other : {std::max(0.0, theta - beside), std::min(end_, theta + beside)}) {

@@ -86,11 +86,11 @@ struct Verification {
     double difference = 0.0;  ///< to the reported cost, relative to its contributions
   };
 
-  Miss between_nodes;      ///< of path constraints at all times
-  Miss at_nodes;           ///< of all hard rows at the nodes of the program
-  Defect defect;           ///< of the integration
-  OpenLoop open_loop;      ///< of the inputs alone
-  Cost cost;               ///< of the plan
+  Miss between_nodes;      ///< path constraints at all times
+  Miss at_nodes;           ///< all hard rows at the nodes of the program
+  Defect defect;           ///< integration error of the plan
+  OpenLoop open_loop;      ///< result of the inputs without feedback
+  Cost cost;               ///< cost of the plan
   std::string integrator;  ///< schemes that the verifier used
   /// A sentence for each part that could not be verified; empty: everything was verified.
   std::vector<std::string> not_verified;

@@ -22,7 +22,7 @@ struct Plan {
     double start = 0.0;     ///< absolute time in seconds
     double length = 0.0;    ///< in seconds
     VectorXd state;         ///< at the start
-    VectorXd coefficients;  ///< of the input: nu numbers, or 2 nu for linear inputs
+    VectorXd coefficients;  ///< of the input; nu numbers, or 2 nu for linear inputs
     VectorXd end_state;     ///< at the end, before a jump
 
     /// Absolute time of the end in seconds.
@@ -31,8 +31,8 @@ struct Plan {
 
   std::vector<Interval> intervals;   ///< in order of time
   std::vector<VectorXd> parameters;  ///< p of each phase, including unknowns
-  std::vector<double> starts;        ///< of each phase, in seconds
-  std::vector<double> durations;     ///< of each phase, in seconds
+  std::vector<double> starts;        ///< start of each phase, in seconds
+  std::vector<double> durations;     ///< duration of each phase, in seconds
   double cost = 0.0;                 ///< as reported
   /// Part of `cost` that depends on the grid as well as on the problem (penalise_change).
   double grid_cost = 0.0;
@@ -44,7 +44,7 @@ struct VerificationDetail {
   struct Interval {
     double violation = 0.0;  ///< largest between the nodes, in the units of its term
     double excess = 0.0;     ///< largest multiple of a tolerance
-    double defect = 0.0;     ///< of the integration, relative (Verification::Defect)
+    double defect = 0.0;     ///< integration error, relative (Verification::Defect)
   };
 
   /// A path constraint that is violated between the nodes.

@@ -72,7 +72,7 @@ class Reader {
 
   std::string source_;
   std::size_t count_ = 0;
-  std::map<std::string, std::string> where_;  // of each dotted key
+  std::map<std::string, std::string> where_;  // location of each dotted key
 };
 
 // Rejects texts before a tree is built. yaml-cpp reads ", 2]" as endless documents, its parser

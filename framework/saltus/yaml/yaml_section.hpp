@@ -20,7 +20,7 @@ struct YamlEntry {
   int line = 0;                    ///< line of the key, from 1
   Form form = Form::none;          ///< form of the value
   std::vector<std::string> items;  ///< one for a scalar, any number for a list
-  std::vector<YamlEntry> entries;  ///< of a section, in the order of the file
+  std::vector<YamlEntry> entries;  ///< entries of a section, in file order
 };
 
 /// Returns the file as a section without a name. Throws InputError, one sentence with file and

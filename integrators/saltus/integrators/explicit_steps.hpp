@@ -9,7 +9,7 @@ namespace saltus {
 
 /// Explicit steps over one interval.
 struct ExplicitSteps {
-  ButcherTableau tableau;  ///< of each step
+  ButcherTableau tableau;  ///< tableau of each step
   int steps = 1;           ///< per interval, of equal length
 };
 

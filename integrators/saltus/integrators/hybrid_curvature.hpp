@@ -67,7 +67,7 @@ class HybridCurvature {
     double begin = 0.0, length = 0.0;
     VectorXd begin_moves, length_moves;
     ImplicitStep at;
-    std::vector<RowMajorMatrix> dz, rates;  // of the stages: dz, dF
+    std::vector<RowMajorMatrix> dz, rates;  // per stage: dz, dF
   };
 
   IntegrationStatus find_steps(const HybridPiece& flow);

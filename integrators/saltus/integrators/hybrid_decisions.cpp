@@ -164,7 +164,7 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
       } else if (k == partner || g.is_on()) {
         sides_[k] = GuardSide::departing;
         bool pushes = g.rate > 0.0;
-        if (g.is_tangent()) {  // at the edge of sliding, sliding wins
+        if (g.is_tangent()) {  // at the edge of sliding, sliding has precedence
           pushes = k == partner && guard.slide >= 0;
           if (!pushes && !leaves_guard(mode_, k))
             return fail(IntegrationStatus::ambiguous_start, k);
@@ -182,7 +182,7 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
     if (now < 0) return IntegrationStatus::success;
     if (now == partner && mode.guards[now].slide >= 0) return enter_sliding(now);
     if (now == fired) return fail(IntegrationStatus::beyond_guard, now);
-    record_flow();  // of zero length
+    record_flow();  // flow of zero length
     hold_instant();
     return fire(now);
   }

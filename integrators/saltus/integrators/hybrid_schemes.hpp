@@ -12,10 +12,10 @@ std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
                                                const ButcherTableau& tableau, int steps);
 std::unique_ptr<Integrator> hybrid_implicit(const IntervalProblem& problem,
                                             const ButcherTableau& tableau, int steps);
-struct CvodesOptions;  // cvodes.hpp, component sundials
+struct CvodesOptions;  // sundials.hpp, component sundials
 std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
                                           const CvodesOptions& options);
-struct IdasOptions;  // idas.hpp, component sundials
+struct IdasOptions;  // sundials.hpp, component sundials
 std::unique_ptr<Integrator> hybrid_idas(const IntervalProblem& problem, const IdasOptions& options);
 
 /// For schemes without support for events: throws DefinitionError with a list of those that support

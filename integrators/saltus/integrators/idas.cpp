@@ -67,7 +67,7 @@ class Idas final : public Integrator {
     derivative.setZero();
     derivative.topLeftCorner(nx, nx).setIdentity();
     if (field_.differentiates_time()) {
-      constexpr int pieces = 16;  // of order 8
+      constexpr int pieces = 16;  // each of order 8
       for (int k = 0; k < pieces; ++k)
         for (int i = 0; i < quadrature_.stages(); ++i) {
           const double s = (k + quadrature_.c[i]) / pieces;

@@ -75,7 +75,7 @@ class IdasMemory {
   IdasOptions options_;
   const IntervalField* field_;
   const AlgebraicEquations* algebraic_;
-  std::optional<AlgebraicEquations::Solution> solution_;  // of algebraic_, if there are equations
+  std::optional<AlgebraicEquations::Solution> solution_;  // if there are equations
   int nz_, nx_, outputs_, directions_, first_algebraic_entry_ = 0;
   Context context_;  // outlives everything created in it
   std::vector<double> absolute_;

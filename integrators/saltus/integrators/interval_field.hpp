@@ -116,8 +116,8 @@ class IntervalField {
     double at(double s) const { return constant + slope * s; }
   };
   struct Entry {
-    int row;  // of phi
-    int col;  // of z
+    int row;  // row of phi
+    int col;  // index in z
     int entry;
   };
   // An entry in a row of a matrix multiplied by dz, with the row of dz that it multiplies.
@@ -133,7 +133,7 @@ class IntervalField {
     Coefficient coefficient;
   };
   struct CurvatureRow {
-    int col;  // of z
+    int col;  // index in z
     std::vector<Factor> factors;
   };
 

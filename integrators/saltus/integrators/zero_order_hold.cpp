@@ -96,7 +96,7 @@ class StructureCheck {
   }
 
   static bool agree(const MatrixXd& a, const MatrixXd& b) {
-    if (!a.allFinite() || !b.allFinite() || a.size() == 0) return true;  // not comparable here
+    if (!a.allFinite() || !b.allFinite() || a.size() == 0) return true;  // nothing to compare
     const double scale = std::max({1.0, a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff()});
     return (a - b).cwiseAbs().maxCoeff() <= rounding * scale;
   }

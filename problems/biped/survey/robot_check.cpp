@@ -75,8 +75,8 @@ class Check {
       Subject(*this, "limbs").note(error.what());
     }
     constexpr double trifle =
-        1e-4;  // of the robot's mass; a lighter body makes the mass matrix ill-conditioned
-    constexpr double spread = 0.6;  // of the robot's height; no link is that large
+        1e-4;  // relative to the robot's mass; a lighter body makes the mass matrix ill-conditioned
+    constexpr double spread = 0.6;  // relative to the robot's height; no link is that large
     for (const robots::FloatingRobot::Body& b : body_.bodies) {
       if (b.mass < trifle * body_.total_mass)
         masses.note(fmt::format(

@@ -26,8 +26,8 @@ const robots::UrdfModel::Link& link_of(const robots::UrdfModel& model, const std
 // Start of the search: knees bent in their natural direction, arms slightly away from the body.
 robots::Posture start_of(const robots::UrdfModel& model, const Limbs& limbs) {
   constexpr double bent = 0.5, off = 0.2;  // rad
-  constexpr double one_sided = 0.25;       // of a knee's range, how far it goes the other way
-  constexpr double along = 0.9;            // of an axis
+  constexpr double one_sided = 0.25;       // fraction of a knee's range in the opposite direction
+  constexpr double along = 0.9;            // least component of an axis along a coordinate axis
   const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
   robots::Posture start;
   bool left_arm_done = false, right_arm_done = false;

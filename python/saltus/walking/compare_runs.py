@@ -18,7 +18,7 @@ from . import events, ground
 
 NAMES = {"mpc": "MPC", "capture_point": "baseline"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
-STYLES = (("tab:purple", "-"), ("tab:olive", "--"))  # of the runs in the common panels
+STYLES = (("tab:purple", "-"), ("tab:olive", "--"))  # colour and line of the two runs in the common panels
 WITHIN = 0.05  # fraction of the weight; settling.hpp
 OVER = 1.0  # s
 GRAVITY = 9.81

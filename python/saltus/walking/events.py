@@ -5,7 +5,7 @@ def pushes(summary):
     """Pushes in order, without those of zero size and those after the end of the run: start_s, duration_s,
     impulse_ns, direction (None: unknown)."""
     asked = summary.get("pushes")
-    if asked is None:  # of a version that stored only the first push
+    if asked is None:  # results of a version that stored only the first push
         asked = [{"start_s": summary["push_start_s"], "duration_s": summary["push_duration_s"],
                   "impulse_ns": summary["push_impulse_ns"], "direction": summary.get("push_direction")}]
     return [push for push in asked if push["impulse_ns"] and push["start_s"] < summary["end_s"]]

@@ -18,7 +18,7 @@ from ..tables import without_unit
 
 FRAME_RATE = 100.0  # 1/s
 LEVELS = 65535  # quantisation levels of a channel
-THREE = "/usr/share/javascript/three"  # of the Debian package libjs-three
+THREE = "/usr/share/javascript/three"  # Debian package libjs-three
 COPYRIGHT = "/usr/share/doc/libjs-three/copyright"
 HERE = os.path.dirname(os.path.abspath(__file__))
 

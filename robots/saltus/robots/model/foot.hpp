@@ -40,7 +40,7 @@ struct FootRectangle {
 /// when the foothold is a parameter or an unknown.
 template <class S>
 struct SoleFrameOf {
-  Vec<S, 3> position = Vec<S, 3>(S(0.0), S(0.0), S(0.0));  // of the origin, in the world, m
+  Vec<S, 3> position = Vec<S, 3>(S(0.0), S(0.0), S(0.0));  // origin in the world, m
   Mat<S, 3, 3> rotation = Mat<S, 3, 3>::Identity();        // sole axes -> world axes
 
   /// Rotates a vector (force, torque, direction) from the axes of the sole to those of the world.
@@ -137,7 +137,7 @@ class SupportPolygon {
   HalfPlanes half_planes(int n) const;
 
   double area() const;      // m^2
-  Point2 centroid() const;  // of the area, m
+  Point2 centroid() const;  // centroid of the area, m
 
   /// Distance to the boundary in m; negative inside, positive outside.
   double signed_distance(const Point2& point) const;

@@ -134,7 +134,7 @@ class BalanceController {
 
   /// Counts and times of a run, for logs.
   struct Statistics {
-    long calls = 0, failures = 0;  ///< of the whole-body controller; failures have no solution
+    long calls = 0, failures = 0;  ///< whole-body controller; failures have no solution
     long cuts = 0;                 ///< calls in which torques were cut to their limits
     LatencyHistogram solves;       ///< processor time of the solutions
     /// Processor time of planners and whole-body control, and of the last plan of steps, s.

@@ -53,7 +53,7 @@ using Measurement [[deprecated("use Planner::Measurement; removed in 0.4")]] = P
 /// Options of the model predictive controller.
 struct PlannerSettings {
   SolverChoice solver = SolverChoice::riccati;  ///< solver of a tick
-  double tolerance = 1e-8;                      ///< of the solver, scaled KKT error
+  double tolerance = 1e-8;                      ///< solver tolerance, scaled KKT error
   double step = 0.01;                           ///< grid and period of the controller, s
   int intervals = 15;                           ///< number of intervals of the horizon
   CostRule costs = CostRule::nodes;             ///< sums at the nodes, as in the paper

@@ -118,7 +118,7 @@ class DynamicsModel {
   /// Motion of a sole. With nu of DynamicsModel, twist = J nu and d twist / dt = J dnu/dt + drift.
   /// Twists are (angular | linear of the contact frame's origin), world axes.
   struct SoleMotion {
-    Eigen::Isometry3d pose;  ///< of the contact frame in the world
+    Eigen::Isometry3d pose;  ///< pose of the contact frame in the world
     Vec<double, 6> twist;    ///< (angular rad/s | linear m/s of its origin), world axes
     MatrixXd jacobian;       ///< 6 x (6 + n)
     Vec<double, 6> drift;    ///< (dJ/dt) nu

@@ -109,7 +109,7 @@ class MomentumController final : public WholeBodyController {
   VectorXd effort_, lower_, upper_;
 
   // Equations with the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
-  Cholesky<6> base_factor_;   // of M_bb
+  Cholesky<6> base_factor_;   // factor of M_bb
   MatrixXd base_;             // M_bb^-1 M_bj
   Vec<double, 6> base_bias_;  // M_bb^-1 h_b
   MatrixXd mass_;

@@ -25,7 +25,7 @@ class SoleKinematics {
     Eigen::Isometry3d origin;
     Vec<double, 3> axis;
     int index;                           // index in q
-    Vec<double, 3> place, axis_in_base;  // of the last update
+    Vec<double, 3> place, axis_in_base;  // values at the last update
   };
   std::vector<Joint> chain_;  // joints in the order from the base to the sole
   Eigen::Isometry3d end_;     // contact frame in the last body
