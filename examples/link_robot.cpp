@@ -72,8 +72,9 @@ int main(int argc, char** argv) {
   int status = 0;
   waitpid(controller, &status, 0);
   const double left = std::abs(cart.state()[0]);
-  std::printf("robot: %d measurements lost, %d late; %d commands, %d of a plan; stopped %d times\n",
-              lost, late, commands, planned, stops);
+  std::printf(
+      "robot: %d measurements lost, %d late; %d commands, %d from a plan; stopped %d times\n", lost,
+      late, commands, planned, stops);
   std::printf("from 30 cm to less than 5 cm in %.1f s: %s\n", periods * period,
               left < 0.05 ? "yes" : "no");
   return status == 0 && left < 0.15 ? 0 : 1;  // a loaded machine is late more often

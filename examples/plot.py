@@ -23,7 +23,7 @@ def main():
     parser.add_argument("table")
     parser.add_argument("picture")
     parser.add_argument("--path", nargs=2, metavar=("X", "Y"))
-    parser.add_argument("--inputs", type=int, default=0, help="number of inputs, the last columns")
+    parser.add_argument("--inputs", type=int, default=0, help="number of inputs (the last columns)")
     parser.add_argument("--time", help="label of the time axis, in place of the first column's name")
     parser.add_argument("--shade", nargs=2, type=float, action="append", default=[], metavar=("FROM", "TO"))
     arguments = parser.parse_args()

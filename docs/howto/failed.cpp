@@ -18,7 +18,7 @@ int main() {
       .track("effort", pull, VectorXd::Ones(1))
       .reach("there", position, exactly(5.0), soft("place", 100.0))
       .reach("at rest", speed, exactly(0.0));
-  OptimalControlProblem problem("as far as it goes");
+  OptimalControlProblem problem("soft target");
   problem.start_at({0.0, 0.0}).then(phase);
   const Solution near = solve(problem);
   for (const Solution::SoftViolation& missed : near.soft_violations)

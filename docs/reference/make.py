@@ -185,7 +185,7 @@ class Page:
     def words(self, line):
         self.is_bold = self.is_bold and bool(line.strip())
         if line.count("`") % 2:
-            self.lacking.append(f"{self.name}: a code does not end on its line: {line}")
+            self.lacking.append(f"{self.name}: inline code does not end on its line: {line}")
         parts = re.split(r"(`[^`]*`)", line)
         # Doxygen ends inline code at an apostrophe, unless it begins with two backticks. Otherwise code is not changed.
         codes = [f"`{part}`" if "'" in part else part for part in parts if part.startswith("`")]
@@ -442,7 +442,7 @@ def main(out):
         print(sentence, file=sys.stderr)
     if warnings or wrong or status:
         sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} links or formulas that are wrong")
-    print(f"documentation: {pages} pages, no warning, {links} links looked up, {len(formulas.formulas)} formulas; "
+    print(f"documentation: {pages} pages, no warning, {links} links checked, {len(formulas.formulas)} formulas; "
           f"{os.path.join(out, 'html', 'index.html')}")
 
 

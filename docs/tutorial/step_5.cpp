@@ -7,7 +7,7 @@ int main() {
       .reach("fast enough", apex, at_least(0.75))
       .guess_duration(0.4);
 
-  OptimalControlProblem problem("hop for ever");
+  OptimalControlProblem problem("periodic hop");
   problem.start_within({exactly(leg), between(-4.0, -0.5)}, VectorXd{{leg, -2.0}})
       .then(bounce)
       .then(flight("fly"))

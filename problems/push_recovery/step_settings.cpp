@@ -66,7 +66,7 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
       "push_formula: one step of the foot in the air, step.duration after the start of the push, "
       "which it knows; icp_formula: the same after the capture point leaves the sole; reactive: "
       "any number of steps of either foot, whenever the capture point leaves the support polygon; "
-      "ocp: steps by optimal control. No planner knows more of the push");
+      "ocp: steps by optimal control. No planner uses other information on the push");
   s.integer("step.most", p.most_steps, "", "maximum number of steps planned ahead (ocp)",
             between(0, most_planned_steps));
   s.number("step.shortest_s", p.shortest, "s", "minimum duration of a swing (reactive, ocp)",

@@ -133,7 +133,7 @@ TEST_F(SettingsTest, UnknownNamesSuggestTheNearest) {
   EXPECT_EQ(complaint_about({"xyzzy=3"}),
             "--set xyzzy=3: unknown key 'xyzzy'; --help lists all of them");
   EXPECT_EQ(complaint_about({"push=3"}),
-            "--set push=3: 'push' is a section, not a value; it holds push.impulse and "
+            "--set push=3: 'push' is a section, not a value; it contains push.impulse and "
             "push.direction");
   EXPECT_TRUE(contains(complaint_about({"push.impulse.x=3"}), "did you mean 'push.impulse'?"));
   const auto flag = [&](const char* name) {
@@ -316,7 +316,7 @@ TEST_F(SettingsTest, OldKeyWarnsWithTheNewName) {
 
 TEST_F(SettingsTest, GivenValuesOverridePresets) {
   std::string name = "soft";
-  settings.choice("preset", name, {"soft", "hard"}, "how hard a day it is");
+  settings.choice("preset", name, {"soft", "hard"}, "difficulty of the problem");
   settings.preset("preset", {"soft"}, {"push.impulse=7", "stepping=true", "plant=centroidal"});
   settings.preset("preset", {"hard"}, {"push.impulse=9", "stepping=false", "plant=dart"});
   EXPECT_TRUE(contains(settings.describe(), "hard: push.impulse=9, stepping=false, plant=dart"));

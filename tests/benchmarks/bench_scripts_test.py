@@ -301,13 +301,13 @@ class Scripts(unittest.TestCase):
         self.records("map", {("none 3 N s", "saltus"): {1: "recovered"}}, {"campaign": "map"})
         self.records("none", {}, {"campaign": "pushes"})
         self.records("half", {("box/4x1 cold", "riccati"): {1: "solved"}}, {})
-        for words, sentence in ((["report", "pushes"], "'pushes' holds results of `bench pushes`, not of `bench run`"),
+        for words, sentence in ((["report", "pushes"], "'pushes' contains results of `bench pushes`, not of `bench run`"),
                                 (["report", "half"], "its matrix lacks instances"),
-                                (["pushes", "--merged", "run"], "'run' holds results of `bench run`, not of `bench pushes`"),
+                                (["pushes", "--merged", "run"], "'run' contains results of `bench run`, not of `bench pushes`"),
                                 (["pushes", "--merged", "pushes"], "a run has no push.impulse"),
                                 (["pushes", "--merged", "none"], "there are no runs"),
-                                (["map", "--merged", "run"], "'run' holds results of `bench run`, not of `bench map`"),
-                                (["map", "--merged", "pushes"], "'pushes' holds results of `bench pushes`, not of `bench map`"),
+                                (["map", "--merged", "run"], "'run' contains results of `bench run`, not of `bench map`"),
+                                (["map", "--merged", "pushes"], "'pushes' contains results of `bench pushes`, not of `bench map`"),
                                 (["map", "--merged", "map"], "there are no cells of the map")):
             done = self.bench(*words, status=2)
             self.assertIn(sentence, done.stderr)

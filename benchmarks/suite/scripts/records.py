@@ -87,7 +87,7 @@ def read_of(path, campaign):
     found = read(path)
     matrix, kind = found.head["matrix"], found.head["matrix"].get("campaign")
     if kind != campaign:
-        raise RecordsError(f"'{path}' holds results of {MADE_BY.get(kind, 'something else')}, not of {MADE_BY[campaign]}")
+        raise RecordsError(f"'{path}' contains results of {MADE_BY.get(kind, 'something else')}, not of {MADE_BY[campaign]}")
     if campaign is None and not (isinstance(matrix.get("tolerance"), (int, float)) and isinstance(matrix.get("horizons"), dict)
                                  and {"instances", "repetitions"} <= set(matrix)):
         raise RecordsError(f"'{path}' is incomplete: its matrix lacks instances, repetitions, horizons or tolerance")

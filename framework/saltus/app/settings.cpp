@@ -295,8 +295,8 @@ void Settings::reject_unknown(const Assignment& given) const {
     if (key.starts_with(given.key + ".")) inside.push_back(key);
   }
   if (!inside.empty() && !is_flag) {
-    throw InputError(fmt::format("{}: '{}' is a section, not a value; it holds {}", given.location,
-                                 given.key, join_names(inside)));
+    throw InputError(fmt::format("{}: '{}' is a section, not a value; it contains {}",
+                                 given.location, given.key, join_names(inside)));
   }
   if (is_flag) {
     for (const auto& [flag, key] : aliases_) known.push_back(flag);

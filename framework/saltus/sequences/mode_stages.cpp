@@ -130,7 +130,7 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
     if (!mode.integrals.empty()) unfit("limits an integral");
     if (mode.input_parametrisation == InputParametrisation::piecewise_linear_continuous)
       unfit("has inputs that are continuous across phases");
-    if (!mode.switching.modes.empty()) unfit("has events inside");
+    if (!mode.switching.modes.empty()) unfit("has inner events");
     for (const PhaseDefinition::ParameterBlock& block : mode.parameters)
       if (block.unknown) unfit("has unknown parameters");
     if (mode.dynamics.reads(0)) unfit("has dynamics that depend on time");
@@ -140,7 +140,8 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
       if (!window.is_whole()) unfit("has terms or bounds that depend on time");
     });
     for (int j = 0; j < graph.size(); ++j)
-      if (graph.may_follow(i, j) && graph.has_event(i, j)) unfit("is left by a jump or a guard");
+      if (graph.may_follow(i, j) && graph.has_event(i, j))
+        unfit("has a transition with a jump or a guard");
     for (const bool given : {true, false})
       if (reason_.empty()) reason_ = transcribe(graph, i, given);
   }

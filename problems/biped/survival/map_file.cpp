@@ -82,14 +82,15 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
     if (there != settings)
       throw InputError(
           there.empty()
-              ? fmt::format("'{}' holds a map, but its settings ({}) are missing; choose another "
-                            "--out",
-                            folder.string(), map_settings)
-              : fmt::format("'{}' holds a map with other settings ({}); choose another --out",
+              ? fmt::format(
+                    "'{}' contains a map, but its settings ({}) are missing; choose another "
+                    "--out",
+                    folder.string(), map_settings)
+              : fmt::format("'{}' contains a map with other settings ({}); choose another --out",
                             folder.string(), difference(there, settings)));
   } else if (fs::exists(stamp, error) && !fs::exists(path_, error)) {
-    throw InputError(
-        fmt::format("'{}' holds results of another kind; choose another --out", folder.string()));
+    throw InputError(fmt::format("'{}' contains results of another kind; choose another --out",
+                                 folder.string()));
   }
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0)

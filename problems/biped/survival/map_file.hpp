@@ -18,7 +18,7 @@ class MapFile {
  public:
   /// Creates both files, or continues an existing map. A map without cells is created again.
   /// `settings`: all settings except those of the cell, as YAML. Throws InputError if the folder
-  /// cannot be used, or holds a map with other settings (the message names the first difference)
+  /// cannot be used, or contains a map with other settings (the message names the first difference)
   /// or of another version, or if another process uses it.
   MapFile(const std::filesystem::path& folder, const std::string& settings);
   ~MapFile();

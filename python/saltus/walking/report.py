@@ -64,7 +64,7 @@ FIGURES = [
         ("step_plans.ticks_with_three_alternatives", "of these with three or more alternatives", "", 1, 0),
         ("step_plans.ticks_without_feasible_alternative", "of these without a feasible alternative",
          "", 1, 0),
-        ("step_plans.first_without_s", "first at the time", "s", 1, 2),
+        ("step_plans.first_without_s", "time of the first", "s", 1, 2),
         ("step_plans.processor_us.median", "Median processor time of a tick", "ms", 1e-3, 2),
         ("step_plans.processor_us.p99", "99th percentile of the processor time of a tick", "ms", 1e-3, 2),
     ]),
