@@ -138,7 +138,7 @@ template <class Use>
 void expect_beyond(const Use& use, long row, long rows, int first_input) {
   try {
     use();
-    FAIL() << "an entry that is not there was accepted";
+    FAIL() << "a missing entry was accepted";
   } catch (const detail::IndexError& e) {
     EXPECT_EQ(e.row, row);
     EXPECT_EQ(e.rows, rows);

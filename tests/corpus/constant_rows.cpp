@@ -83,7 +83,7 @@ Instance constant_rows(Random& random) {
       const auto tick = controller.tick(0.0, VectorXd::Constant(2, start));
       const bool said_optimal = tick.provenance == Provenance::optimal;
       if (said_optimal && !is_met)
-        return {Outcome::wrong, "controller: optimal, although nothing meets the row"};
+        return {Outcome::wrong, "controller: optimal, although no plan satisfies the row"};
       if (!said_optimal && is_met)
         return {Outcome::unsolved, std::string("controller: ") + describe(tick.provenance)};
       return {is_met ? Outcome::right : Outcome::said, {}};

@@ -58,10 +58,10 @@ std::string check_crossings(const std::vector<OutsidePhase>& phases,
         if (std::abs(x[0] - heights[j]) > 1e-5)
           return "event: phase '" + phases[j].name + "' does not end at its guard";
         if (rate < -1e-4)
-          return "event: the guard of '" + phases[j].name + "' is passed the wrong way";
+          return "event: the guard of '" + phases[j].name + "' is crossed in the wrong direction";
       }
     }
-    if (passed > 1e-5) return "event: the guard of '" + phases[j].name + "' had passed before";
+    if (passed > 1e-5) return "event: the guard of '" + phases[j].name + "' was crossed earlier";
   }
   return {};
 }

@@ -54,7 +54,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   const std::vector<PlanPiece> plan = plan_of(solution);
   if (!is_finite(plan)) return "the plan has no finite numbers";
   const OutsideCheck check = check_outside(instance.phases, plan);
-  if (!check.simulated) return "the outside integrator cannot follow the plan";
+  if (!check.simulated) return "the judge cannot integrate the plan";
   notes.is_coarse = check.stated_defect.is_broken();
   if (check.path.is_broken()) return describe("path", check.path);
   if (check.end.is_broken()) return describe("end", check.end);
@@ -72,12 +72,13 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
         cost_agreement * std::max(std::abs(check.cost), std::abs(solution.cost)) + 1e-9)) {
     // The judge does not know the part of the cost from soft terms.
     if (instance.optimum == std::nullopt)
-      return fmt::format("cost: {:.6g} said, {:.6g} along the plan", solution.cost, check.cost);
+      return fmt::format("reported cost {:.6g}, cost along the plan {:.6g}", solution.cost,
+                         check.cost);
   }
   if (instance.optimum) {
     const double allowed = instance.optimum_tolerance * std::abs(*instance.optimum) + 1e-9;
     if (!(std::abs(solution.cost - *instance.optimum) <= allowed))
-      return fmt::format("cost: {:.8g} for {:.8g}", solution.cost, *instance.optimum);
+      return fmt::format("cost {:.8g} instead of {:.8g}", solution.cost, *instance.optimum);
   }
   // A cost equal to the known optimum cannot decrease further.
   const bool is_known = instance.optimum && std::abs(solution.cost - *instance.optimum) <=
@@ -85,7 +86,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   if (instance.is_kkt_judged && !is_known) {
     const Stationarity s = stationarity(instance.phases, plan, instance.cost_scale);
     if (!(s.residual <= promised_gain))
-      return fmt::format("no KKT point: the cost still falls by {:.2g} of its size along the {}",
+      return fmt::format("no KKT point: the cost can decrease by {:.2g} of its size along the {}",
                          s.residual, s.variable);
   }
   return instance.further ? instance.further(solution) : std::string{};

@@ -132,9 +132,8 @@ int main(int argc, char** argv) {
   print_row("all", all, seconds, "");
   if (!listed.empty()) fmt::print("\n{}", listed);
   fmt::print(
-      "\nright, and yet ends missed by more than a millionth of their size, within the stated "
-      "accuracy of "
-      "the integration: {}",
+      "\nright, with end errors above 1e-6 of the size but within the stated accuracy of the "
+      "integration: {}",
       imprecise);
   fmt::print("\nsilent wrong answers: {} of {}; right answers refused: {} ({:.2f} %)\n",
              all[Outcome::wrong], all.total(), all[Outcome::refused],

@@ -147,7 +147,8 @@ Instance mode_searches(Random& random) {
     }
     if (!std::isfinite(best))
       return {result.found() && clear ? Outcome::wrong : Outcome::said,
-              fmt::format("a sequence although there is none (ends move with {:.3g})", game.speed)};
+              fmt::format("a sequence, although none is feasible (end sensitivity {:.3g})",
+                          game.speed)};
     const bool certifies = result.guarantee == SequenceResult::Guarantee::optimal ||
                            result.guarantee == SequenceResult::Guarantee::bounded;
     if (certifies && result.lower_bound > best + allowed)
@@ -156,14 +157,15 @@ Instance mode_searches(Random& random) {
                           result.lower_bound, best)};
     if (result.found() && result.cost < best - allowed)
       return {Outcome::wrong,
-              fmt::format("cost {:.6g}, and nothing costs less than {:.6g} (ends move with {:.3g})",
+              fmt::format("cost {:.6g}, but the least cost is {:.6g} (end sensitivity {:.3g})",
                           result.cost, best, game.speed)};
     if (result.found() && std::abs(game.cost(result.modes) - result.cost) > allowed)
-      return {Outcome::wrong, fmt::format("cost {:.6g} of a sequence that costs {:.6g}",
+      return {Outcome::wrong, fmt::format("reported cost {:.6g}, but the sequence costs {:.6g}",
                                           result.cost, game.cost(result.modes))};
     if (result.guarantee == SequenceResult::Guarantee::optimal && result.cost > best + allowed)
       return {Outcome::wrong,
-              fmt::format("certificate: optimal at {:.6g}, best {:.6g}", result.cost, best)};
+              fmt::format("certificate: optimal with cost {:.6g}, but the least cost is {:.6g}",
+                          result.cost, best)};
     return {result.found() ? Outcome::right : Outcome::unsolved, result.message};
   };
   return instance;

@@ -14,7 +14,7 @@ namespace saltus::corpus {
 namespace {
 
 void require(bool done, const char* call) {
-  if (!done) throw std::runtime_error(std::string("the outside integrator: ") + call + " failed");
+  if (!done) throw std::runtime_error(std::string("the judge's integrator: ") + call + " failed");
 }
 
 double running_cost(const OutsidePhase& phase, const double* z) {

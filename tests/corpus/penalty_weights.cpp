@@ -77,7 +77,7 @@ Instance unreachable_end(Random& random) {
     const double end = solution.trajectory.final_state()[0];
     return std::abs(end - largest * duration) <= 1e-4 * largest * duration
                ? ""
-               : "the end is not as near as it can be";
+               : "the end is not as close to the target as possible";
   };
   return instance;
 }

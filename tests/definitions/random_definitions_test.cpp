@@ -64,9 +64,9 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
   bool is_finite = std::isfinite(s.cost) && !s.trajectory.empty();
   for (const Trajectory::Piece& piece : s.trajectory.pieces())
     is_finite = is_finite && piece.end_state.allFinite() && piece.state.allFinite();
-  if (s.ok() && !is_finite) outcome.failure = "hands out NaN as a solution";
+  if (s.ok() && !is_finite) outcome.failure = "returns NaN as a solution";
   if (s.ok() && !(s.kkt_in_scale.scaled() < 1e-5))
-    outcome.failure = "calls an optimum what is none";
+    outcome.failure = "reports a point as an optimum that is not one";
   return outcome;
 }
 
@@ -74,7 +74,7 @@ bool is_sure_of_none(const Outcome& o) {
   return o.solution && o.solution->status == SolveStatus::infeasible;
 }
 bool is_proved_to_have_none(const Outcome& o) {
-  return o.solution && o.solution->message.find("the constraints cannot all be met") == 0;
+  return o.solution && o.solution->message.find("the constraints cannot all be satisfied") == 0;
 }
 // Optimal for the program. Path constraints may be violated between its nodes, which the status
 // reports.
@@ -92,7 +92,8 @@ void check_seed(int seed, std::map<std::string, int>& counts) {
     EXPECT_EQ(o.failure, "") << name;
     ++counts[name + ": " + (o.solution ? describe(o.solution->status) : "refused")];
     if (!o.solution && !o.is_of_formula && o.failure.empty()) {
-      EXPECT_NE(o.refusal.find('\''), std::string::npos) << "names nothing: " << o.refusal;
+      EXPECT_NE(o.refusal.find('\''), std::string::npos)
+          << "the message names nothing: " << o.refusal;
     }
   }
   RandomDefinition drawn;
@@ -104,7 +105,7 @@ void check_seed(int seed, std::map<std::string, int>& counts) {
   for (const auto& [one, a] : outcomes)
     for (const auto& [other, b] : outcomes) {
       if (is_sure_of_one(a) && is_proved_to_have_none(b))
-        ADD_FAILURE() << one << " has a point, " << other
+        ADD_FAILURE() << one << " finds a feasible point, but " << other
                       << " proves that there is none: " << b.solution->message;
     }
   if (!drawn.is_convex) return;
@@ -115,7 +116,7 @@ void check_seed(int seed, std::map<std::string, int>& counts) {
   for (const auto& [one, a] : outcomes)
     for (const auto& [other, b] : outcomes) {
       if (is_sure_of_one(a) && is_sure_of_none(b))
-        ADD_FAILURE() << one << " is sure of an optimum, " << other << " that there is none";
+        ADD_FAILURE() << one << " reports an optimum, but " << other << " reports infeasibility";
       // Two scaled residuals of 1e-9 and costs of order 1.
       if (one < other && is_sure_of_one(a) && is_sure_of_one(b)) {
         EXPECT_NEAR(a.solution->cost, b.solution->cost, 1e-6 * (1.0 + std::abs(a.solution->cost)))

@@ -113,6 +113,6 @@ TEST(OutOfMemory, DuringSetUpOfAController) {
 }  // namespace saltus::test
 #else
 TEST(OutOfMemory, DuringSetUpOfAController) {
-  GTEST_SKIP() << "the sanitizer has a malloc of its own, which cannot be made to fail here";
+  GTEST_SKIP() << "the sanitizer replaces malloc, so the test cannot make it fail";
 }
 #endif

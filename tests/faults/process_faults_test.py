@@ -348,7 +348,7 @@ class Stopped(unittest.TestCase):
         for words in (["list"], ["--version"], [*SOLVE, "--out", self.out]):
             with self.subTest(words=words), open("/dev/full", "w", encoding="utf-8") as full:
                 process = subprocess.run([PROGRAM, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-                self.assertEqual(process.returncode, 2, "what could not be printed counts as printed")
+                self.assertEqual(process.returncode, 2, "a failed print counts as successful")
                 self.assertEqual(process.stderr.strip().count("\n"), 0, process.stderr)
 
 

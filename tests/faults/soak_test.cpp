@@ -134,7 +134,7 @@ TEST(Soak, EveryTickHasAnInputWithoutAllocation) {
   const LatencyHistogram all = statistics.all();
   EXPECT_EQ(unsound, 0) << "seed " << seed;
   EXPECT_EQ(allocations, 0);
-  EXPECT_EQ(other_inputs, 0) << "the logger changes what the controller does";
+  EXPECT_EQ(other_inputs, 0) << "the logger changes the behaviour of the controller";
   EXPECT_GT(logger.reads(), 0);
   EXPECT_EQ(logger.changes(), 0);
   EXPECT_EQ(all.count(), ticks);

@@ -32,7 +32,7 @@ constexpr std::size_t longest_sentence =
 }
 
 void judge(const std::string& sentence) {
-  require(!sentence.empty(), "refused without a word");
+  require(!sentence.empty(), "rejected without a message");
   require(sentence.size() <= longest_sentence,
           fmt::format("a sentence of {} characters: {} ...", sentence.size(),
                       sentence.substr(0, longest_sentence)));
@@ -73,7 +73,7 @@ const std::filesystem::path& own_folder() {
       std::string name = ((has_memory ? memory : std::filesystem::temp_directory_path(absent)) /
                           "saltus-fuzz-XXXXXX")
                              .string();
-      require(::mkdtemp(name.data()) != nullptr, "no temporary folder can be made");
+      require(::mkdtemp(name.data()) != nullptr, "cannot create a temporary folder");
       path = name;
     }
     ~Folder() {

@@ -74,9 +74,9 @@ void reads_back(Settings& settings) {
   try {
     other.apply(file_with(bytes_of(written), "written.yaml"), {});
   } catch (const InputError& error) {
-    require(false, fmt::format("written and not read back: {}\n{}", error.what(), written));
+    require(false, fmt::format("written, but not read back: {}\n{}", error.what(), written));
   }
-  require(other.to_yaml() == written, fmt::format("read back otherwise:\n{}", written));
+  require(other.to_yaml() == written, fmt::format("read back differently:\n{}", written));
 }
 
 void settings_file(Bytes bytes) {
@@ -125,7 +125,7 @@ void mesh(Bytes bytes) {
                      : text.starts_with("v ") || text.starts_with('#') ? "mesh.obj"
                                                                        : "mesh.stl";
   require(!robots::mesh_corners(file_with(bytes, name)).empty(),
-          "a mesh without a corner was taken");
+          "a mesh without a corner was accepted");
 }
 
 void npz(Bytes bytes) { library::read_npz(file_with(bytes, "arrays.npz").string()); }
@@ -173,7 +173,7 @@ void compare(Bytes bytes, const std::string& name) {
   std::filesystem::remove(before / name);
   std::filesystem::remove(after / name);
   require(found.size() == 1 && found[0].text.size() < 500,
-          "one sentence tells where two runs differ");
+          "one sentence names the difference of two runs");
 }
 void tables(Bytes bytes) { compare(bytes, "run.csv"); }
 void summaries(Bytes bytes) { compare(bytes, "summary.json"); }

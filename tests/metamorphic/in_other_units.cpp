@@ -83,12 +83,12 @@ std::string fixed_time(const Stated& stated) {
   for (const PhaseDefinition& phase : stated.problem.phases()) {
     for (const Term& term : phase.terms) {
       if (!term.window.is_whole()) return "a window";
-      if (term.reference.varies()) return "a reference over time";
+      if (term.reference.varies()) return "a time-varying reference";
     }
     for (const auto* all : {&phase.state_bounds, &phase.input_bounds})
       for (const PhaseDefinition::ComponentBounds& b : *all)
         if (!b.window.is_whole()) return "a window";
-    if (phase.input_change_weight.size() > 0) return "a cost of changes";
+    if (phase.input_change_weight.size() > 0) return "a cost of input changes";
   }
   return {};
 }

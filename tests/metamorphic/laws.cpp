@@ -227,13 +227,13 @@ const std::vector<Law>& laws() {
   static const std::vector<Law> all{
       {"start_moved", "start by 1e-12 to 1e-2: the cost changes as the multipliers predict",
        start_moved},
-      {"idle_bounds", "bounds of 1e3 to 1e30 magnitudes that never act", idle_bounds},
-      {"ends_softened", "ends as L1 penalties of 1e8 to 1e14", ends_softened},
-      {"constant_rows", "rows of data, of time and of nothing", constant_rows},
+      {"idle_bounds", "bounds of 1e3 to 1e30 magnitudes that are never active", idle_bounds},
+      {"ends_softened", "end constraints as L1 penalties of 1e8 to 1e14", ends_softened},
+      {"constant_rows", "rows on data, on time and on nothing", constant_rows},
       {"written_twice", "every hard constraint twice", written_twice},
       {"other_units", "units of states, inputs, time and cost by 1e-6 to 1e6", in_other_units},
-      {"split_in_two", "a phase as two", split_in_two},
-      {"from_the_solution", "the guess at the solution", from_the_solution},
+      {"split_in_two", "a phase split in two", split_in_two},
+      {"from_the_solution", "the solution as the guess", from_the_solution},
   };
   return all;
 }

@@ -133,13 +133,14 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
   const double cost = (base.cost + change) * t.cost_factor;
   const double allowed = (cost_tolerance * (1.0 + std::abs(base.cost)) + left_out) * t.cost_factor;
   if (!(std::abs(other.cost - cost) <= allowed))
-    return fmt::format("cost {:.9g} for {:.9g}", other.cost / t.cost_factor, cost / t.cost_factor);
+    return fmt::format("cost {:.9g} instead of {:.9g}", other.cost / t.cost_factor,
+                       cost / t.cost_factor);
   if (!t.is_same_plan) return {};
   const Trajectory &a = base.trajectory, &b = other.trajectory;
   const double length = a.end_time() - a.start_time();
   if (!(std::abs((b.end_time() - b.start_time()) / t.time_factor - length) <=
         plan_tolerance * length))
-    return fmt::format("duration {:.6g} for {:.6g}",
+    return fmt::format("duration {:.6g} instead of {:.6g}",
                        (b.end_time() - b.start_time()) / t.time_factor, length);
   VectorXd size = VectorXd::Constant(64, 1e-3), worst = VectorXd::Zero(64);
   const auto& pieces = a.pieces();
@@ -156,34 +157,36 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
   int i = 0;
   const double largest = worst.cwiseQuotient(size).maxCoeff(&i);
   if (!(largest <= plan_tolerance))
-    return fmt::format("state {} differs by {:.2g} of its size, cost {:.9g} for {:.9g}", i, largest,
-                       other.cost / t.cost_factor, cost / t.cost_factor);
+    return fmt::format("state {} differs by {:.2g} of its size, cost {:.9g} instead of {:.9g}", i,
+                       largest, other.cost / t.cost_factor, cost / t.cost_factor);
   return {};
 }
 
 // Known exceptions to invariance, with reasons. An empty field matches every case, law or solver.
 struct KnownChange {
   const char *name, *law, *way, *why;
-  const char* change = "";  // how the description of the change begins
+  const char* change = "";  // beginning of the description of the change
 };
 constexpr KnownChange known_changes[] = {
-    {"bryson_denham", "", "", "its published grid lets a cheaper plan through between the nodes"},
-    {"low_ceiling_arcs", "", "", "how far plans of one cost exceed the ceiling between nodes"},
-    {"thermostat", "", "", "events inside a phase make the problem jump"},
-    {"example_ball", "", "", "events inside a phase make the problem jump"},
-    {"fishing", "constant_rows", "", "idle rows of free times: another local optimum"},
-    {"fishing_relaxed", "constant_rows", "", "idle rows of free times: another local optimum"},
-    {"first_problem", "other_units", "", "from a guess that shows no sizes no solver starts"},
+    {"bryson_denham", "", "",
+     "on its published grid, cheaper plans violate the ceiling between the nodes"},
+    {"low_ceiling_arcs", "", "",
+     "plans of equal cost violate the ceiling differently between the nodes"},
+    {"thermostat", "", "", "events inside a phase make the problem discontinuous"},
+    {"example_ball", "", "", "events inside a phase make the problem discontinuous"},
+    {"fishing", "constant_rows", "", "inactive rows on free times: another local optimum"},
+    {"fishing_relaxed", "constant_rows", "", "inactive rows on free times: another local optimum"},
+    {"first_problem", "other_units", "", "the guess shows no magnitudes, and no solver succeeds"},
     {"maximum_range", "other_units", "", "another local optimum, also a KKT point", "cost"},
     {"van_der_pol", "other_units", "", "another local optimum, also a KKT point", "cost"},
     {"alp_rider", "other_units", "sparse", "not convex: converges from some scales only", "ok ->"},
     {"alp_rider", "other_units", "riccati", "not convex: converges from some scales only", "ok ->"},
-    {"tutorial_5", "", "ipopt", "Ipopt fails on the problem as it is stated"},
+    {"tutorial_5", "", "ipopt", "Ipopt fails on the problem as stated"},
     {"f8_aircraft", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"calcium_oscillation", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"hanging_chain", "other_units", "ipopt", "Ipopt converges from one scale only"},
-    {"", "other_units", "controller", "one step of an iteration in another scale is another"},
-    {"turbo_car", "constant_rows", "controller", "idle rows of free times: another step"},
+    {"", "other_units", "controller", "a single step depends on the scale"},
+    {"turbo_car", "constant_rows", "controller", "inactive rows on free times: another step"},
 };
 
 const KnownChange* known_change(const std::string& name, const std::string& law,

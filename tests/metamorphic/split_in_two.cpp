@@ -11,14 +11,15 @@ namespace {
 // Reason why a cut of phase j changes the problem, or empty if it does not.
 std::string obstacle(const Stated& stated, int j, int intervals) {
   const PhaseDefinition& phase = stated.problem.phases()[j];
-  if (phase.has_free_duration()) return "its duration is free: two would be freer";
-  if (intervals % 2 != 0) return "its intervals are odd";
+  if (phase.has_free_duration())
+    return "its duration is free, so two phases would have more freedom";
+  if (intervals % 2 != 0) return "its number of intervals is odd";
   if (!stated.options.meshes.empty()) return "its mesh is given";
   if (phase.input_parametrisation == InputParametrisation::piecewise_linear_continuous)
-    return "its input may not jump";
-  if (phase.input_change_weight.size() > 0) return "changes of its input cost";
+    return "its input is continuous";
+  if (phase.input_change_weight.size() > 0) return "changes of its input have a cost";
   if (phase.state_guess.is_simulated()) return "its guess is simulated";
-  if (!stated.problem.links().empty()) return "links name it";
+  if (!stated.problem.links().empty()) return "links refer to it";
   for (const Term& term : phase.terms)
     if (!term.window.is_whole() && term.window.clock == Clock::phase)
       return "a window in phase time";

@@ -184,7 +184,7 @@ def look(root):
                     continue
                 # tests/packaging builds separate projects with their own headers.
                 if not (root / target).exists():
-                    problems.append(f"{including}: includes {included}, which is not there")
+                    problems.append(f"{including}: includes {included}, which does not exist")
                     continue
                 used = folder_of(target)
                 if used == folder:
@@ -199,7 +199,7 @@ def look(root):
     problems += simulators_of_the_controller(root)
     round_trip = circle(graph)
     if round_trip:
-        problems.append("a circle between folders: " + " -> ".join(round_trip))
+        problems.append("a cycle between folders: " + " -> ".join(round_trip))
         problems += ["  " + example[step] for step in zip(round_trip, round_trip[1:])]
     return Looked(problems, graph, round_trip, files)
 
@@ -212,7 +212,7 @@ def main(arguments):
     if problems:
         print("\n".join(problems))
         return 1
-    print(f"layers: {files} files in {len(graph)} folders, no circle, no include against the direction")
+    print(f"layers: {files} files in {len(graph)} folders, no cycle, no include of a higher layer")
     return 0
 
 

@@ -43,14 +43,14 @@ CASES = [
      "tests/qp must not include problems/p"),
     ("circle", {"framework/saltus/core/a.hpp": '#include "saltus/ocp/b.hpp"\n',
                 "framework/saltus/ocp/b.hpp": '#include "saltus/core/a.hpp"\n'},
-     "a circle between folders: framework/core -> framework/ocp -> framework/core"),
+     "a cycle between folders: framework/core -> framework/ocp -> framework/core"),
     ("private", {"framework/saltus/core/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/saltus/core/b.hpp": "",
                  "framework/cmake/public_headers.txt": "core core/a.hpp\n"}, "is public and includes saltus/core/b.hpp"),
     ("controller to engine", {"robots/saltus/robots/walking/balance_controller.cpp": '#include "saltus/robots/walking/a.hpp"\n',
                               "robots/saltus/robots/walking/a.hpp": '#include "saltus/robots/whole_body/plant.hpp"\n',
                               "robots/saltus/robots/whole_body/plant.hpp": ""},
      "the controller must not include robots/saltus/robots/whole_body/plant.hpp, not even through robots/saltus/robots/walking/a.hpp"),
-    ("missing", {"framework/saltus/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which is not there"),
+    ("missing", {"framework/saltus/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which does not exist"),
 ]
 
 for name, files, expected in CASES:

@@ -94,7 +94,7 @@ class Children(unittest.TestCase):
                 return
             time.sleep(0.05)
         os.kill(number, signal.SIGKILL)
-        self.fail("the child goes on")
+        self.fail("the child keeps running")
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ def dearer(bounds, found):
     above = False
     for batch, (most, other) in bounds.items():
         ratio = found[batch] / found[other]
-        print(f"{batch}: {ratio:.2f} times what {other} takes, at most {most}")
+        print(f"{batch}: {ratio:.2f} times the instructions of {other}, at most {most}")
         above = above or ratio > most
     return above
 
@@ -53,8 +53,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
     parser.add_argument("file", type=pathlib.Path)
-    parser.add_argument("--write", action="store_true", help="make the counts the record")
-    parser.add_argument("--of", default="*RiccatiSolver::solve*", help="the function that is counted, as valgrind takes it")
+    parser.add_argument("--write", action="store_true", help="store the counts as the record")
+    parser.add_argument("--of", default="*RiccatiSolver::solve*", help="the counted function, as a pattern of valgrind")
     arguments = parser.parse_args()
     if not shutil.which("valgrind"):
         skip("there is no valgrind")

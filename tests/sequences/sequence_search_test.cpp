@@ -138,7 +138,7 @@ TEST(SequenceSearch, FindsTheOptimaOfAMixedIntegerSolver) {
 // 200 nodes take at most the time of 250 of their programs.
 TEST(SequenceSearch, HasLittleOverhead) {
 #ifndef NDEBUG
-  GTEST_SKIP() << "measured where the compiler optimises";
+  GTEST_SKIP() << "measured in optimised builds only";
 #endif
   constexpr int tries = 8;  // the minimum has the least disturbance
   const auto cost = [](ModeGraph (*graph)(const VectorXd&), const VectorXd& x) {
@@ -304,7 +304,7 @@ TEST(SequenceSearch, RejectsAnInvalidState) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
     EXPECT_NE(text.find(words), text.rfind(words)) << "twice, by both, in: " << text;
   }
-  EXPECT_GT(loop.solve_next(x).reused, 0) << "what was refused changes nothing";
+  EXPECT_GT(loop.solve_next(x).reused, 0) << "a rejected call changes nothing";
 }
 
 // x' = -x + u or x' = x - u, |u| <= 1. A non-convex problem is rejected with its name.

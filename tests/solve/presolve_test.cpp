@@ -255,7 +255,7 @@ std::vector<Twice> twices() {
       });
     });
     // No multiples of each other, but constant where the circle is kept.
-    add("circle kept in other words", [=](bool twice) {
+    add("circle kept in another form", [=](bool twice) {
       const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
       return in_phases(phases, start, [&](OptimalControlProblem& problem, int j) {
         Phase<4, 2> p{phase_name(j), Plane{}, exactly(1.0)};

@@ -54,14 +54,14 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
   const qp::StagePoint::AtStage& z = feasible.optimum.stages[k];
   const int kind = random.integer(0, 3);
   if (kind == 0) {
-    out.proof = "a row above one side, its copy below it";
+    out.proof = "a row above a bound, and its multiple below that bound";
     qp::RowGroup& g = add_rows(s, columns_between(0, s.nx + s.nu), 2);
     g.M.row(0) = random.matrix(1, s.nx + s.nu);
     g.M.row(1) = 2.0 * g.M.row(0);
     g.upper[0] = random.uniform(-1.0, 1.0);
     g.lower[1] = 2.0 * (g.upper[0] + out.gap);
   } else if (kind == 1) {
-    out.proof = "an equality of a state after one of what it follows from";
+    out.proof = "contradictory equalities on a state and on the state and input before it";
     const VectorXd c = random.vector(out.qp.stages[k + 1].nx);
     qp::RowGroup& first = add_rows(s, columns_between(0, s.nx + s.nu), 1);
     first.M.row(0) << c.transpose() * s.A, c.transpose() * s.B;
@@ -84,13 +84,13 @@ InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options) {
     const double reach = largest_product(s.A.transpose() * c, x_lower, x_upper) +
                          largest_product(s.B.transpose() * c, s.u_lower, s.u_upper) + c.dot(s.b);
     if (kind == 2) {
-      out.proof = "a state's bound out of reach of the boxes before it";
+      out.proof = "a bound of a state outside the range of the previous boxes";
       int i = 0;
       c.maxCoeff(&i);
       next.x_lower[i] = reach + out.gap;
       next.x_upper[i] = infinity;
     } else {
-      out.proof = "a row of a state out of reach of the boxes before it";
+      out.proof = "a row on a state outside the range of the previous boxes";
       qp::RowGroup& g = add_rows(next, columns_between(0, next.nx), 1);
       g.M.row(0) = c.transpose();
       g.lower[0] = reach + out.gap;
@@ -131,7 +131,7 @@ bool make_unbounded(UnboundedQp& out, const qp::StagePoint& optimum, Random& ran
   const double slope = -random.log_uniform(0.1, 10.0);
   if (s.nu < (kind == 1 ? 2 : 1)) return false;
   if (kind == 0) {
-    out.proof = "an input that only earns, with a bound on the far side";
+    out.proof = "an input that only decreases the cost, bounded on the other side";
     const int i = random.integer(0, s.nu - 1);
     const double sign = random.chance(0.5) ? 1.0 : -1.0;
     free_input(s, z, i);
@@ -141,7 +141,7 @@ bool make_unbounded(UnboundedQp& out, const qp::StagePoint& optimum, Random& ran
     (sign > 0.0 ? s.u_lower : s.u_upper)[i] = z.u[i] - sign;
     du[i] = sign;
   } else if (kind == 1) {
-    out.proof = "two inputs that cancel in the dynamics, and earn together";
+    out.proof = "two inputs that cancel in the dynamics and decrease the cost";
     for (const int i : {0, 1}) free_input(s, z, i);
     s.b += z.u[1] * (s.B.col(1) + s.B.col(0));
     s.B.col(1) = -s.B.col(0);
