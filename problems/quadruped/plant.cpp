@@ -56,9 +56,9 @@ Automaton<nx, nu> automaton(const Body& body, const Ground& ground) {
       const int at = states + 3 * leg;
       return x[at + 2] - ground(x[at], x[at + 1]);
     };
-    // Also on a slope: a foot that is commanded up, and faster into the hill, stays on the
-    // ground.
-    const auto told_off_the_ground = [ground, leg](const auto&, const auto& x, const auto& u) {
+    // Relative to the ground: a foot that is commanded to rise more slowly than the slope ahead of
+    // it stays in contact.
+    const auto commanded_lift = [ground, leg](const auto&, const auto& x, const auto& u) {
       const int at = states + 3 * leg, to = 3 * legs + 3 * leg;
       return u[to + 2] - ground.rise(x[at], x[at + 1], u[to], u[to + 1]);
     };
@@ -67,7 +67,7 @@ Automaton<nx, nu> automaton(const Body& body, const Ground& ground) {
       if ((mode & 1 << leg) == 0)
         robot.event(std::string(leg_names[leg]) + " lands", from, to, clearance, Crossing::falling);
       else
-        robot.event(std::string(leg_names[leg]) + " lifts", from, to, told_off_the_ground,
+        robot.event(std::string(leg_names[leg]) + " lifts", from, to, commanded_lift,
                     Crossing::rising);
     }
   }
