@@ -120,8 +120,8 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
     run_python_module("saltus.plot_quadruped", context.output.path(), "picture");
   fmt::print(
       "size {}: ground within {:.1f} cm, push of {:.1f} N s, {} runs of {} s\n"
-      "recovered: {} of {}; blind to early and late landings: {} of {}\n"
-      "a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
+      "recovered: {} of {}; without contact sensing: {} of {}\n"
+      "a tick takes {:.2f} ms in the median, {:.2f} ms at p99; the period is {:.0f} ms\n"
       "results in {}: campaign.csv, summary.json\n",
       config.scale, 100.0 * config.scale * config.roughness, config.scale * config.push.impulse,
       table.rows(), config.duration, recovered[0], table.rows(), recovered[1], table.rows(),
@@ -151,7 +151,8 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
       "{}: {}\n"
       "reached ({:.2f}, {:.2f}) m in {:.2f} s; largest tilt {:.1f} degrees\n"
       "{} early landings, {} late ones; the gait waited {:.2f} s in total\n"
-      "{} ticks ({}); a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
+      "{} ticks ({}); a tick takes {:.2f} ms in the median, {:.2f} ms at p99; the period is {:.0f} "
+      "ms\n"
       "results in {}: trajectory, events, ticks and feet (.csv), summary.json{}\n",
       verdict, result.message(), end[0], end[1], result.log.recording.samples.back().time,
       57.29578 * result.farthest, result.early, result.late, result.waited, result.log.ticks.size(),

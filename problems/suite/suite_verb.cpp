@@ -61,7 +61,7 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
                 [&](const std::string& text) { assignments.push_back(parse_set_argument(text)); })
       .option("--json", "FILE", "all compared values, with all digits",
               [&](const std::string& file) { request.json = file; })
-      .flag("--quiet", "print only errors; FILE and the exit status have the result",
+      .flag("--quiet", "print only errors; the result is in FILE and the exit status",
             request.quiet);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();

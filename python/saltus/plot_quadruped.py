@@ -85,9 +85,9 @@ def draw_run(folder, summary):
     figure, axes = plt.subplot_mosaic([["way", "way"], ["gait", "gait"], ["body", "ticks"]],
                                       figsize=(9.0, 8.0), constrained_layout=True)
     end = "recovered" if summary["recovered"] else "fell"
-    eyes = "blind to early and late landings" if summary["blind"] else (
+    sensing = "without contact sensing" if summary["blind"] else (
         f"{summary['early_landings']} landings early, {summary['late_landings']} late")
-    figure.suptitle(f"{summary['gait']}: {end} ({eyes})")
+    figure.suptitle(f"{summary['gait']}: {end} ({sensing})")
     draw_way(axes["way"], body, feet)
     draw_gait(axes["gait"], feet, summary["push_start_s"])
     draw_body(axes["body"], body, summary["push_start_s"])

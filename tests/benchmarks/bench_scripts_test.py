@@ -598,6 +598,6 @@ class Scripts(unittest.TestCase):
 
 if __name__ == "__main__":
     if importlib.util.find_spec("numpy") is None:
-        print("skipped: numpy is not there (Debian's python3-numpy)")
+        print("skipped: numpy is not installed (Debian: python3-numpy)")
         sys.exit(77)
     unittest.main()

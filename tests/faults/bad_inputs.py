@@ -246,7 +246,7 @@ def cases():
     add("two files", ["robot", "check", "a.urdf", "b.urdf"])
     robot = check + ["--config", "{d}/robot.yaml"]
     for kind, text in {
-        "its description: empty": "", "its description: no required key": "name: r\n", "its description: unknown key": "nmae: r\n", "its description: sole missing from the URDF": "name: r\nleft_foot: {sole: none}\nright_foot: {sole: r_foot}\n",
+        "its description: empty": "", "its description: required key missing": "name: r\n", "its description: unknown key": "nmae: r\n", "its description: sole missing from the URDF": "name: r\nleft_foot: {sole: none}\nright_foot: {sole: r_foot}\n",
         "its description: mass in words": "name: r\nmass: heavy\n", "its description: one link for both feet": "name: r\nleft_foot: {sole: l_foot}\nright_foot: {sole: l_foot}\n", "its description: lists for maps": "name: r\npostures: [1, 2]\n",
         "its description: a name that is a list": "name: [a]\n",
     }.items():
