@@ -84,7 +84,7 @@ class Run:
 
     @property
     def config(self):
-        """The settings as YAML, as `--config` takes them."""
+        """The settings as YAML, in the format of `--config`."""
         with open(os.path.join(self.folder, "config.yaml"), encoding="utf-8") as file:
             return file.read()
 

@@ -142,7 +142,7 @@ fi
 fresh_copy user
 enter "$folder/user"
 if [[ -n $sources ]]; then
-  # The prefix, with the requirements of the components only.
+  # Installs to a prefix, with the packages of the requested components only.
   to_build=$(line_of_page "apt-get install g++ cmake make")
   step "$to_build $needed"
   inside_sh "$to_build $needed $launcher"

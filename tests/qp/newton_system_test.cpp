@@ -201,7 +201,7 @@ TEST(RiccatiNewton, RejectsASlackWithoutCost) {
   };
   EXPECT_TRUE(works());
   staged.qp.hessian[staged.qp.hessian_pattern.find(slack, slack)] = 0.0;
-  EXPECT_TRUE(works());  // its bound has a weight
+  EXPECT_TRUE(works());  // the weight of its bound suffices
   weights.variables[slack] = 0.0;
   EXPECT_FALSE(works());
 }

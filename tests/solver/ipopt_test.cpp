@@ -122,7 +122,7 @@ TEST(Ipopt, RowsWithoutSidesChangeNothing) {
   EXPECT_EQ(same.point.w, base.point.w);
   EXPECT_EQ(same.point.lambda.head(2), base.point.lambda);
   EXPECT_EQ(same.point.lambda.tail(3), VectorXd::Zero(3));
-  // The kept problem of Ipopt takes a row in as soon as it has a side.
+  // The problem kept between solves adds a row as soon as it has a side.
   with_free_rows.row_upper_[3] = 3.0;  // a + b = 3.53 there
   EXPECT_EQ(ipopt->solve(with_free_rows, start, false).status, SolveStatus::infeasible);
 }

@@ -1,4 +1,4 @@
-"""The peers: solvers of others, each behind an adapter that calls it in the way that is fairest to it.
+"""The peers: third-party solvers, each behind an adapter that calls it in the way that is fairest to it.
 
 An adapter is a class with these members:
     name; package: its name in PyPI, whose version is reported; about: a remark for the table

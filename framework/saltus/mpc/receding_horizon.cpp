@@ -350,7 +350,7 @@ void RecedingHorizonController::check_plan() noexcept {
         tick_.violation = std::max(tick_.violation, in_scale.feasibility);
       }
     }
-  } catch (...) {  // a formula threw: nothing is known, and the input has been sent
+  } catch (...) {  // a formula threw: the plan stays unchecked; the input is already sent
   }
   if (tick_.violation <= options_.feasibility) {
     const bool is_optimal = tick_.kkt <= options_.optimality;

@@ -25,7 +25,7 @@ void Packing::bounds(int k) {
   if (without_bounds(k)) return;
   int first = entries, last = -1, equal = 0;
   Sides sides;
-  int further[max_parts] = {};  // number of bounded inputs per further part
+  int further[max_parts] = {};  // number of bounded inputs per part after the first
   for (int j = p.constant_states; j < entries; ++j) {
     const double l = lower_bound(s, j), u = upper_bound(s, j);
     if (crossed(l, u)) {

@@ -45,12 +45,12 @@ struct PackedStage {
   int free_states = 0;      ///< number of states in the user's x that count as inputs (free start)
 
   int parts = 1;              ///< 1: no common resultant
-  const double* T = nullptr;  ///< per further part: B_p = B_1 T_p
+  const double* T = nullptr;  ///< per part after the first: B_p = B_1 T_p
   const double* T_inverse = nullptr;
   const double* R = nullptr;  ///< per part: Hessian in resultant coordinates
-  double* r = nullptr;        ///< per further part: gradient
+  double* r = nullptr;        ///< per part after the first: gradient
   double* R_work = nullptr;   ///< R plus the barrier terms
-  Split* splits = nullptr;    ///< per further part
+  Split* splits = nullptr;    ///< per part after the first
   const SplitKernel* split_kernel = nullptr;
 
   std::span<RowBlock> rows;

@@ -527,7 +527,7 @@ class Analysis {
 
   void leave_out_implied(std::vector<Pair> open) {
     for (int round = 0; round < most_rounds && !open.empty(); ++round) {
-      // Equalities of one round share no unknowns, so that each is solved on its own.
+      // Equalities of one round share no unknowns, so that each is solved separately.
       std::map<int, int> equality_of;  // per root
       std::vector<Pair> pairs, later;
       for (const Pair& pair : open) {
