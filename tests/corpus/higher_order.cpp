@@ -80,8 +80,8 @@ Instance higher_order(Random& random) {
         for (int i = 0; i < 2; ++i) x[i] = std::clamp(x[i], -duration, duration);
         least = std::min(least, f(0.0, x));
       }
-    return least < here - 1e-12 * scale ? "certificate: the curvature is said to be that of a "
-                                          "minimum, and the cost falls nearby"
+    return least < here - 1e-12 * scale ? "certificate: the curvature is reported as that of a "
+                                          "minimum, but the cost decreases nearby"
                                         : std::string{};
   };
   return instance;

@@ -114,24 +114,24 @@ def cases():
 
     add = group("Values of settings")
     for kind, key, value in [
-        ("text for a number", "push.impulse", "seven"), ("empty number", "push.impulse", ""), ("blank number", "push.impulse", " "),
+        ("text instead of a number", "push.impulse", "seven"), ("empty number", "push.impulse", ""), ("blank number", "push.impulse", " "),
         ("an exponent without digits", "push.impulse", "1e"), ("decimal comma", "push.impulse", "7,5"), ("number out of range", "push.impulse", "1e400"),
         ("a minus sign alone", "push.impulse", "-"), ("two points", "push.impulse", "1.2.3"), ("two signs", "push.impulse", "--7"),
         ("NaN", "push.impulse", "nan"), ("YAML's NaN", "push.impulse", ".nan"), ("infinity", "push.impulse", "inf"), ("YAML's infinity", "push.impulse", ".inf"),
         ("hexadecimal", "push.impulse", "0x10"), ("digits in groups", "push.impulse", "1_000"), ("digits in another script", "push.impulse", "٧"),
         ("number with a unit", "push.impulse", "7 N s"), ("percentage", "push.impulse", "7%"), ("fraction", "push.impulse", "7/2"),
         ("formula", "push.impulse", "2*3"), ("negative size", "push.impulse", "-7"), ("beyond the range", "push.impulse", "1e5"),
-        ("list for a number", "push.impulse", "[7]"), ("map for a number", "push.impulse", "{{a: 7}}"), ("no duration", "push.duration", "0"),
+        ("list instead of a number", "push.impulse", "[7]"), ("map instead of a number", "push.impulse", "{{a: 7}}"), ("no duration", "push.duration", "0"),
         ("'none' for a required number", "push.impulse", "none"),
         ("two numbers on two lines", "push.impulse", "7\n8"), ("terminal colour codes", "push.impulse", "\x1b[31m7"), ("not UTF-8", "push.impulse", b"\xff7"),
         ("fraction for a whole number", "mpc.intervals", "1.5"), ("exponent for a whole number", "mpc.intervals", "1e1"),
         ("integer out of range", "mpc.intervals", "99999999999999999999"), ("2^31", "mpc.intervals", "2147483648"),
-        ("no intervals", "mpc.intervals", "0"), ("negative intervals", "mpc.intervals", "-15"), ("text for a whole number", "mpc.intervals", "many"),
+        ("no intervals", "mpc.intervals", "0"), ("negative intervals", "mpc.intervals", "-15"), ("text instead of a whole number", "mpc.intervals", "many"),
         ("'perhaps' for a Boolean", "stepping", "perhaps"), ("number for a Boolean", "stepping", "2"), ("empty Boolean", "stepping", ""),
-        ("list for a Boolean", "stepping", "[true]"),
+        ("list instead of a Boolean", "stepping", "[true]"),
         ("unknown choice", "plant", "gazebo"), ("misspelt choice", "plant", "centroidl"), ("choice in capitals", "plant", "DART"),
-        ("empty choice", "plant", ""), ("list for a choice", "solver", "[ipopt]"), ("number for a choice", "solver", "1"), ("unknown preset", "preset", "moon"),
-        ("too few numbers", "push.direction", "[0, -1]"), ("too many numbers", "push.direction", "[0, -1, 0, 0]"), ("one number for a list", "push.direction", "1"),
+        ("empty choice", "plant", ""), ("list instead of a choice", "solver", "[ipopt]"), ("number for a choice", "solver", "1"), ("unknown preset", "preset", "moon"),
+        ("too few numbers", "push.direction", "[0, -1]"), ("too many numbers", "push.direction", "[0, -1, 0, 0]"), ("one number instead of a list", "push.direction", "1"),
         ("empty list", "push.direction", "[]"), ("list within a list", "push.direction", "[[0, -1, 0]]"), ("list without its end", "push.direction", "[0, -1, 0"),
         ("text within a list", "push.direction", "[0, left, 0]"), ("NaN within a list", "push.direction", "[0, nan, 0]"),
         ("missing entry in a list", "push.direction", "[0, , 0]"), ("no direction", "push.direction", "[0, 0, 0]"), ("a list of 50,000 numbers", "push.direction", "[" + "0," * 50000 + "0]"),
@@ -158,7 +158,7 @@ def cases():
         "UTF-16": "push:\n  impulse: x7\n".encode("utf-16"), "a NUL in the middle": b"push:\n  imp\0ulse: 7\n", "tabs": b"push:\n\timpulse: 7\n",
         "unknown key": b"push:\n  impluse: 7\n", "unknown section": b"shove:\n  impulse: 7\n", "key given twice": b"push:\n  impulse: 7\n  impulse: 8\n",
         "section given twice": b"push:\n  impulse: 7\npush:\n  start: 1\n", "key both flat and in its section": b"push.impulse: 7\npush:\n  impulse: 8\n",
-        "value for a section": b"push: 7\n", "section for a value": b"push:\n  impulse:\n    size: 7\n", "list for a value": b"push:\n  impulse: [7]\n",
+        "value instead of a section": b"push: 7\n", "section instead of a value": b"push:\n  impulse:\n    size: 7\n", "list instead of a value": b"push:\n  impulse: [7]\n",
         "list of sections": b"push:\n  - impulse: 7\n", "value missing": b"push:\n  impulse:\n", "null": b"push:\n  impulse: ~\n",
         "an alias": b"a: &a 7\npush:\n  impulse: *a\n", "an alias of itself": b"a: &a [*a]\n", "aliases that expand exponentially": b"a: &a [x,x]\nb: &b [*a,*a]\nc: [*b,*b]\n",
         "merged keys": b"a: &a {impulse: 7}\npush:\n  <<: *a\n", "two documents": b"push:\n  impulse: 7\n---\npush:\n  impulse: 8\n",
@@ -222,7 +222,7 @@ def cases():
         "entities that expand exponentially": '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>' + biped().replace('"r"', '"&b;"', 1),
         "an entity from a file": '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + biped().replace('"r"', '"&a;"', 1), "a name of a million letters": biped().replace('"base"', '"' + "b" * 1000000 + '"'),
         "tags 200,000 deep": f'<robot name="r">{deep}</robot>', "a chain of 3000 links": SMALL_URDF.format(chain), "tags 60,000 deep after end tags in CDATA": f'<robot name="r"><![CDATA[{"</" * 60000}]]>{"<a>" * 60000}{"</a>" * 60000}</robot>',
-        "tags 60,000 deep that seem to end at once": '<robot name="r">' + '<a b="/>">' * 60000, "a declaration inside an element": biped().replace("<link", "<?a?><link", 1),
+        "tags 60,000 deep that appear to be self-closing": '<robot name="r">' + '<a b="/>">' * 60000, "a declaration inside an element": biped().replace("<link", "<?a?><link", 1),
         "a comment without its end": biped().replace("<link", "<!-- <link", 1),
         "bytes that are not text": biped().replace("base", "b\udcffse"), "an attribute twice": biped().replace('name="base"', 'name="base" name="other"', 1), "xacro that was not expanded": biped().replace('"10"', '"${mass}"', 1),
         "SDF": '<sdf version="1.7"><model name="r"><link name="a"/></model></sdf>', "MJCF": '<mujoco model="r"><worldbody/></mujoco>',
@@ -247,7 +247,7 @@ def cases():
     robot = check + ["--config", "{d}/robot.yaml"]
     for kind, text in {
         "its description: empty": "", "its description: required key missing": "name: r\n", "its description: unknown key": "nmae: r\n", "its description: sole missing from the URDF": "name: r\nleft_foot: {sole: none}\nright_foot: {sole: r_foot}\n",
-        "its description: mass in words": "name: r\nmass: heavy\n", "its description: one link for both feet": "name: r\nleft_foot: {sole: l_foot}\nright_foot: {sole: l_foot}\n", "its description: lists for maps": "name: r\npostures: [1, 2]\n",
+        "its description: mass in words": "name: r\nmass: heavy\n", "its description: one link for both feet": "name: r\nleft_foot: {sole: l_foot}\nright_foot: {sole: l_foot}\n", "its description: lists instead of maps": "name: r\npostures: [1, 2]\n",
         "its description: a name that is a list": "name: [a]\n",
     }.items():
         add(kind, robot, {"r.urdf": biped(), "robot.yaml": text})
