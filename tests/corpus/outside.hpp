@@ -1,4 +1,4 @@
-// The problem in the form of the judge: plain functions of numbers, simulated by direct calls of
+// The problem as the judge reads it: plain functions of numbers, simulated by direct calls of
 // CVODE. Nothing here uses the framework's integrators, transcription or derivatives.
 #pragma once
 
@@ -35,7 +35,7 @@ struct OutsideRow {
   double tolerance(int i) const;
 };
 
-/// A phase in the form of the judge.
+/// A phase as the judge reads it.
 struct OutsidePhase {
   std::string name;
   int nx = 0, nu = 0;

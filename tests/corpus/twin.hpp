@@ -47,7 +47,7 @@ auto evaluator(F f, std::vector<double> data) {
 
 }  // namespace detail
 
-/// A formula of nx states, nu inputs and data in the form of the judge.
+/// A formula of nx states, nu inputs and data as the judge reads it.
 template <int nx, int nu, int np, class F>
 OutsideFormula outside_formula(const F& f, const std::vector<double>& data = {}) {
   return {outputs_of<nx, nu, np, F>, detail::evaluator<double, nx, nu, np>(f, data),

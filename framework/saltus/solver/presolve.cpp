@@ -416,7 +416,7 @@ class Analysis {
     return are_same(scaled, b) ? factor : 0.0;
   }
 
-  // True if two rows are multiples at the first point, or flat there.
+  // True if at the first point two rows are multiples, or two have zero slopes.
   bool may_repeat(const std::vector<int>& rows) {
     if (rows.size() < 2) return false;
     std::vector<std::vector<double>> all;

@@ -82,7 +82,7 @@ struct PhaseFlow {
   ControlledSteps steps;
   ModeSwitches switches;
   std::vector<PathConstraint> constraints;
-  std::vector<Rates> rates;  // of states and integrals, searched for hidden peaks
+  std::vector<Rates> rates;  // rates of states and integrals, searched for hidden peaks
   VectorXd units;            // units of the states, then of the integrals
   VectorXd tolerances;       // tolerances of the states as rows (GridAccuracy::rows)
   bool undecided = false;    // an event could not be followed

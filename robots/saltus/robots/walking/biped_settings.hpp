@@ -53,7 +53,7 @@ struct RobotChoice {
   double mass_error = 0.0;
 };
 
-/// A force on the robot for a limited time. Its direction has world axes and any length.
+/// A force on the robot for a limited time. Its direction is in world axes and has any length.
 struct Push : Pulse {
   /// Towards the right, in the middle of the chest.
   Push() : Pulse{7.0, Vec<double, 3>(0.0, -1.0, 0.0), 2.4, 0.1} {}
