@@ -41,7 +41,7 @@ SEARCHED = {
     "s03_two_tanks": ("tanks 20 5 plan", ["level h1 [m]", "level h2 [m]"], ["outflow v"]),
     "s04_fishing_modes": ("fishing 9 plan", ["prey x1", "predators x2"], []),
 }
-NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program of a file has no trajectory."}
+NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program from a file has no trajectory."}
 STATE, INPUT, BAND = "#1f6fb4", "#d9661f", "#eef1f5"
 
 
@@ -122,7 +122,7 @@ def case_name(program, name):
 
 
 def searched(program, name):
-    """The table of the best sequence of modes and the names of its inputs. A mode has no number of its phase here."""
+    """The table of the best sequence of modes and the names of its inputs. Mode names have no phase number here."""
     words, states, inputs = SEARCHED[name]
     search = os.path.join(os.path.dirname(os.path.abspath(program)), "mode_search")
     done = subprocess.run([search, *words.split()], capture_output=True, text=True, check=True)

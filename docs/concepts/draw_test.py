@@ -27,7 +27,7 @@ with tempfile.TemporaryDirectory() as folder:
             if f"concepts/{name}.svg)" not in file.read():
                 wrong.append(f"{page} does not show {name}.svg")
         if words(os.path.join(folder, f"{name}.svg")) != words(os.path.join(HERE, f"{name}.svg")):
-            wrong.append(f"{name}.svg is not what draw.py draws; draw.py {HERE} makes it again")
+            wrong.append(f"{name}.svg differs from the output of draw.py; run draw.py {HERE}")
 if wrong:
     sys.exit("\n".join(wrong))
 print(f"{len(draw.DRAWINGS)} drawings as drawn")

@@ -119,7 +119,7 @@ TEST_F(VerbsTest, RunReplacesThePreviousRun) {
   EXPECT_FALSE(fs::exists(out / "marks.csv"));
   for (const char* kept : {"mine.csv", "trajectory.csv", "summary.json", "run.json"})
     EXPECT_TRUE(fs::exists(out / kept)) << kept;
-  EXPECT_EQ(run({"rerun", out}), 0) << printed << "mine.csv is of no run";
+  EXPECT_EQ(run({"rerun", out}), 0) << printed << "mine.csv belongs to no run";
 
   // A foreign run.json removes no file outside the folder, and no file that no run writes.
   const fs::path beside = folder.file("beside.csv", "mine"),

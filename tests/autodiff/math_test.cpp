@@ -190,7 +190,7 @@ TEST(Math, Atan2HasSlopesFarAway) {
   const auto angle = [](double y) { return [y](auto x) { return atan2(x, decltype(x)(y)); }; };
   for (const double r : {1e-140, 1e-3, 1e160})
     EXPECT_NEAR(angle(r)(first(r)).tangent[0] * r, 0.5, 1e-15) << r;
-  is("atan2 beside (0, 0)", angle(1e-170), 1e-170, {std::atan2(1.0, 1.0), 0, 0});
+  is("atan2 near (0, 0)", angle(1e-170), 1e-170, {std::atan2(1.0, 1.0), 0, 0});
 }
 
 TEST(Math, NormAtZeroHasZeroSlope) {

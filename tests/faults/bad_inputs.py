@@ -162,7 +162,7 @@ def cases():
         "list of sections": b"push:\n  - impulse: 7\n", "value missing": b"push:\n  impulse:\n", "null": b"push:\n  impulse: ~\n",
         "an alias": b"a: &a 7\npush:\n  impulse: *a\n", "an alias of itself": b"a: &a [*a]\n", "aliases that expand exponentially": b"a: &a [x,x]\nb: &b [*a,*a]\nc: [*b,*b]\n",
         "merged keys": b"a: &a {impulse: 7}\npush:\n  <<: *a\n", "two documents": b"push:\n  impulse: 7\n---\npush:\n  impulse: 8\n",
-        "a tag of Python": b"push: !!python/object/apply:os.system ['true']\n", "a binary tag": b"push:\n  impulse: !!binary aGk=\n",
+        "a Python tag": b"push: !!python/object/apply:os.system ['true']\n", "a binary tag": b"push:\n  impulse: !!binary aGk=\n",
         "an unsupported YAML version": b"%YAML 9.9\n---\npush: {impulse: x}\n", "a single list": b"- push\n- 7\n", "a single word": b"push\n",
         "truncated JSON": b'{"push": {"impulse": 7', "a quote without its end": b'push:\n  impulse: "7\n', "inconsistent indentation": b"push:\n    impulse: 7\n  start: 1\n",
         "an extra colon": b"push: impulse: 7\n", "a key that is a list": b"[a, b]: 7\n", "an empty key": b'"": 7\n', "brackets 100,000 deep": b"[" * 100000,

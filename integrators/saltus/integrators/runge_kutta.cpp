@@ -258,7 +258,8 @@ void check(const ButcherTableau& tableau) {
   };
   if (stages < 1 || tableau.a.rows() != stages || tableau.a.cols() != stages ||
       tableau.c.size() != stages)
-    fail(fmt::format("needs a square a and a c of the length of b, which is {}", stages));
+    fail(fmt::format("needs a square matrix a and a vector c of the length of b, which is {}",
+                     stages));
   for (int i = 0; i < stages; ++i)
     for (int j = i; j < stages; ++j)
       if (tableau.a(i, j) != 0.0) fail("is not explicit: a has an entry on or above the diagonal");

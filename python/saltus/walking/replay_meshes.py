@@ -110,7 +110,7 @@ def read_stl(path):
     else:
         raise MeshError("is not a complete STL file; export it again as STL")
     if len(corners) == 0 or not numpy.isfinite(corners).all():
-        raise MeshError("has no triangles or corners that are not finite; export it again")
+        raise MeshError("has no triangles, or corners that are not finite; export it again")
     return corners
 
 
