@@ -97,7 +97,7 @@ class OptimalControlProblem {
     return link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...);
   }
 
-  /// Adds a scalar formula to the cost. It takes the ends as that of link() does.
+  /// Adds a scalar formula to the cost. Its arguments are those of the formula of link().
   ///
   ///     ocp.minimise_link("imbalance", [](const auto& a, const auto& b) {
   ///       return cosh(a.x[0] - b.x[0]); }, end_of(first), end_of(second));

@@ -32,7 +32,7 @@ class SparseLdl {
   /// By Sylvester's law the signs of D give the inertia in any order. Returns false if the signs
   /// are not as expected or a pivot vanished; there is no factor then.
   bool factor();
-  /// As factor(), but only the number of negative pivots must match, not their positions. The
+  /// Like factor(), but only the number of negative pivots must match, not their positions. The
   /// matrix need not be quasi-definite. The factor may have lost digits.
   bool factor_with_inertia();
   /// Replaces x by the inverse of the matrix times x.

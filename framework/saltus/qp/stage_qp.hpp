@@ -130,7 +130,7 @@ class StageQpSolver {
   virtual QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept = 0;
   /// Does the work on a program that does not need the values of its start.
   virtual void prepare(const StageQp&) noexcept {}
-  /// As solve(), for the program of the last prepare(). Only a fixed start may have changed.
+  /// Like solve(), for the program of the last prepare(). Only a fixed start may have changed.
   virtual QpResult solve_prepared(const StageQp& qp, StagePoint& point, bool warm) noexcept {
     return solve(qp, point, warm);
   }

@@ -27,7 +27,7 @@ namespace saltus {
 /// Rates of change of the optimality conditions at fixed w and multipliers.
 struct OptimumRates {
   VectorXd gradient;  ///< rate of the gradient of the Lagrangian, per variable
-  VectorXd rows;      ///< rate of g - side, per row; of an inactive row: of g
+  VectorXd rows;      ///< rate of g - side per row; for inactive rows, of g
   VectorXd bounds;    ///< rate of the side of an active bound, per variable
 };
 
