@@ -26,7 +26,7 @@ STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
           "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
 SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
 KATEX = "/usr/share/javascript/katex"  # katex.js runs here; the pages only need its style and fonts
-# Reads [[formula, is it displayed], ...] and prints for each [html, null] or [null, what KaTeX does not accept].
+# Reads [[formula, is it displayed], ...] and prints for each [html, null] or [null, the error of KaTeX].
 TYPESET = """
 const katex = require(process.argv[1]);
 const typeset = ([formula, displayMode]) => {

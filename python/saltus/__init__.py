@@ -7,7 +7,7 @@
     run.to_mat("demo.mat")                               # robot-log-visualizer, MATLAB
     run.to_mcap("demo.mcap")                             # Foxglove, PlotJuggler
 
-What the program saltus itself calls to draw is in this package, too; that part needs matplotlib only.
+The scripts with which the program saltus draws are in this package, too; they need matplotlib only.
 """
 
 _OF_RESULTS = ("load", "run", "Run", "Table", "SaltusError")

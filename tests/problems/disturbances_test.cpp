@@ -25,8 +25,8 @@ class Disturbed : public IcubInDart {
   }
 };
 
-// Noise of 1 mm, 0.1 degrees and 2 % of the forces. The noise of the velocities is what remains if
-// a straight line is fitted to 90 ms of such measurements, 2 ms apart: sigma sqrt(12 / 45) / 0.09
+// Noise of 1 mm, 0.1 degrees and 2 % of the forces. The noise of the velocities is the error of
+// the slope of a line fitted to 90 ms of such measurements, 2 ms apart: sigma sqrt(12 / 45) / 0.09
 // s.
 TEST_F(Disturbed, RecoversDespiteNoiseAndDelay) {
   config.plant.noise = {.position = 1e-3,

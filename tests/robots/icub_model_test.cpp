@@ -1,4 +1,4 @@
-// Where the model of iCub is found. What it downloads is tested by CI's first run, over the
+// Search for the model of iCub. The first run in CI tests the download, which needs the
 // network.
 #include "saltus/robots/icub/icub.hpp"
 

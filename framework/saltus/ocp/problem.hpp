@@ -85,8 +85,8 @@ class OptimalControlProblem {
         make_link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...));
   }
 
-  /// Adds weight/2 |formula|^2 to the cost, where the formula takes the ends as that of link()
-  /// does. It is a link to zero with a quadratic penalty, whose weight set_penalty_weight(name,
+  /// Adds weight/2 |formula|^2 to the cost. `formula` takes one EndValues per end, as in link().
+  /// The term is a link to zero with a quadratic penalty, whose weight set_penalty_weight(name,
   /// ...) sets.
   ///
   ///     ocp.track_link("equal steps", [](const auto& a, const auto& b) {
@@ -97,7 +97,7 @@ class OptimalControlProblem {
     return link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...);
   }
 
-  /// Adds a scalar formula to the cost. Its arguments are those of the formula of link().
+  /// Adds a scalar formula to the cost. It takes one EndValues per end, as in link().
   ///
   ///     ocp.minimise_link("imbalance", [](const auto& a, const auto& b) {
   ///       return cosh(a.x[0] - b.x[0]); }, end_of(first), end_of(second));
