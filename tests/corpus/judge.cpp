@@ -52,7 +52,7 @@ struct Notes {
 // Reason why the plan is wrong, or empty if it is right.
 std::string fault_of(const Instance& instance, const Solution& solution, Notes& notes) {
   const std::vector<PlanPiece> plan = plan_of(solution);
-  if (!is_finite(plan)) return "the plan has no finite numbers";
+  if (!is_finite(plan)) return "the plan contains a number that is not finite";
   const OutsideCheck check = check_outside(instance.phases, plan);
   if (!check.simulated) return "the judge cannot integrate the plan";
   notes.is_coarse = check.stated_defect.is_broken();

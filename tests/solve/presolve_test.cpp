@@ -336,7 +336,7 @@ std::vector<Twice> twices() {
             problem.then(p);
           });
     });
-    add("minimum time, bounded in all", [=](bool twice) {
+    add("minimum time, bounded speed", [=](bool twice) {
       return in_phases(phases, VectorXd::Zero(2), [&](OptimalControlProblem& problem, int j) {
         Phase<2, 1> p{phase_name(j), Cart<>{}, between(0.3, 4.0)};
         p.bound_input(0, between(-1.0, 1.0));
