@@ -28,7 +28,7 @@ double end_time(double push_end, double landing, double touchdown);
 
 /// Judges a run. CoM height and angular momentum must stay within limits. The robot must rest at
 /// the target from `rest_after` past the last landing or the end of the last push, whichever is
-/// later. On the whole body no planted foot may slip by `planted_slip`. The reason is the first
+/// later. In whole-body runs no planted foot may slip by `planted_slip`. The reason is the first
 /// cause; for a fall it names both.
 Verdict judge(const Config& config, const RunLog& log);
 

@@ -48,7 +48,7 @@ TEST(Mesh, DivisionKeepsNodesAndHoldsOnRequest) {
   EXPECT_EQ(held.holds, (std::vector<char>{0, 0, 1, 0, 0}));
   ASSERT_EQ(held.input_intervals().size(), 3u);
   EXPECT_EQ(held.input_intervals()[1].count, 2);
-  const Mesh again = held.divided({{.pieces = 2}, {4, true}, {}});  // the second one in four in all
+  const Mesh again = held.divided({{.pieces = 2}, {4, true}, {}});  // the second into four
   EXPECT_EQ(again.holds, (std::vector<char>{0, 0, 0, 1, 1, 1, 0, 0}));
   EXPECT_DOUBLE_EQ(again.nodes[3], 1.0 / 3 + 1.0 / 12);
 }

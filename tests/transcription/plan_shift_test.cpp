@@ -160,7 +160,7 @@ TEST(PlanShift, InputMultipliersScaleWithIntervals) {
   ocp.start_at(Vec<double, 2>(0.0, 0.0)).then(phase);
   constexpr int intervals = 20;
   MultipleShooting cart(ocp, {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
-  constexpr double elapsed = 0.5;  // s of two
+  constexpr double elapsed = 0.5;  // s; the phase takes 2 s
   const Moved m = move_on(cart, elapsed);
   const Layout& layout = cart.layout();
   const double old_length = m.plan.durations[0] / intervals,

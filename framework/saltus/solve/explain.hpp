@@ -93,7 +93,7 @@ struct Explanation {
 
     /// "phase 'ride', term 'there'"
     std::string name() const;
-    /// "2.5 too little at t = 2 s (2 where 4.5 is asked)"
+    /// "2.5 too little at t = 2 s (2 where 4.5 is required)"
     std::string miss() const;
     /// A sentence with name, amount, time, value and bound.
     std::string text() const;

@@ -42,7 +42,7 @@ struct Scene {
   SupportPolygon hull() const;
   /// Polygon of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;
-  /// Wrenches on the feet of a body at rest with its CoM (m) there: left and right, level sole
+  /// Wrenches on the feet of a body at rest with this CoM (world, m): left and right, level sole
   /// axes, N and Nm. Two feet share the weight by the law of the lever, without torques.
   Vec<double, 12> standing_wrenches(double mass, const Vec<double, 3>& com) const;
   /// Point at which the CoM comes to rest, world x and y, m.
