@@ -86,7 +86,7 @@ Instance constant_rows(Random& random) {
         return {Outcome::wrong, "controller: optimal, although no plan satisfies the row"};
       if (!said_optimal && is_met)
         return {Outcome::unsolved, std::string("controller: ") + describe(tick.provenance)};
-      return {is_met ? Outcome::right : Outcome::said, {}};
+      return {is_met ? Outcome::right : Outcome::reported, {}};
     };
   }
   return instance;

@@ -45,7 +45,7 @@ std::string describe(const char* kind, const Miss& miss) {
 }
 
 struct Notes {
-  bool unsaid = false, imprecise = false;
+  bool unreported = false, imprecise = false;
   bool is_coarse = false;  // exceeds the accuracy that the framework requires of itself
 };
 
@@ -66,7 +66,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
     open.tolerance = std::max(open.tolerance, 1e-3 * std::max(1.0, check.largest_state));
     if (open.is_broken()) return describe("open loop", open);
   } else {
-    notes.unsaid = open.is_broken();
+    notes.unreported = open.is_broken();
   }
   if (!(std::abs(check.cost - solution.cost) <=
         cost_agreement * std::max(std::abs(check.cost), std::abs(solution.cost)) + 1e-9)) {
@@ -99,19 +99,20 @@ Verdict judge(const Instance& instance, const Solution& solution) {
     if (!instance.is_solvable)
       return {Outcome::wrong, "ok() although there is no solution; " + fault};
     if (!fault.empty()) return {Outcome::wrong, fault};
-    if (notes.unsaid && !(stated_growth(solution) >= 0.01 * instance.amplification)) {
-      return {Outcome::unsaid, fmt::format("the ends are missed in open loop, amplification {:.1g}",
-                                           instance.amplification)};
+    if (notes.unreported && !(stated_growth(solution) >= 0.01 * instance.amplification)) {
+      return {Outcome::unreported,
+              fmt::format("the ends are missed in open loop, amplification {:.1g}",
+                          instance.amplification)};
     }
     return {Outcome::right, {}, notes.imprecise};
   }
-  if (!instance.is_solvable || instance.may_be_either) return {Outcome::said, solution.message};
+  if (!instance.is_solvable || instance.may_be_either) return {Outcome::reported, solution.message};
   if (solution.message.starts_with("the constraints cannot all be satisfied"))
     return {Outcome::wrong, "false proof: " + solution.message};
-  const bool is_right = fault.empty() && !notes.unsaid;
+  const bool is_right = fault.empty() && !notes.unreported;
   // The grid is too coarse, and the status reports it.
   if (solution.status == SolveStatus::coarse_grid && (!is_right || notes.is_coarse))
-    return {Outcome::said, solution.message};
+    return {Outcome::reported, solution.message};
   if (is_right) return {Outcome::refused, solution.message};
   return {Outcome::unsolved, fmt::format("{} [{}]", solution.message, fault)};
 }
@@ -133,7 +134,7 @@ Verdict run_trial(const CorpusClass& family, std::uint64_t seed,
     try {
       solution = solve(instance.problem, instance.options);
     } catch (const DefinitionError& error) {
-      if (!instance.is_solvable) return {Outcome::said, error.what()};
+      if (!instance.is_solvable) return {Outcome::reported, error.what()};
       throw;
     }
     return judge(instance, solution);

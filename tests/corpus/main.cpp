@@ -70,7 +70,8 @@ Request read(int argc, char** argv) {
 }
 
 const char* word_for(Outcome outcome) {
-  constexpr const char* words[] = {"right", "said", "WRONG", "unsaid", "refused", "unsolved"};
+  constexpr const char* words[] = {"right",      "reported", "WRONG",
+                                   "unreported", "refused",  "unsolved"};
   return words[static_cast<int>(outcome)];
 }
 
@@ -85,9 +86,9 @@ struct Count {
 };
 
 void print_row(const char* name, const Count& count, double seconds, const char* ranges) {
-  fmt::print("{:<18}{:>7}{:>7}{:>7}{:>7}{:>8}{:>9}{:>10}{:>8.1f}  {}\n", name, count.total(),
-             count[Outcome::right], count[Outcome::said], count[Outcome::wrong],
-             count[Outcome::unsaid], count[Outcome::refused], count[Outcome::unsolved], seconds,
+  fmt::print("{:<18}{:>7}{:>7}{:>10}{:>7}{:>12}{:>9}{:>10}{:>8.1f}  {}\n", name, count.total(),
+             count[Outcome::right], count[Outcome::reported], count[Outcome::wrong],
+             count[Outcome::unreported], count[Outcome::refused], count[Outcome::unsolved], seconds,
              ranges);
   std::fflush(stdout);
 }
@@ -96,8 +97,8 @@ void print_row(const char* name, const Count& count, double seconds, const char*
 
 int main(int argc, char** argv) {
   const Request request = read(argc, argv);
-  fmt::print("{:<18}{:>7}{:>7}{:>7}{:>7}{:>8}{:>9}{:>10}{:>8}  {}\n", "class", "trials", "right",
-             "said", "WRONG", "unsaid", "refused", "unsolved", "s", "drawn");
+  fmt::print("{:<18}{:>7}{:>7}{:>10}{:>7}{:>12}{:>9}{:>10}{:>8}  {}\n", "class", "trials", "right",
+             "reported", "WRONG", "unreported", "refused", "unsolved", "s", "drawn");
   Count all;
   double seconds = 0.0;
   std::string listed;
@@ -117,7 +118,8 @@ int main(int argc, char** argv) {
       const Verdict verdict = run_trial(family, seed, request.solver);
       ++count.of[static_cast<int>(verdict.outcome)];
       imprecise += verdict.is_imprecise ? 1 : 0;
-      const bool notable = verdict.outcome != Outcome::right && verdict.outcome != Outcome::said;
+      const bool notable =
+          verdict.outcome != Outcome::right && verdict.outcome != Outcome::reported;
       if (notable || request.verbose || request.seed) {
         listed += fmt::format("{:<9} --class {} --seed {}: {}\n", word_for(verdict.outcome),
                               family.name, seed, verdict.reason);

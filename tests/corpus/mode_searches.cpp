@@ -143,10 +143,10 @@ Instance mode_searches(Random& random) {
       if (std::isfinite(best) && clear)
         return {Outcome::wrong,
                 fmt::format("certificate: no sequence, although one costs {:.6g}", best)};
-      return {Outcome::said, result.message};
+      return {Outcome::reported, result.message};
     }
     if (!std::isfinite(best))
-      return {result.found() && clear ? Outcome::wrong : Outcome::said,
+      return {result.found() && clear ? Outcome::wrong : Outcome::reported,
               fmt::format("a sequence, although none is feasible (end sensitivity {:.3g})",
                           game.speed)};
     const bool certifies = result.guarantee == SequenceResult::Guarantee::optimal ||

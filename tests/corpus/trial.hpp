@@ -17,17 +17,17 @@ namespace saltus::corpus {
 
 /// Outcome of a trial.
 enum class Outcome {
-  right,     ///< ok() and the plan is right
-  said,      ///< not ok() and correct: there is no solution, or the plan is wrong
-  wrong,     ///< ok() and the plan is wrong: a silent wrong answer
-  unsaid,    ///< ok() and right at the nodes, but the flow amplifies errors and the ends are missed
-             ///< without any warning
-  refused,   ///< not ok(), although the returned plan is right
-  unsolved,  ///< not ok() and the plan is wrong, although a solution exists
+  right,       ///< ok() and the plan is right
+  reported,    ///< not ok() and correct: there is no solution, or the plan is wrong
+  wrong,       ///< ok() and the plan is wrong: a silent wrong answer
+  unreported,  ///< ok() and right at the nodes, but the flow amplifies errors and the ends are
+               ///< missed without any warning
+  refused,     ///< not ok(), although the returned plan is right
+  unsolved,    ///< not ok() and the plan is wrong, although a solution exists
 };
 
 struct Verdict {
-  Outcome outcome = Outcome::said;
+  Outcome outcome = Outcome::reported;
   std::string reason;  ///< one sentence
   /// The open-loop end errors exceed their tolerance but are within the stated accuracy of the
   /// integration.
