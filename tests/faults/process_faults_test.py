@@ -281,7 +281,7 @@ class Stopped(unittest.TestCase):
         self.assertEqual(unreadable(self.out), [])
 
     def test_disk_is_full(self):
-        """No file may exceed 4 kB: the error is that of a full disk, with another word."""
+        """No file may exceed 4 kB: the error is that of a full disk, with other wording."""
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 

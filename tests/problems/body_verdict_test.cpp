@@ -116,7 +116,7 @@ TEST(BodyVerdict, TiltIsRelativeToTheStartAndIgnoresYaw) {
   log.body[30].state.base.prerotate(bow);
   EXPECT_NEAR(judge_body(log).tilt_max, 0.2, rounding);
   EXPECT_NEAR(judge_body(log).tilt_end, 0.0, rounding);
-  EXPECT_FALSE(judge_body(log).standing);  // it bowed, although it came back
+  EXPECT_FALSE(judge_body(log).standing);  // it tilted, although it returned
 }
 
 TEST(BodyVerdict, ReportsLimitsWithTheirTime) {

@@ -34,7 +34,7 @@ struct Rate {  // x' = u; one state is a scalar
   }
 };
 
-struct OneRow {  // the same in braces, as of several states
+struct OneRow {  // the same in braces, as for several states
   template <class S>
   Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u) const {
     return {u[0]};

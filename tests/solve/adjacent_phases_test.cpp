@@ -249,9 +249,10 @@ std::vector<Case> cases(std::uint64_t seed, bool twice) {
 }
 
 Solution solved(const OptimalControlProblem& problem, SolverChoice choice) {
-  MultipleShooting shooting(problem, {.intervals_per_phase = 10,
-                                      .integrator = runge_kutta4(),
-                                      .accuracy = {.verify = false}});  // rows at nodes count here
+  MultipleShooting shooting(problem,
+                            {.intervals_per_phase = 10,
+                             .integrator = runge_kutta4(),
+                             .accuracy = {.verify = false}});  // this test compares rows at nodes
   return solve(shooting, *make_solver(choice));
 }
 

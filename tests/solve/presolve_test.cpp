@@ -400,7 +400,7 @@ TEST(Presolve, KeepsOneRowOfEachPair) {
 TEST(Presolve, NamesBothContradictoryRows) {
   struct Case {
     std::string name;
-    std::function<void(Phase<2, 1>&, int)> add;  // to one of two phases
+    std::function<void(Phase<2, 1>&, int)> add;  // adds rows to one of two phases
     std::vector<std::string> named;
   };
   const auto place = [](auto, auto x) { return x[0]; };

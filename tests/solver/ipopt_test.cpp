@@ -143,7 +143,7 @@ TEST(IpoptStatus, IterationLimit) {
   const NlpResult result = run(program, {.max_iterations = 3});
   EXPECT_EQ(result.status, SolveStatus::iteration_limit);
   EXPECT_EQ(result.iterations, 3);
-  EXPECT_EQ(result.point.w.size(), 2);  // the last iterate, still
+  EXPECT_EQ(result.point.w.size(), 2);  // still the last iterate
 }
 
 TEST(IpoptStatus, TimeLimitIsWallClock) {

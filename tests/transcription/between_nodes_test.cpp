@@ -240,7 +240,7 @@ TEST(Refinement, RefinesOnlyWhereNecessary) {
   const RefinedSolution r = solve_refined(ocp.then(after), intervals(5), *ipopt());
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);          // with a node at the top the ramps are exact
-  EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third interval in four
+  EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third is divided into four
 }
 
 // If a window ends within a phase of free duration, its intervals stay equal.

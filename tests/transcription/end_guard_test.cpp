@@ -100,7 +100,7 @@ TEST(EndGuard, PreviouslyCrossedGuardIsNoSolution) {
   OptimalControlProblem ocp("later");
   const Solution s = solve_by_ipopt(ocp.start_at({0}).then(wait));
   ASSERT_EQ(s.status, SolveStatus::wrong_crossing) << s.message;
-  EXPECT_NEAR(s.durations[0], 3.0 * M_PI, 1e-8);  // because of the guess, not the first one
+  EXPECT_NEAR(s.durations[0], 3.0 * M_PI, 1e-8);  // the crossing near the guess, not the first
   EXPECT_GT(s.crossings.front().early_amount, 0.1);
   EXPECT_NE(s.message.find("not the first"), std::string::npos) << s.message;
 }

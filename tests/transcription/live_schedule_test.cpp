@@ -170,7 +170,7 @@ TEST(ModeWindow, ActsInEveryOccurrenceOfItsMode) {
   schedule.retime("c", 1.0);  // a mode that begins at the end of the horizon has a state there
   shooting.set_schedule(schedule);
   expect_times("stance", {0.15, 0.2, 0.3, 0.52, 0.6, 1.0});
-  schedule.erase("b");  // one stance until it stumbles from stance to stance
+  schedule.erase("b");  // one stance, then event "stumble" from stance to stance
   shooting.set_schedule(schedule);
   expect_times("stance", {0.15, 0.2, 0.3, 0.4, 0.5, 0.52, 0.6, 1.0});
 }
