@@ -23,6 +23,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 import zlib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -32,8 +33,9 @@ TIME = re.compile(r"^\| ([A-Z]\d\d)[a-z]? (\w+) \| [\d.]+ \| ([\d.]+) \|", re.MU
 
 # ---- pictures ------------------------------------------------------------------------------------
 
-CELL, GAP, PLOT, TITLE = 164, 10, 64, 18  # pixels: width of a cell, space between cells, height of a plot and its title
-COLUMNS, MOST_CELLS = 4, 8
+CELL, GAP, PLOT, LINE = 164, 10, 64, 14  # pixels: width of a cell, space between cells, height of a plot and of text
+BESIDE, MOST_LETTERS = 16, 26  # letters of a title that fit next to the range of its values, and into a cell
+COLUMNS, MOST_CELLS = 4, 12
 # Arguments of mode_search for the problems that it solves, and the names of states and inputs in its table.
 SEARCHED = {
     "s01_cart_between_walls": ("walls 20 20 plan", ["cart p [m]", "angle theta", "p' [m/s]", "theta' [rad/s]"], ["force u [N]"]),
@@ -41,7 +43,8 @@ SEARCHED = {
     "s03_two_tanks": ("tanks 20 5 plan", ["level h1 [m]", "level h2 [m]"], ["outflow v"]),
     "s04_fishing_modes": ("fishing 9 plan", ["prey x1", "predators x2"], []),
 }
-NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program from a file has no trajectory."}
+NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program of a file has no trajectory."}
+WRENCH = ("fx [N]", "fy [N]", "fz [N]", "mx [Nm]", "my [Nm]", "mz [Nm]")  # as in wrench_names()
 STATE, INPUT, BAND = "#1f6fb4", "#d9661f", "#eef1f5"
 
 
@@ -65,7 +68,11 @@ def simplified(points, tolerance=0.4):
 
 
 def short(value, extent=1.0):
-    return "0" if abs(value) < 1e-4 * extent else f"{value:.3g}"
+    """Three significant digits, without an exponent from 1e-4 to 1e6."""
+    if abs(value) < 1e-4 * extent:
+        return "0"
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.0f}" if 1e3 <= abs(rounded) < 1e6 else f"{rounded:.3g}"
 
 
 def svg(rows, modes, channels, inputs):
@@ -75,14 +82,17 @@ def svg(rows, modes, channels, inputs):
     shown = channels[:MOST_CELLS]
     columns = min(COLUMNS, len(shown))
     lines = -(-len(shown) // columns)
-    width, height = columns * (CELL + GAP) - GAP, lines * (TITLE + PLOT + GAP) + 12
+    titles = {name: textwrap.wrap(name, MOST_LETTERS) for name in shown}
+    rows_of_text = max(len(title) + (len(title[-1]) > BESIDE) for title in titles.values())  # the last has the range
+    head = rows_of_text * LINE + 4
+    width, height = columns * (CELL + GAP) - GAP, lines * (head + PLOT + GAP) + 12
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
            f'font-family="sans-serif" font-size="11"><rect width="{width}" height="{height}" fill="#fff"/>']
     edges = [i for i in range(1, len(modes)) if modes[i] != modes[i - 1]]
     spans = [(times[a], times[b - 1] if b == len(times) else times[b])
              for a, b in zip([0, *edges], [*edges, len(times)])]
     for k, name in enumerate(shown):
-        left, top = k % columns * (CELL + GAP), k // columns * (TITLE + PLOT + GAP)
+        left, top = k % columns * (CELL + GAP), k // columns * (head + PLOT + GAP)
         line = [(row[0], row[k + 1]) for row in rows if math.isfinite(row[k + 1])]  # a phase may lack a channel
         values = [value for _, value in line]
         low, high = min(values), max(values)
@@ -94,22 +104,24 @@ def svg(rows, modes, channels, inputs):
             return left + CELL * (t - begin) / span
 
         def y(value, top=top, low=low, extent=extent):
-            return top + TITLE + 3 + (PLOT - 6) * (1.0 - (value - low) / extent)
+            return top + head + 3 + (PLOT - 6) * (1.0 - (value - low) / extent)
 
         colour = INPUT if name in inputs else STATE
-        title = name if len(name) <= 16 else name[:15].rstrip() + "..."
-        out.append(f'<text x="{left}" y="{top + 12}" fill="{colour}">{html.escape(title)}</text>')
+        for row, text in enumerate(titles[name]):
+            out.append(f'<text x="{left}" y="{top + 12 + row * LINE}" fill="{colour}">{html.escape(text)}</text>')
         if max(values) > min(values):
-            out.append(f'<text x="{left + CELL}" y="{top + 12}" text-anchor="end" fill="#666" font-size="9">'
-                       f"{short(min(values), extent)} to {short(max(values), extent)}</text>")
-        out.append(f'<rect x="{left}" y="{top + TITLE}" width="{CELL}" height="{PLOT}" fill="none" stroke="#ccc"/>')
+            ends = dict.fromkeys((short(min(values), extent), short(max(values), extent)))  # one if both are printed alike
+            out.append(f'<text x="{left + CELL}" y="{top + head - 6}" text-anchor="end" fill="#666" font-size="9">'
+                       f"{' to '.join(ends)}</text>")
+        out.append(f'<rect x="{left}" y="{top + head}" width="{CELL}" height="{PLOT}" fill="none" stroke="#ccc"/>')
         for a, b in spans[1::2]:
-            out.append(f'<rect x="{x(a):.1f}" y="{top + TITLE}" width="{x(b) - x(a):.1f}" height="{PLOT}" fill="{BAND}"/>')
+            out.append(f'<rect x="{x(a):.1f}" y="{top + head}" width="{x(b) - x(a):.1f}" height="{PLOT}" fill="{BAND}"/>')
         points = simplified([(x(t), y(value)) for t, value in line])
         path = " ".join(f"{a:.1f},{b:.1f}" for a, b in points)
         out.append(f'<polyline points="{path}" fill="none" stroke="{colour}" stroke-width="1.6"/>')
-    out.append(f'<text x="0" y="{height - 4}" fill="#666" font-size="9">t = {short(begin)} to {short(times[-1])}'
-               f'{"; the bands are the modes" if edges else ""}</text></svg>')
+    notes = [f"t = {short(begin)} to {short(times[-1])}", *(["the bands are the modes"] if edges else []),
+             *([f"the first {len(shown)} of {len(channels)} quantities"] if len(channels) > len(shown) else [])]
+    out.append(f'<text x="0" y="{height - 4}" fill="#666" font-size="9">{"; ".join(notes)}</text></svg>')
     return "\n".join(out) + "\n"
 
 
@@ -149,8 +161,11 @@ def run(program, name):
     if not case:
         return None
     with open(os.path.join(ROOT, "problems", "library", name + ".cpp"), encoding="utf-8") as file:
-        listed = re.search(r"\.inputs = \{(.*?)\}", file.read(), re.DOTALL)
+        text = file.read()
+    listed = re.search(r"\.input(?:s|_names) = \{(.*?)\}", text, re.DOTALL)
     inputs = re.findall(r'"(.*?)"', listed[1]) if listed else []
+    if ".inputs = wrench_names()" in text:
+        inputs = [f"{foot} {part}" for foot in ("left", "right") for part in WRENCH]
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([program, "run", case, "--out", out, "--pictures", "false"], capture_output=True, check=False)
         motions = sorted(glob.glob(os.path.join(out, "trajectory_*.csv")))
