@@ -41,23 +41,62 @@ INLINE_FORMULA = re.compile(r"(?<![\w$])\$(?=[^\s$])([^$`]*[^\s$])\$(?![\w$])")
 DECISIONS = [f"framework/design/decisions/{area}.md" for area in
              ("formulas", "problems", "transcription", "solvers", "control", "robots", "program", "build")]
 GROUPS = {
-    "Getting started": ["docs/install.md", "docs/tutorial.md", "docs/running.md"],
-    "Problem formulation": ["docs/formulation.md", "docs/concepts.md", "docs/glossary.md"],
-    "How-to": ["docs/howto.md", "docs/troubleshooting.md", "docs/coming_from.md"],
-    "Examples gallery": ["docs/gallery.md", "examples/README.md", "problems/README.md"],
-    "Solvers": ["docs/choosing.md", "docs/comparison.md", "benchmarks/README.md", "benchmarks/measured.md"],
-    "Robots": ["robots/README.md", "problems/push_recovery/README.md", "problems/push_recovery/theory.md",
-               "problems/push_recovery/step_planning.md", "problems/push_recovery/experiments.md",
-               "problems/push_recovery/step_experiments.md", "problems/quadruped/quadruped.md"],
-    "Reference": ["docs/reference.md", "docs/promise.md", "docs/repeatability.md", "docs/bad_inputs.md", "docs/migration.md",
-                  "CHANGELOG.md", "docs/third_parties.md"],
-    "Theory": ["framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
-               "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
-               "framework/design/sequences.md", "framework/design/switch_times.md"],
-    "Contributing": ["CONTRIBUTING.md", "framework/design/decisions.md", *DECISIONS, "docs/faults.md",
-                     "docs/sanitizers.md", "SECURITY.md"],
+    "Getting started": ("Install Saltus, solve a first problem and run the programs.", {
+        "docs/install.md": "compilers, components and packages, and how a project uses the library",
+        "docs/tutorial.md": "six short programs, from one phase to a closed loop",
+        "docs/running.md": "runs, settings, results, pictures, and Python"}),
+    "Problem formulation": ("The problem class as equations, and the words for it.", {
+        "docs/formulation.md": "every symbol of the optimal control problem with its call",
+        "docs/concepts.md": "modes, windows and events in pictures",
+        "docs/glossary.md": "each term with its definition and its symbol in the code"}),
+    "How-to": ("Answers to single questions, each with a program that the tests run.", {
+        "docs/howto.md": "solvers, robots, events, own integrators and plants, warm starts, scaling, derivatives, export",
+        "docs/troubleshooting.md": "each message with its cause and its remedy",
+        "docs/coming_from.md": "the same names in other frameworks, and an acados example line by line"}),
+    "Examples gallery": ("Programs and problems to start from.", {
+        "docs/gallery.md": "every program and library problem with equations, picture, lines and time",
+        "examples/README.md": "a separate project that uses the installed library",
+        "problems/README.md": "the library of problems with known answers, and the suite that runs it"}),
+    "Solvers": ("Solvers, integrators and cost rules, how to choose them, and how fast they are.", {
+        "docs/choosing.md": "recommendations with measured reasons",
+        "docs/comparison.md": "features of other frameworks, with sources",
+        "benchmarks/README.md": "how solvers are compared on the same problems",
+        "benchmarks/measured.md": "results of single campaigns"}),
+    "Robots": ("Models, simulation and control of robots, and two applications.", {
+        "robots/README.md": "robot models, simulators, estimation and whole-body control",
+        "problems/push_recovery/README.md": "the user guide of the reference problem",
+        "problems/push_recovery/theory.md": "its optimal control problem and the rules for steps",
+        "problems/push_recovery/step_planning.md": "number, foot, times and places of steps by optimal control",
+        "problems/push_recovery/experiments.md": "results, survival maps and the comparison with the paper",
+        "problems/push_recovery/step_experiments.md": "results of the step planner and of walking",
+        "problems/quadruped/quadruped.md": "a machine with four legs on uneven ground"}),
+    "Reference": ("*Classes*, *Namespaces* and *Files* in the sidebar list every public name. *Files* has one page per "
+                  "header.", {
+        "docs/reference.md": "the names that each task needs, with an example",
+        "docs/promise.md": "public headers, versions, threads and real time",
+        "docs/repeatability.md": "when two runs give the same digits",
+        "docs/bad_inputs.md": "messages for 485 kinds of mistakes",
+        "docs/migration.md": "old and new names",
+        "CHANGELOG.md": "changes by version",
+        "docs/third_parties.md": "packages and their licences"}),
+    "Theory": ("The formulas behind the library, with their derivations.", {
+        "framework/design/conventions.md": "which value belongs to an event: the node before or after",
+        "framework/design/events.md": "events inside an interval, and derivatives through them",
+        "framework/design/links.md": "constraints that join several instants",
+        "framework/design/dae.md": "phases with algebraic states",
+        "framework/design/integrators.md": "one interval and its first and second derivatives",
+        "framework/design/riccati.md": "quadratic programs stage by stage",
+        "framework/design/sequences.md": "search of the best order of modes, with its guarantee",
+        "framework/design/switch_times.md": "free durations, and derivatives of an optimum"}),
+    "Contributing": ("How Saltus is developed, and why it is as it is.", {
+        "CONTRIBUTING.md": "folders, tests, style and releases",
+        "framework/design/decisions.md": "index of the design decisions",
+        **dict.fromkeys(DECISIONS, ""),
+        "docs/faults.md": "behaviour of controllers, programs and readers when something fails",
+        "docs/sanitizers.md": "tests under sanitizers and fuzzing",
+        "SECURITY.md": "treatment of files from elsewhere, and how to report a vulnerability"}),
 }
-PAGES = ["README.md", *(page for pages in GROUPS.values() for page in pages)]
+PAGES = ["README.md", *(page for _, pages in GROUPS.values() for page in pages)]
 
 
 def label(page):
@@ -245,17 +284,26 @@ class Page:
                 seen[name] = seen.get(name, -1) + 1
                 if seen[name]:
                     name += f"-{seen[name]}"
-                out.append(f"{heading[1]} {shown} {{#{anchor(self.name, name)}}}")
+                if self.name == "README.md":  # a section of the first page would come before the groups in the sidebar
+                    out += [f"\\anchor {anchor(self.name, name)}", f"<h1>{shown}</h1>", ""]
+                else:
+                    out.append(f"{heading[1]} {shown} {{#{anchor(self.name, name)}}}")
         return "\n".join(out) + "\n"
 
 
 def group_page(title, pages):
     """A page that lists the pages of a group, which makes them its children in the sidebar."""
-    lines = [f"# {title} {{#group_{re.sub(r'[^a-z]', '_', title.lower())}}}", ""]
-    if title == "Reference":
-        lines += ["*Classes*, *Namespaces* and *Files* in the sidebar list every public name. *Files* has one page per "
-                  "header.", ""]
-    return "\n".join([*lines, *(f"- \\subpage {label(name)}" for name in pages)]) + "\n"
+    introduction, described = GROUPS[title]
+    lines = [f"# {title} {{#group_{re.sub(r'[^a-z]', '_', title.lower())}}}", "", introduction, ""]
+    return "\n".join([*lines, *(f"- \\subpage {label(name)}" + (f" <br/>{described[name]}" if described.get(name) else "")
+                                for name in pages)]) + "\n"
+
+
+def namespaces():
+    """Comments for Doxygen that describe the namespaces, from the table in promise.md."""
+    with open(os.path.join(ROOT, "docs", "promise.md"), encoding="utf-8") as file:
+        rows = re.findall(r"^\| `(saltus[\w:]*)` \| (.*) \|$", file.read(), re.MULTILINE)
+    return "".join(f"/** \\namespace {name}\n{words[0].upper()}{words[1:]}. */\n" for name, words in rows)
 
 
 def write_pages(folder):
@@ -278,13 +326,14 @@ def write_pages(folder):
             file.write(text)
 
     write("README.md", Page("README.md", names, headers, pictures, formulas, lacking).text())
-    grouped = {title: [name for name in pages if name in names] for title, pages in GROUPS.items()}
+    grouped = {title: [name for name in pages if name in names] for title, (_, pages) in GROUPS.items()}
     others = [name for name in names if name not in PAGES]
     grouped[list(grouped)[-1]] += others
     for title, pages in grouped.items():
         write(title + ".md", group_page(title, pages))
         for name in pages:
             write(name, Page(name, names, headers, pictures, formulas, lacking).text())
+    write("namespaces.dox", namespaces())
     return files, pictures, formulas, lacking
 
 

@@ -21,6 +21,7 @@ import sys
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 LIST = os.path.join(ROOT, "framework", "cmake", "public_headers.txt")
+ONCE = "#pragma once"
 BEHIND = re.compile(r"^(\s*[^\s/}#].*[;,{])\s+//\s(?!NOLINT)(.*)$")  # `double thrust;  // N`
 SEVERAL = re.compile(r"^(\s*)((?:static constexpr |const )?[\w:]+(?:<[^;=]*?>)?(?:::\w+)?) (\w+(?: = [^;]*|\{[^;]*)?, [^;]*);(.*)$")
 ON_ONE_LINE = re.compile(r"^(\s*)((?:enum|struct|class) .*\};)\s+//(?:/<)? (.*)$")
@@ -109,9 +110,11 @@ def rewritten(name, lines):
         copies = COPIES.match(line) or MOVES.match(line)
         function = FUNCTION.match(line)
         shared = (above if is_said else shared) if function else ""
-        if is_head:
-            begin = f"/** \\file {name} */ " if i == 0 else ""
-            out.append(f"{begin}///{line[2:]}")
+        if is_head:  # names the file in the same comment, which would otherwise document the namespace
+            follows = lines[i + 1] if i + 1 < len(lines) else ""
+            out.append(f"///{line[2:]}" + ("" if follows.startswith("//") or follows == ONCE else f" \\file {name}"))
+        elif line == ONCE and out and out[-1].startswith("///"):
+            out.append(f"/// \\file {name}")
         elif as_made and not is_said:
             words = "Defaulted." if as_made[3] == "default" else "Deleted."
             out.append(f"{as_made[1]}/** {words} */ {as_made[2]}")

@@ -19,7 +19,7 @@ def rewritten(*lines):
 class Headers(unittest.TestCase):
     def test_comments_belong_to_their_declarations(self):
         self.assertEqual(rewritten("// One idea.", "#pragma once"),
-                         ["/** \\file saltus/a.hpp */ /// One idea.", "#pragma once"])
+                         ["/// One idea.", "/// \\file saltus/a.hpp"])
         self.assertEqual(rewritten("", "  double thrust;  // N")[1], "  double thrust;  ///< N")
         self.assertEqual(rewritten("", "  double x = f(1, 2), y;  ///< m")[1],
                          "  double x = f(1, 2); /**< m */ double y; /**< m */")

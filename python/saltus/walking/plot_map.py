@@ -13,7 +13,7 @@ import math
 import os
 import sys
 
-from ..drawing import plt, save_picture
+from ..drawing import matplotlib, plt, save_picture
 from ..on_folder import on_folder
 
 STYLES = {
@@ -21,6 +21,7 @@ STYLES = {
     "capture_point": {"color": "tab:orange", "label": "baseline"},
     "none": {"color": "tab:green", "label": "no step"},
 }
+FONT = 12  # points, legible at half size
 # Offset of the dots of different controllers, in fractions of a cell's width.
 OFFSETS = {"mpc": -0.2, "capture_point": 0.0, "none": 0.2}
 
@@ -111,9 +112,17 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
     axes.set_thetagrids(range(0, 360, 45),
                         ["forward", "", "left", "", "back", "", "right", ""])
     axes.set_ylim(0.0, outermost)
-    axes.set_rlabel_position(45.0)
-    axes.tick_params(labelsize="small")
+    label_radii(axes)
     axes.grid(alpha=0.3)
+
+
+def label_radii(axes):
+    """A few labels of the impulse on the left, where few lines are, on a white background."""
+    axes.yaxis.set_major_locator(matplotlib.ticker.MaxNLocator(nbins=5, steps=[1, 2, 4, 10], integer=True, prune="lower"))
+    axes.set_rlabel_position(100.0)
+    axes.tick_params(labelsize=FONT)
+    for text in axes.get_yticklabels():
+        text.set_bbox({"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.6})
 
 
 def free_title(rays, width, largest):
@@ -139,20 +148,22 @@ def main(folder):
     gaps = [b - a for a, b in zip(angles, angles[1:] + [angles[0] + 2.0 * math.pi])]
     width = min(gaps)
 
-    figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * max(len(step_times), 2), 5.6),
+    figure, panels = plt.subplots(1, len(step_times), figsize=(max(4.0 * len(step_times), 7.2), 5.4),
                                   subplot_kw={"projection": "polar"}, squeeze=False)
     for axes, step_time in zip(panels[0], step_times):
         is_free = has_steps and step_time == 0.0  # the planner decides the step time: the whole bound is shown
         outermost = max(impulses[-1], *map(bound_of, rays)) if is_free else impulses[-1]
         draw_panel(axes, cells, step_time, width, edges, 1.08 * outermost)
         axes.set_title(free_title(cells.get(("mpc", 0.0), {}), width, impulses[-1]) if is_free
-                       else f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16)
-        axes.set_xlabel("impulse by direction [N s]", labelpad=10)
+                       else f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16, fontsize=FONT + 1)
     handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",
-                  frameon=False)
-    figure.suptitle("Recovered pushes", y=0.99)
-    figure.tight_layout(rect=(0.0, 0.07, 1.0, 0.97))
+    if any(controller == "mpc" for controller, _ in cells):
+        handles.append(plt.Rectangle((0, 0), 1, 1, color=STYLES["mpc"]["color"], alpha=0.18, linewidth=0))
+        labels.append("recovered by MPC")
+    columns = 6 if len(step_times) > 2 else 3
+    figure.legend(handles, labels, loc="lower center", ncols=columns, frameon=False, fontsize=FONT)
+    figure.suptitle("Recovered pushes: impulse in N s, by direction", y=0.98, fontsize=FONT + 2)
+    figure.tight_layout(rect=(0.0, 0.07 if len(step_times) > 2 else 0.11, 1.0, 0.99))
     save_picture(figure, os.path.join(folder, "map.png"))
 
 

@@ -10,6 +10,7 @@ import math
 import sys
 
 from ..drawing import plt, save_picture
+from .plot_map import FONT, label_radii
 
 VARIANTS = {
     "fixed": ("time and place fixed", "tab:gray"),
@@ -31,17 +32,22 @@ def main(source, target):
     rows.remove(area)
     rows.append(rows[0])
     angles = [math.radians(float(row["direction"])) for row in rows]
-    figure, axes = plt.subplots(figsize=(9.0, 6.0), subplot_kw={"projection": "polar"},
+    figure, axes = plt.subplots(figsize=(10.0, 5.4), subplot_kw={"projection": "polar"},
                                 constrained_layout=True)
     for key, (label, style) in BOUNDS.items():
-        axes.plot(angles, [float(row[key]) for row in rows], style, color="black", linewidth=1.0,
-                  label=f"{label} ({float(area[key]):.0f} (N s)²)")
-    for key, (label, colour) in VARIANTS.items():
-        axes.plot(angles, [float(row[key]) for row in rows], color=colour, linewidth=2.0,
-                  label=f"{label} ({float(area[key]):.0f} (N s)²)")
+        axes.plot(angles, [float(row[key]) for row in rows], style, color="black", linewidth=1.2,
+                  label=f"{label} ({float(area[key]):.0f})")
+    # Later lines are narrower, so that coinciding lines remain visible.
+    for linewidth, (key, (label, colour)) in zip((5.0, 4.0, 3.0, 4.0, 1.6), VARIANTS.items()):
+        axes.plot(angles, [float(row[key]) for row in rows], color=colour, linewidth=linewidth,
+                  label=f"{label} ({float(area[key]):.0f})")
     axes.set_theta_zero_location("N")  # forward is up, the side of the left foot is left
-    axes.set_title("largest survived impulse, N s; forward is up")
-    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.08, 1.0))
+    axes.set_thetagrids(range(0, 360, 45), ["forward", "", "left", "", "back", "", "right", ""])
+    label_radii(axes)
+    axes.grid(alpha=0.3)
+    axes.set_title("Largest survived impulse in N s, by direction", fontsize=FONT + 2)
+    axes.legend(fontsize=FONT, loc="upper left", bbox_to_anchor=(1.12, 1.0), frameon=False, title="(area of the map in (N s)²)",
+                title_fontsize=FONT)
     save_picture(figure, target)
 
 
