@@ -36,6 +36,7 @@ int main() {
                                           return decltype(x){x[0], 0.97 * x[1]};
                                         }));
   const Solution plan = solve(car);
-  std::printf("%s: %.3f s, shift after %.3f s\n", plan.message.c_str(), plan.cost,
+  std::printf("%s: %.3f s, shift after %.3f s\n", describe(plan.status), plan.cost,
               plan.durations[0]);
+  save(car, plan, "car_plan", {"position [m]", "speed [m/s]"}, {"throttle", "brake"});
 }
