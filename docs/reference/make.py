@@ -36,6 +36,7 @@ const typeset = ([formula, displayMode]) => {
 };
 console.log(JSON.stringify(JSON.parse(require("fs").readFileSync(0)).map(typeset)));
 """
+FEWEST_SECTIONS = 3  # of a page with a table of contents
 INLINE_FORMULA = re.compile(r"(?<![\w$])\$(?=[^\s$])([^$`]*[^\s$])\$(?![\w$])")
 # The sidebar: groups in the order in which a newcomer asks, and their pages. Other pages join the last group.
 DECISIONS = [f"framework/design/decisions/{area}.md" for area in
@@ -250,6 +251,7 @@ class Page:
         with open(os.path.join(ROOT, self.name), encoding="utf-8") as file:
             lines = file.read().splitlines()
         out, is_code, seen, formula = [], False, {}, None
+        sections = sum(line.startswith("## ") for line in lines)
         for line in lines:
             if line.strip() == "```math" and not is_code:
                 formula = []
@@ -277,7 +279,7 @@ class Page:
             if heading[1] == "#":
                 title = "Saltus" if self.name == "README.md" else shown
                 out.append(f"# {title} {{#{'mainpage' if self.name == 'README.md' else label(self.name)}}}")
-                if self.name != "README.md":
+                if self.name != "README.md" and sections >= FEWEST_SECTIONS:
                     out += ["", "[TOC]", ""]
             else:
                 name = slug(heading[2])
@@ -395,6 +397,25 @@ def break_long_words(folder):
                 file.write(text)
 
 
+def shorten_sidebar(folder):
+    """The lists of all classes, namespaces and files are pages. In the sidebar they would have hundreds of entries."""
+    with open(os.path.join(folder, "navtreedata.js"), encoding="utf-8") as file:
+        text = file.read()
+    tops = [number for number, name in enumerate(re.findall(r'^    \[ "([^"]*)"', text, re.MULTILINE))
+            if name in ("Namespaces", "Classes", "Files")]
+    for name in os.listdir(folder):
+        path = os.path.join(folder, name)
+        if name == "navtreedata.js":
+            text = re.sub(r'"\w+_dup" \]', "null ]", text)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        elif re.match(r"navtreeindex\d+\.js$", name):
+            with open(path, encoding="utf-8") as file:
+                indices = file.read()
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(re.sub(rf"\[({'|'.join(map(str, tops))}),(\d+)(?:,\d+)+\]", r"[\1,\2]", indices))
+
+
 def drop_dead_summaries(folder):
     """Removes links from the head of a page to lists that Doxygen omits because all entries are private."""
     for name in os.listdir(folder):
@@ -484,6 +505,7 @@ def main(out):
     formulas.copy_style(os.path.join(out, "html"))
     lacking += formulas.typeset(os.path.join(out, "html"))
     break_long_words(os.path.join(out, "html"))
+    shorten_sidebar(os.path.join(out, "html"))
     drop_dead_summaries(os.path.join(out, "html"))
     wrong, pages, links = check_links(os.path.join(out, "html"))
     wrong = [*lacking, *wrong]
