@@ -1,6 +1,6 @@
 #!/bin/sh
 # Checks that ./saltus rejects a wrong command line with one sentence and status 2 before it sets anything up, and that its
-# help lists every verb of the program. Usage: script_test.sh SCRIPT PROGRAM
+# help lists every verb of the program and of the pages. Usage: script_test.sh SCRIPT PROGRAM
 script=$1 program=$2
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -43,4 +43,13 @@ verbs=$("$program" help | sed -n '/^Subcommands:/,$s/^  \([a-z]*\) .*/\1/p')
 for verb in $verbs; do
   printf '%s\n' "$help" | grep -q "^  $verb " || complain "./saltus help does not list '$verb'"
 done
+
+# The verbs and options of the README and of the page on the command line exist.
+sources=$(dirname "$script")
+for page in README.md docs/running.md; do
+  for verb in $(grep -o '\./saltus [a-z]*' "$sources/$page" | sed 's/.* //' | sort -u); do
+    printf '%s\n' "$help" | grep -q "^  $verb " || complain "$page names the verb '$verb', which ./saltus help does not list"
+  done
+done
+printf '%s\n' "$help" | grep -q -e "^  --no-install " || complain "README.md names --no-install, which ./saltus help does not list"
 exit "$failed"
