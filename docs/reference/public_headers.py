@@ -10,6 +10,7 @@ line numbers:
 - a comment after a declaration, `double thrust;  // N`, documents the declaration;
 - for several names in one declaration, `double x, y;  ///< m`, and consecutive functions under one comment, the comment
   documents each;
+- deprecated names are hidden;
 - copy and move constructors and assignments are omitted; defaulted and deleted functions and the arithmetic of
   automatic differentiation receive a comment.
 """
@@ -91,7 +92,30 @@ def as_words(line):
     return code + mark + re.sub(r"<(\w[\w ]*)>", r"\\<\1\\>", re.sub(r"\\(?=[ntx])", r"\\\\", words))
 
 
+def without_deprecated(lines):
+    """Hides deprecated names, which docs/migration.md lists, with their comments. A declaration ends where its braces
+    are closed."""
+    out, depth, is_hidden = [], 0, False
+    for i, line in enumerate(lines):
+        follows = lines[i + 1] if i + 1 < len(lines) else ""
+        if line.strip().startswith("/// Deprecated name") and "[[deprecated" in line + follows:
+            out.append("")
+            continue
+        if not is_hidden and "[[deprecated" in line and out and out[-1] == "" and i and "///" in lines[i - 1]:
+            is_hidden, depth = True, 0
+            line = f"/** \\cond */ {line.strip()}"
+        if is_hidden:
+            code = re.sub(r'"[^"]*"', "", line)
+            depth += code.count("{") - code.count("}")
+            if depth == 0 and code.rstrip().endswith((";", "}")):
+                is_hidden = False
+                line += " /** \\endcond */"
+        out.append(line)
+    return out
+
+
 def rewritten(name, lines):
+    lines = without_deprecated(lines)
     out, is_head, above, shared = [], True, "", ""
     for i, line in enumerate(lines):
         is_head = is_head and line.startswith("//")
