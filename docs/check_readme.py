@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Checks that the README shows the program that the tests compile and run, with its output, and that it is short.
+"""Checks that the README shows the program that the tests compile and run, with its output, names the version of
+CITATION.cff next to it, and is short.
 
 Usage: check_readme.py README.md first_problem.cpp OUTPUT
 """
 
+import os
+import re
 import sys
 
 MOST_LINES, MOST_COLUMNS = 150, 120
@@ -18,6 +21,10 @@ def main(readme, source, output):
         sys.exit(f"{readme} does not contain {source} literally")
     if f"`{output}`" not in text:
         sys.exit(f"{readme} does not contain the output of {source}: {output}")
+    with open(os.path.join(os.path.dirname(os.path.abspath(readme)), "CITATION.cff"), encoding="utf-8") as file:
+        found = re.search(r"^version: (\S+)\ndate-released: (\d+)", file.read(), re.MULTILINE)
+    if f"version {found[1]}, {found[2]} ([CITATION.cff]" not in text:
+        sys.exit(f"{readme} does not cite version {found[1]}, {found[2]}, as CITATION.cff does")
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
         sys.exit(f"{readme} has {len(lines)} lines; at most {MOST_LINES} are allowed")
