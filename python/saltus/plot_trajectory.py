@@ -17,6 +17,7 @@ from .on_folder import on_folder
 from .tables import read_table
 
 SHADES = ["#dbe9f6", "#fde6cf", "#dff0d8", "#f3dcef", "#fff3bf", "#e2e2e2", "#d5f0f0", "#f6d8d8"]
+INPUT = "#d9661f"  # as in docs/gallery.py
 PROVENANCES = {"optimal": "tab:green", "step": "tab:blue", "feasible": "tab:olive",
                "shifted": "tab:orange", "fallback": "tab:red"}
 MOST_LABELS = 6  # largest number of modes or events with a label
@@ -168,7 +169,7 @@ def draw_motion(folder, table_file, summary):
         if kind == "ticks":
             draw_ticks(axes, ticks)
         else:
-            color = "tab:blue" if kind == "state" else "tab:red"
+            color = "tab:blue" if kind == "state" else INPUT
             held = kind == "input" and ticks  # constant between samples; plans have their own nodes
             draw_plans(axes, plans, name)
             axes.plot(*jumps_at(t, table[name]), color=color, linewidth=1.2,
