@@ -293,10 +293,14 @@ class Page:
         return "\n".join(out) + "\n"
 
 
+def group_label(title):
+    return f"group_{re.sub(r'[^a-z]', '_', title.lower())}"
+
+
 def group_page(title, pages):
     """A page that lists the pages of a group, which makes them its children in the sidebar."""
     introduction, described = GROUPS[title]
-    lines = [f"# {title} {{#group_{re.sub(r'[^a-z]', '_', title.lower())}}}", "", introduction, ""]
+    lines = [f"# {title} {{#{group_label(title)}}}", "", introduction, ""]
     return "\n".join([*lines, *(f"- \\subpage {label(name)}" + (f" <br/>{described[name]}" if described.get(name) else "")
                                 for name in pages)]) + "\n"
 
@@ -416,6 +420,16 @@ def shorten_sidebar(folder):
                 file.write(re.sub(rf"\[({'|'.join(map(str, tops))}),(\d+)(?:,\d+)+\]", r"[\1,\2]", indices))
 
 
+def list_groups_in_menu(folder):
+    """Puts the groups into the menu of narrow windows, in place of one entry for all pages."""
+    path = os.path.join(folder, "menudata.js")
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    groups = ",\n".join(f'{{text:"{title}",url:"{group_label(title)}.html"}}' for title in GROUPS)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text.replace('{text:"Related Pages",url:"pages.html"}', groups))
+
+
 def drop_dead_summaries(folder):
     """Removes links from the head of a page to lists that Doxygen omits because all entries are private."""
     for name in os.listdir(folder):
@@ -506,6 +520,7 @@ def main(out):
     lacking += formulas.typeset(os.path.join(out, "html"))
     break_long_words(os.path.join(out, "html"))
     shorten_sidebar(os.path.join(out, "html"))
+    list_groups_in_menu(os.path.join(out, "html"))
     drop_dead_summaries(os.path.join(out, "html"))
     wrong, pages, links = check_links(os.path.join(out, "html"))
     wrong = [*lacking, *wrong]

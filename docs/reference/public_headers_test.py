@@ -16,6 +16,21 @@ def rewritten(*lines):
     return public_headers.rewritten("saltus/a.hpp", list(lines)).splitlines()
 
 
+class Sidebar(unittest.TestCase):
+    def test_lists_of_names_are_one_entry(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = {"navtreedata.js": '    [ "Theory", "t.html", "t" ],\n    [ "Classes", "a.html", [\n'
+                                       '      [ "Class List", "a.html", "annotated_dup" ]\n    ] ]\n',
+                     "navtreeindex0.js": '"t.html#x":[0,3,1],\n"classA.html":[1,0,7,2]\n'}
+            for name, text in files.items():
+                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            make.shorten_sidebar(folder)
+            for name, text in files.items():
+                with open(os.path.join(folder, name), encoding="utf-8") as file:
+                    self.assertEqual(file.read(), text.replace('"annotated_dup"', "null").replace("[1,0,7,2]", "[1,0]"))
+
+
 class Headers(unittest.TestCase):
     def test_comments_belong_to_their_declarations(self):
         self.assertEqual(rewritten("// One idea.", "#pragma once"),
@@ -36,6 +51,11 @@ class Headers(unittest.TestCase):
         self.assertIn("Deleted.", rewritten("", "  Part(const Part&) = delete;")[1])
         for line in ("  Part(Part&& other) noexcept;", "  Part& operator=(const Part& other);"):
             self.assertEqual(rewritten("", line)[1], f"  /** \\cond */ {line.strip()} /** \\endcond */")
+
+    def test_deprecated_names_are_hidden(self):
+        self.assertEqual(rewritten("", "  /// Deprecated name.", '  [[deprecated("use b{")]] int a() {', "    return b();", "  }", "  int b();"),
+                         ["", "", '/** \\cond */ [[deprecated("use b{")]] int a() {', "    return b();",
+                          "  } /** \\endcond */", "  int b();"])
 
     def test_undocumented_names_stay_undocumented(self):
         for line in ("int rows() const { return rows_; }", "struct Options {", "double thrust;",
