@@ -34,15 +34,15 @@ def spans(times, flags):
 def draw_way(axes, body, feet):
     way = [z - h for z, h in zip(body["z [m]"], body["height [m]"])]
     axes.fill_between(body["x [m]"], [min(way) - 0.05] * len(way), way, color="0.9", linewidth=0,
-                      label="height of the ground below the body")
+                      label="ground below the body")
     for leg, color in LEGS.items():
         axes.plot(feet[f"{leg} x [m]"], feet[f"{leg} z [m]"], color=color, linewidth=0.6, label=leg)
     axes.plot(body["x [m]"], body["z [m]"], color="black", linewidth=1.2, label="centre of mass")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("z [m]")
-    axes.legend(fontsize="x-small", ncol=6, loc="upper center")
+    axes.legend(fontsize="small", ncol=3, loc="upper center")
     axes.margins(x=0.01)
-    axes.set_ylim(top=0.55)
+    axes.set_ylim(top=0.75)  # room for the legend
 
 
 def draw_gait(axes, feet, push):
@@ -56,7 +56,7 @@ def draw_gait(axes, feet, push):
     axes.set_xlim(begin, begin + WINDOW)
     axes.axvline(push, color="black", linestyle=":")
     axes.set_xlabel("t [s]")
-    axes.set_title("ground contact: actual (top, dark), scheduled (bottom, light)", fontsize="small")
+    axes.set_title("ground contact: actual (top, dark), scheduled (bottom, light)", fontsize="medium")
 
 
 def draw_body(axes, body, push):
@@ -66,7 +66,7 @@ def draw_body(axes, body, push):
               label="tilt [0.1 rad]")
     axes.axvline(push, color="black", linestyle=":", label="push")
     axes.set_xlabel("t [s]")
-    axes.legend(fontsize="x-small", ncol=2)
+    axes.legend(fontsize="small", ncol=2)
     axes.grid(alpha=0.3)
 
 
@@ -75,7 +75,7 @@ def draw_ticks(axes, ticks, period):
     axes.axhline(1e3 * period, color="black", linestyle="--", linewidth=0.8, label="period")
     axes.set_xlabel("t [s]")
     axes.set_ylabel("tick [ms]")
-    axes.legend(fontsize="x-small")
+    axes.legend(fontsize="small")
 
 
 def draw_run(folder, summary):
@@ -83,7 +83,7 @@ def draw_run(folder, summary):
     body = {name.removeprefix("measured "): values for name, values in ticks.items()}
     body["height [m]"], body["tilt [rad]"] = feet["height [m]"], feet["tilt [rad]"]
     figure, axes = plt.subplot_mosaic([["way", "way"], ["gait", "gait"], ["body", "ticks"]],
-                                      figsize=(9.0, 8.0), constrained_layout=True)
+                                      figsize=(8.0, 8.0), constrained_layout=True)
     end = "recovered" if summary["recovered"] else "fell"
     sensing = "without contact sensing" if summary["blind"] else (
         f"{summary['early_landings']} landings early, {summary['late_landings']} late")
