@@ -4,8 +4,9 @@
 Usage: open_pages.py FOLDER [--pictures OUT] [PAGE...]
 
 FOLDER has the pages (.html); PAGE names some of them, by default all. The exit status is 1 if a page writes an error to
-the console, cannot load a file, shows a formula that is not typeset, or is wider than the window. --pictures writes a
-picture of each page at each width to OUT. Without Chromium the script says so and ends with 77.
+the console, cannot load a file, shows a formula that is not typeset, is wider than the window, or has a sidebar of more
+than 40 entries. --pictures writes a picture of each page at each width to OUT. Without Chromium the script says so and
+ends with 77.
 """
 
 import base64
@@ -21,6 +22,12 @@ SKIPPED = 77
 WIDTHS = {1280: 900, 400: 800}  # width and height of the window, pixels
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SLACK = 1  # pixels, for rounding
+MOST_ENTRIES = 40  # of the sidebar
+SETTLE = """new Promise(done => {
+  let left = 20;
+  const look = () => --left && !document.querySelector("#nav-tree .selected") ? setTimeout(look, 20) : done();
+  setTimeout(look, 20);
+})"""
 # Returns the elements that overflow, by the id or class of the widest one, and formulas that are shown as text.
 EXAMINE = """(() => {
   const wrong = [];
@@ -35,10 +42,12 @@ EXAMINE = """(() => {
                `${widest.tagName.toLowerCase()} ${widest.id || widest.className}: ${widest.innerText?.slice(0, 60)}`);
     break;
   }
+  const entries = [...document.querySelectorAll("#nav-tree li")].filter(e => e.offsetParent).length;
+  if (entries > MOST_ENTRIES) wrong.push(`the sidebar has ${entries} entries`);
   if (document.querySelector(".katex-error") || /FORMULA\\d+END/.test(document.body.innerText))
     wrong.push("a formula is not typeset");
   return wrong;
-})()""".replace("SLACK", str(SLACK))
+})()""".replace("SLACK", str(SLACK)).replace("MOST_ENTRIES", str(MOST_ENTRIES))
 
 
 class Browser:
@@ -99,8 +108,8 @@ class Browser:
         self.call("Page.navigate", url=f"file://{path}")
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
             self.events.append(self.receive())
-        # Scripts that wait for the document run before this call returns.
-        self.call("Runtime.evaluate", expression="new Promise(r => setTimeout(r, 20))", awaitPromise=True)
+        # Scripts that wait for the document run before this call returns, and the sidebar has marked the page.
+        self.call("Runtime.evaluate", expression=SETTLE, awaitPromise=True)
         return [sentence for sentence in map(self.error, self.events) if sentence]
 
     @staticmethod
