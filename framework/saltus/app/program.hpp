@@ -61,7 +61,7 @@ RunRequest parse_run_request(std::span<const std::string> arguments);
 
 class Settings;
 
-/// CSV is always written: the plots and `saltus rerun` read it.
+/// Formats of the tables of a run. CSV is always written: the plots and `saltus rerun` read it.
 struct LogFormats {
   std::string names = "csv";  ///< "csv", "mat", "mcap" in any order, separated by commas
 };

@@ -18,8 +18,9 @@ struct EntryTarget {
 
 }  // namespace detail
 
-/// Rows are stored in order, with ascending columns within a row. The values of a matrix with this
-/// pattern are an array of `entries()` doubles in the same order.
+/// Positions of the entries of a sparse matrix that may be nonzero. Rows are stored in order, with
+/// ascending columns within a row. The values of a matrix with this pattern are an array of
+/// `entries()` doubles in the same order.
 class SparsityPattern {
  public:
   SparsityPattern() = default;

@@ -34,8 +34,8 @@ constexpr double crossing_sign(Crossing crossing) {
   return crossing == Crossing::rising ? 1.0 : -1.0;
 }
 
-/// Mode and Transition are members, so that `using namespace saltus` leaves these names to the
-/// user.
+/// Type-erased modes and transitions of an automaton. Mode and Transition are members, so that
+/// `using namespace saltus` leaves these names to the user.
 struct SwitchingSystem {
   /// One field: x' = dynamics(z), z = (t | x | u | p).
   struct Mode {

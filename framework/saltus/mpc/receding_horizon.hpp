@@ -109,8 +109,9 @@ void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double 
 // Histogram of durations in fixed logarithmic buckets. Counting takes a few nanoseconds and does
 // not allocate; quantiles are accurate to the width of a bucket.
 
-/// There are eight buckets per factor of two, from 2^-24 s (60 ns) to 2^6 s; durations outside go
-/// to the outermost buckets. A quantile is the upper end of its bucket, at most 12.5 % too large.
+/// Histogram of latencies in seconds, with logarithmic buckets. There are eight buckets per factor
+/// of two, from 2^-24 s (60 ns) to 2^6 s; durations outside go to the outermost buckets. A quantile
+/// is the upper end of its bucket, at most 12.5 % too large.
 class LatencyHistogram {
  public:
   /// Adds one duration in seconds.
@@ -220,12 +221,13 @@ struct LoopStatistics {
   LatencyHistogram all() const;
 };
 
-/// In every tick the controller shifts the last plan to the new grid (plan_shift.hpp), solves from
-/// the measurement, and holds the input. If solves fail repeatedly, every other one starts from the
-/// initial guess, so that a wrong measurement has no lasting effect on the plan. Data, event times
-/// and the previous input are set before the tick. After construction a tick never throws, and it
-/// does not allocate if the solver does not. An exception of a formula or of a function of the
-/// options leads to the previous plan or the fallback.
+/// Model predictive controller whose horizon starts at the present in every tick. It shifts the
+/// last plan to the new grid (plan_shift.hpp), solves from the measurement, and holds the input. If
+/// solves fail repeatedly, every other one starts from the initial guess, so that a wrong
+/// measurement has no lasting effect on the plan. Data, event times and the previous input are set
+/// before the tick. After construction a tick never throws, and it does not allocate if the solver
+/// does not. An exception of a formula or of a function of the options leads to the previous plan
+/// or the fallback.
 ///
 /// After a move, the ticks of the source object are fallbacks with an empty input, and its other
 /// members throw DefinitionError.

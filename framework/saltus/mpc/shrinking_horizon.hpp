@@ -33,6 +33,7 @@ rests_of(const OptimalControlProblem& problem, ShootingOptions options,
   return remaining_controllers(problem, std::move(options), controller_of);
 }
 
+/// Controller of a problem that ends. In each phase another controller plans the remaining phases.
 /// Ticks do not allocate if the solver does not, except the tick in which a phase begins: it takes
 /// over the plan of the previous phases. After a move, tick() of the source object returns a
 /// fallback with an empty input and its other members throw DefinitionError.

@@ -29,7 +29,8 @@ enum class CostRule {
   nodes        ///< Length of the interval times the cost at its start.
 };
 
-/// One or more phases in order. Copies are independent but share the immutable formulas.
+/// Hybrid optimal control problem: one or more phases in order. Copies are independent but share
+/// the immutable formulas.
 class OptimalControlProblem {
  public:
   /// The range of p of one phase that a name refers to.

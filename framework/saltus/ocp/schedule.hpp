@@ -20,8 +20,8 @@ namespace saltus {
 
 // A name of bounded length, stored in place. Copying and assigning never allocate.
 
-/// Converts to std::string_view. The constructor throws DefinitionError if the text is longer than
-/// max_size.
+/// Text of bounded length without allocation. Converts to std::string_view. The constructor throws
+/// DefinitionError if the text is longer than max_size.
 class ShortName {
  public:
   static constexpr std::size_t max_size = 63;  // with the length, one cache line
@@ -221,8 +221,9 @@ class Schedule {
 
 // Several independent schedules, for example one per leg, and the schedule of their joint modes.
 
-/// Each part is edited like a single schedule. A joint mode combines one mode per part and joins
-/// their names: "FL - - RR". It changes when any part changes. There are at most 64 joint modes.
+/// Several schedules that run at the same time, such as one per leg. Each part is edited like a
+/// single schedule. A joint mode combines one mode per part and joins their names: "FL - - RR". It
+/// changes when any part changes. There are at most 64 joint modes.
 ///
 ///     JointSchedule contacts({leg("left"), leg("right")}, 8);
 ///     phase.bound_input(0, exactly(0.0), contacts.during(0, "swing"));

@@ -52,7 +52,8 @@ struct QpResult {
 // Assignment of the variables and rows of a sparse program to stages. A transcription knows it; a
 // pattern does not show it.
 
-/// Variables and rows are indices into the sparse program. Each appears here exactly once.
+/// Assignment of variables and rows of a sparse program to stages. Variables and rows are indices
+/// into the sparse program. Each appears here exactly once.
 ///
 /// A variable that shares a row or Hessian entry with a variable of a later stage is carried there
 /// as an additional state while that entry is active. Rows and entries may thus join any stages;

@@ -24,8 +24,9 @@ namespace saltus {
 
 // Differences between a plant and the model of its controller: forces, noise, delays.
 
-/// All disturbances are off by default. The same seed gives the same run on every machine. For a
-/// mismatch of parameters, give the plant its own parameters.
+/// Noise, delays, pulses and other disturbances of a closed loop. All disturbances are off by
+/// default. The same seed gives the same run on every machine. For a mismatch of parameters, give
+/// the plant its own parameters.
 struct Disturbances {
   /// Disturbance added to the input of the plant. Called at the start of every piece of the input
   /// with the true state; writes `added` (nu), which is zero on entry.

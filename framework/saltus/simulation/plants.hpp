@@ -22,7 +22,8 @@ namespace saltus {
 // Time of a plant: its start plus the sum of its steps. Far from zero, where adjacent doubles are
 // 1e-7 s apart, steps shorter than that still count.
 
-/// Kahan summation: the error does not grow with the number of steps.
+/// Time of a plant in seconds, as the Kahan sum of its steps. Its error does not grow with their
+/// number.
 class PlantClock {
  public:
   /// Starts at `start` seconds.
@@ -81,10 +82,11 @@ std::string describe_bad_length(double length);
 
 // A plant given by its dynamics: any formula or hybrid automaton, with any integrator.
 
-/// x' = f(t, x, u, p) with constant u during each call of advance(). Systems with events record
-/// them and keep their mode. If an input, a parameter or a disturbance moves a guard past the state
-/// (a thermostat's set-point), its event occurs at once. Exceptions of formulas become a failure().
-/// After a move, inputs(), advance() and mode() of the source object throw DefinitionError.
+/// Plant that integrates x' = f(t, x, u, p) with any integrator, with constant u during each call
+/// of advance(). Systems with events record them and keep their mode. If an input, a parameter or a
+/// disturbance moves a guard past the state (a thermostat's set-point), its event occurs at once.
+/// Exceptions of formulas become a failure(). After a move, inputs(), advance() and mode() of the
+/// source object throw DefinitionError.
 class IntegratorPlant final : public LoopPlant {
  public:
   /// Starts from `start` (nx) at `time` seconds. `parameters` (np) are those of the plant and may

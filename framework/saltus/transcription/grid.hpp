@@ -205,9 +205,10 @@ using PhaseWindow [[deprecated("use Grid::PhaseWindow; removed in 0.4")]] = Grid
 
 class BlockProgram;
 
-/// Variables are physical values divided by their nominal magnitudes. Order: for each phase (x_0,
-/// q_0, c_0, x_1, q_1, c_1, ..., x_N, q_N) with the accumulated integrals q. Unknown parameters,
-/// free durations, a free start time and slacks follow.
+/// Positions of all quantities in the vector of variables. Variables are physical values divided by
+/// their nominal magnitudes. Order: for each phase (x_0, q_0, c_0, x_1, q_1, c_1, ..., x_N, q_N)
+/// with the accumulated integrals q. Unknown parameters, free durations, a free start time and
+/// slacks follow.
 class Layout {
  public:
   /// Adds all variables to `program`.

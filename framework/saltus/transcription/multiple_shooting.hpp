@@ -36,9 +36,9 @@ struct ShootingOptions {
   bool automatic_scale = true;
 };
 
-/// Direct multiple shooting. The constructor fixes patterns and sizes. Start, data, event times and
-/// penalty weights may change between solves. After a move, the members of the source throw
-/// DefinitionError.
+/// Transcription of a problem by direct multiple shooting into a sparse nonlinear program. The
+/// constructor fixes patterns and sizes. Start, data, event times and penalty weights may change
+/// between solves. After a move, the members of the source throw DefinitionError.
 class MultipleShooting : public DataByName<MultipleShooting> {
  public:
   /// Throws DefinitionError if the problem or the options are invalid.

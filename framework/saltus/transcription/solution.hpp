@@ -19,8 +19,8 @@ namespace saltus {
 // The trajectory of a solution: states and inputs at any time with the accuracy of the integrator,
 // and CSV output.
 
-/// Pieces in order of time. Right-continuous: at an event, values are those of the new phase, x+
-/// after the jump.
+/// States, inputs and parameters of a plan over time, in pieces. Right-continuous: at an event,
+/// values are those of the new phase, x+ after the jump.
 ///
 /// Value semantics: several threads may read a trajectory or its copies concurrently, also while
 /// the program or controller that made it continues. Reading allocates and is not for control

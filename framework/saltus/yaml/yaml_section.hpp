@@ -31,8 +31,9 @@ YamlEntry read_yaml(const std::filesystem::path& file);
 /// The same from text; `source` is the file name in messages.
 YamlEntry parse_yaml(const std::string& text, const std::string& source);
 
-/// A view; the entry must outlive it. All errors throw InputError, one sentence with the file and
-/// the path of the key: "robot.yaml: postures.stand.com must be a list of 3 numbers".
+/// Typed access to the entries of a section. It is a view of an entry, which must outlive it. All
+/// errors throw InputError, one sentence with the file and the path of the key: "robot.yaml:
+/// postures.stand.com must be a list of 3 numbers".
 class YamlSection {
  public:
   /// `source` is the file name in messages.

@@ -20,8 +20,9 @@ class SwingFoot;
 
 namespace saltus::robots::walking {
 
-/// Each tick calls plan_steps(), land() if the swing foot has landed, and plan_wrenches(). Between
-/// ticks land() may be called, and note_contacts() after it. Does not allocate after construction.
+/// Plans the wrenches and steps of a biped. Each tick calls plan_steps(), land() if the swing foot
+/// has landed, and plan_wrenches(). Between ticks land() may be called, and note_contacts() after
+/// it. Does not allocate after construction.
 class BalancePlanner {
  public:
   /// State of the robot as the planners use it, in world axes.
@@ -109,7 +110,8 @@ class BalancePlanner {
   const ControlTick* tick_ = nullptr;
 };
 
-/// Call start() once, then update() once for all readings. After start() nothing allocates.
+/// Controller of a biped, from sensor readings to joint commands. Call start() once, then update()
+/// once for all readings. After start() nothing allocates.
 class BalanceController {
  public:
   /// Parts of a BalanceController.

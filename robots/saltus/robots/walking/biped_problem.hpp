@@ -104,7 +104,8 @@ bool has_fallen(const Vec<double, 9>& gamma, const Vec<double, 3>& foot, double 
 /// Sentence for a fall; mentions a fall before all pushes.
 std::string fall_sentence(std::span<const Push> pushes, double t);
 
-/// Default: names of terms and numbers.
+/// Texts about constraints of a biped that cannot be met, for explain(). Default: names of terms
+/// and numbers.
 class UnmetExplanations {
  public:
   virtual ~UnmetExplanations() = default;

@@ -98,7 +98,8 @@ struct StepPlan {
 
 struct Scene;
 
-/// Called once per tick of the controller. This base class never steps.
+/// Interface of planners that decide on steps. Called once per tick of the controller. This base
+/// class never steps.
 class StepPlanner {
  public:
   virtual ~StepPlanner() = default;

@@ -49,8 +49,8 @@ std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Sid
                                                  const SensorOptions& sensors,
                                                  const Estimator::Options& options, double period);
 
-/// A foot has landed once the vertical force reaches a threshold, but not before an earliest time.
-/// Earlier contacts belong to lift-off or scuffing.
+/// Decides whether the swing foot has landed. A foot has landed once the vertical force reaches a
+/// threshold, but not before an earliest time. Earlier contacts belong to lift-off or scuffing.
 class ContactEstimator {
  public:
   /// `force`: threshold of the vertical force, N.
