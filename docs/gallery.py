@@ -43,7 +43,7 @@ SEARCHED = {
     "s03_two_tanks": ("tanks 20 5 plan", ["level h1 [m]", "level h2 [m]"], ["outflow v"]),
     "s04_fishing_modes": ("fishing 9 plan", ["prey x1", "predators x2"], []),
 }
-NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program of a file has no trajectory."}
+NO_PICTURE = {"c01_mpc_qps": "There is no picture, because a quadratic program from a file has no trajectory."}
 WRENCH = ("fx [N]", "fy [N]", "fz [N]", "mx [Nm]", "my [Nm]", "mz [Nm]")  # as in wrench_names()
 STATE, INPUT, BAND = "#1f6fb4", "#d9661f", "#eef1f5"
 
