@@ -104,6 +104,39 @@ TEST(Verdict, ReportsAnUnstableHorizon) {
   EXPECT_NE(s.message.find("e+13"), std::string::npos) << s.message;
 }
 
+// A moderate growth also moves the end, far beyond its tolerance of 1e-6. Without growth, the same
+// scheme misses the end by less than its integration error.
+TEST(Verdict, ReportsAModerateGrowthOfErrors) {
+  for (const double rate : {1.0, 2.0})
+    for (const double growth : {1.0, 1e3, 1e4, 1e5}) {
+      const double T = growth > 1.0 ? std::log(growth) / rate : 1.0;
+      const double slope = growth > 1.0 ? rate : -rate;
+      Phase<1, 1> phase{"a",
+                        [slope](auto, const auto& x, const auto& u) {
+                          return std::decay_t<decltype(x)>(slope * x[0] + u[0]);
+                        },
+                        exactly(T)};
+      phase
+          .reach(
+              "r", [](auto, auto x) { return x[0]; }, exactly(0.0))
+          .track("u", input, VectorXd{{1.0}});
+      OptimalControlProblem ocp("unstable");
+      ocp.start_at({1}).then(phase);
+      const Solution s = solve(ocp);
+      ASSERT_TRUE(s.ok()) << s.message;
+      double x = 1.0;
+      for (const Trajectory::Piece& piece : s.trajectory.pieces()) {
+        const double e = std::exp(slope * piece.length);
+        x = e * x + (e - 1.0) / slope * piece.coefficients[0];
+      }
+      const bool misses = s.message.find("miss 'r' of phase 'a' by") != std::string::npos;
+      EXPECT_EQ(misses, growth > 1.0) << growth << ": " << x << ", " << s.message;
+      if (growth == 1e3) {
+        EXPECT_LT(std::abs(x), GridAccuracy{}.open_loop);  // said in the units of the end
+      }
+    }
+}
+
 // x' = u + size sin^2(frequency pi t) to x = 1, with least effort.
 Solution solve_forced(double size, double frequency) {
   Phase<1, 1> phase{"a",

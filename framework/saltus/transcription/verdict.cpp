@@ -70,18 +70,20 @@ void apply_verification(const MultipleShooting& shooting, Solution& solution) {
          fmt::format("its cost is {:.6g} instead of {:.6g}: use more intervals or steps",
                      v.cost.value, solution.cost));
   const Verification::OpenLoop& loop = v.open_loop;
-  if (loop.completed && !(loop.states <= accuracy.open_loop)) {
+  const bool amplifies = !(loop.growth < amplifying);
+  const bool misses_end = loop.end.amount > accuracy.open_loop_end * loop.end.tolerance;
+  if (loop.completed && (!(loop.states <= accuracy.open_loop) || (amplifies && misses_end))) {
     const std::string what =
         loop.end.amount > 0.0
-            ? fmt::format("miss '{}' of phase '{}' by {:.3g}", loop.end.term, loop.end.phase,
-                          loop.end.amount)
+            ? fmt::format("miss '{}' of phase '{}' by {:.3g} (tolerance {:.2g})", loop.end.term,
+                          loop.end.phase, loop.end.amount, loop.end.tolerance)
             : fmt::format(
                   "deviate from the plan by {:.1e} of the magnitude of state {} at the end of "
                   "phase '{}'",
                   loop.states, loop.state, loop.phase);
     // An unstable system amplifies small errors, which only a controller can correct. Without
     // amplification the miss is due to the scheme.
-    if (!(v.defect.sum <= accuracy.integration) && loop.growth < amplifying)
+    if (!(v.defect.sum <= accuracy.integration) && !amplifies)
       fail(SolveStatus::coarse_grid,
            fmt::format("the inputs, integrated from the start, {}: use more intervals or steps, or "
                        "a smaller tolerance",

@@ -31,6 +31,9 @@ struct GridAccuracy {
   /// changes only the message. The plan fails if `integration` is exceeded too, unless the system
   /// amplifies state errors tenfold or more.
   double open_loop = 1e-3;
+  /// Open-loop violation of an end constraint, as a multiple of its tolerance. Exceeding it changes
+  /// the message if the system amplifies state errors tenfold or more.
+  static constexpr double open_loop_end = 100.0;
   /// Largest earlier crossing of zero by the guard that ends a phase, relative to its largest
   /// value.
   double crossing = 1e-2;

@@ -523,8 +523,21 @@ class Verifier {
       for (int i = 0; i < deviation.size(); ++i)
         largest = std::max(largest, std::abs(deviation[i]) / flows_[j]->units[i]);
     constexpr double certain = 0.1;
-    if (!growth_known_ || !(largest <= certain * accuracy().open_loop)) integrate_open_loop();
-    double worst = 0.0;
+    bool is_certain = growth_known_ && largest <= certain * accuracy().open_loop;
+    if (is_certain) {
+      compare_ends();
+      is_certain = ratio(loop.end) <= certain * accuracy().open_loop_end;
+    }
+    if (is_certain) return;
+    integrate_open_loop();
+    compare_ends();
+  }
+
+  // The deviation from the plan and the violations of end constraints by the open loop.
+  void compare_ends() {
+    Verification::OpenLoop& loop = summary().open_loop;
+    loop.states = 0.0;
+    loop.end = {};
     for (const auto& [j, deviation] : ends_) {
       const Plan::Interval* last = nullptr;
       for (const Plan::Interval& interval : plan_.intervals)
@@ -534,8 +547,7 @@ class Verifier {
         if (std::abs(deviation[i]) <= flows_[j]->tolerances[i]) continue;
         const double unit = std::max(flows_[j]->units[i], std::abs(last->end_state[i]));
         const double off = std::isfinite(deviation[i]) ? std::abs(deviation[i]) / unit : infinity;
-        if (!(off > worst)) continue;
-        worst = off;
+        if (!(off > loop.states)) continue;
         loop.states = off;
         loop.state = i;
         loop.phase = flows_[j]->definition.name;
