@@ -240,6 +240,12 @@ const std::vector<Mistake>& mistakes() {
       {"NegativeIntervals",
        ride([](Ride&) {}, {.intervals_per_phase = -5}),
        {"phase 'ride'", "-5 intervals"}},
+      {"MoreIntervalsThanMemory",
+       ride([](Ride&) {}, {.intervals_per_phase = 2000000000}),
+       {"phase 'ride'", "2000000000 intervals, expected 1 to 1000000"}},
+      {"MoreThreadsThanAnySystem",
+       ride([](Ride&) {}, {.threads = 2000000000}),
+       {"number of threads", "2000000000"}},
       {"MisspeltData",
        [] {
          Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};

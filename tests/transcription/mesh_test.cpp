@@ -167,6 +167,19 @@ TEST(Mesh, EventEndsAHold) {
   EXPECT_TRUE(shooting.grid().holds_input(0, 3));
 }
 
+TEST(Mesh, RejectsCountsThatCannotBeAllocated) {
+  for (const int count : {Mesh::most_intervals + 1, 2000000000}) {
+    const std::string number = std::to_string(count);
+    expect_error<DefinitionError>([&] { Mesh{.intervals = count}.check("ride"); },
+                                  {"phase 'ride'", number, "1000000"});
+    expect_error<DefinitionError>([&] { graded_mesh(count, 2.0); }, {"graded mesh", number});
+    expect_error<DefinitionError>([&] { mesh_graded_to_both_ends(count, 2.0); },
+                                  {"graded mesh", number});
+    expect_error<DefinitionError>([&] { runge_kutta4({.steps = count}); }, {number, "steps"});
+    expect_error<DefinitionError>([&] { radau_iia({.steps = count}); }, {number, "steps"});
+  }
+}
+
 TEST(Mesh, RejectsInvalidMeshes) {
   const auto refusal = [](const Mesh& mesh) {
     return error_of<DefinitionError>([&] { MultipleShooting(cart(exactly(1.0)), on({mesh})); });

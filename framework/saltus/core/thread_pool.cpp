@@ -66,8 +66,10 @@ struct ThreadPool::State {
 };
 
 ThreadPool::ThreadPool(int threads) : threads_(threads) {
-  if (threads < 1)
-    throw DefinitionError(fmt::format("the number of threads must be 1 or more, not {}", threads));
+  constexpr int most_threads = 4096;
+  if (threads < 1 || threads > most_threads)
+    throw DefinitionError(
+        fmt::format("the number of threads must be 1 to {}, not {}", most_threads, threads));
   state_ = std::make_unique<State>(threads);
 }
 

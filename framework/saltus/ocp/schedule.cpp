@@ -80,6 +80,8 @@ Schedule& Schedule::reserve(int events) {
   if (events < static_cast<int>(count_))
     fail(fmt::format("cannot reserve room for {} events, because it already has {}", events,
                      count_));
+  if (constexpr int most = 1'000'000; events > most)
+    fail(fmt::format("cannot reserve room for {} events, at most for {}", events, most));
   events_.resize(events);
   sequence_.resize(events + 1);
   return *this;

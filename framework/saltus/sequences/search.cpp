@@ -334,6 +334,9 @@ SequenceResult search(const ModeGraph& graph, const SearchOptions& options) {
     throw DefinitionError(
         fmt::format("search: phases is {} and at_most is {}; set only one of them", options.phases,
                     options.at_most));
+  if (const int most = SearchOptions::most_phases; std::max(options.phases, options.at_most) > most)
+    throw DefinitionError(fmt::format("search: phases is {} and at_most is {}, expected at most {}",
+                                      options.phases, options.at_most, most));
   graph.check(options.phases > 0 || options.at_most > 0);
   if (options.phases == 0 && options.at_most == 0 && !graph.total_time())
     throw DefinitionError(

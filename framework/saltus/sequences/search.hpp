@@ -22,6 +22,8 @@ namespace saltus {
 
 /// Options of a search over sequences.
 struct SearchOptions {
+  static constexpr int most_phases = 100'000;  ///< limit of phases and at_most
+
   int phases = 0;   ///< exact number of phases, a horizon in samples; 0: see at_most
   int at_most = 0;  ///< maximum number of phases, one more than switches; 0: limited by time only
   /// Relative optimality gap: the search ignores improvements below this fraction of the cost. For

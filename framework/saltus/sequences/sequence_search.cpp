@@ -57,10 +57,10 @@ std::unique_ptr<qp::StageQpSolver> solver_for(const qp::StageQp& capacity, doubl
 }
 
 ModeGraph checked(ModeGraph graph, const SearchOptions& options) {
-  if (options.phases < 1)
-    throw DefinitionError(
-        fmt::format("modes '{}': the horizon has {} phases; set SearchOptions::phases",
-                    graph.name(), options.phases));
+  if (options.phases < 1 || options.phases > SearchOptions::most_phases)
+    throw DefinitionError(fmt::format(
+        "modes '{}': the horizon has {} phases, expected 1 to {}; set SearchOptions::phases",
+        graph.name(), options.phases, SearchOptions::most_phases));
   if (!(options.gap >= 0.0) || !(options.least_cost >= 0.0) || !(options.tolerance > 0.0) ||
       !(options.deadline > 0.0))
     throw DefinitionError(

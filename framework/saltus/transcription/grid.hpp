@@ -44,6 +44,8 @@ void check(const OptimalControlProblem& problem, const ProblemData& data);
 
 /// Division of a phase into intervals.
 struct Mesh {
+  static constexpr int most_intervals = 1'000'000;  ///< limit per phase
+
   int intervals = 30;  ///< number of intervals
   /// Node positions as fractions of the phase's duration, increasing from 0 to 1, intervals + 1
   /// entries. Empty: intervals of equal length.

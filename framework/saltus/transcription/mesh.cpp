@@ -55,9 +55,9 @@ Mesh mesh_of(const std::vector<double>& lengths) {
 }
 
 void check_grading(int intervals, double ratio) {
-  if (intervals < 1)
-    throw DefinitionError(
-        fmt::format("a graded mesh of {} intervals, expected at least 1", intervals));
+  if (intervals < 1 || intervals > Mesh::most_intervals)
+    throw DefinitionError(fmt::format("a graded mesh of {} intervals, expected 1 to {}", intervals,
+                                      Mesh::most_intervals));
   if (!(ratio > 0.0) || !std::isfinite(ratio))
     throw DefinitionError(
         fmt::format("a graded mesh with the length ratio {}, expected a positive number", ratio));
@@ -85,9 +85,9 @@ Mesh mesh_graded_to_both_ends(int intervals, double ratio) {
 }
 
 void Mesh::check(const std::string& phase) const {
-  if (intervals < 1)
-    throw DefinitionError(
-        fmt::format("phase '{}': it has {} intervals, expected at least 1", phase, intervals));
+  if (intervals < 1 || intervals > most_intervals)
+    throw DefinitionError(fmt::format("phase '{}': it has {} intervals, expected 1 to {}", phase,
+                                      intervals, most_intervals));
   const auto expected = static_cast<std::size_t>(intervals) + 1;
   if (!holds.empty() && holds.size() != expected)
     throw DefinitionError(fmt::format("phase '{}': its mesh has {} hold flags, but {} nodes", phase,

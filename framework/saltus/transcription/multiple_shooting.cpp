@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
+#include <string>
 #include <utility>
 
 #include "saltus/core/bounds.hpp"
@@ -42,9 +44,16 @@ std::vector<Mesh> meshes_of(const OptimalControlProblem& problem, const Shooting
 
 MultipleShooting::MultipleShooting(OptimalControlProblem problem, ShootingOptions options) {
   options.meshes = meshes_of(problem, options);
-  program_ = std::make_unique<ShootingProgram>(std::move(problem), options.meshes,
-                                               options.integrator, options.threads);
-  next_ = program_->data();
+  const auto largest = std::ranges::max_element(options.meshes, {}, &Mesh::intervals);
+  const std::string of = fmt::format("{} intervals of phase '{}'", largest->intervals,
+                                     problem.phases()[largest - options.meshes.begin()].name);
+  try {
+    program_ = std::make_unique<ShootingProgram>(std::move(problem), options.meshes,
+                                                 options.integrator, options.threads);
+    next_ = program_->data();
+  } catch (const std::bad_alloc&) {
+    throw DefinitionError("there is not enough memory for " + of + ": use fewer intervals");
+  }
   options_ = std::move(options);
 }
 

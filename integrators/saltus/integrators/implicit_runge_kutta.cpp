@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/explicit_steps.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/implicit_stages.hpp"
 #include "saltus/integrators/interval_field.hpp"
@@ -255,9 +256,7 @@ class ImplicitRungeKuttaScheme final : public IntegratorScheme {
  public:
   ImplicitRungeKuttaScheme(ButcherTableau tableau, int steps)
       : tableau_(std::move(tableau)), steps_(steps) {
-    if (steps_ < 1)
-      throw DefinitionError(fmt::format("{} needs at least one step per interval, but steps = {}.",
-                                        tableau_.name, steps_));
+    check_steps(tableau_.name, steps_);
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_implicit(problem, tableau_, steps_);

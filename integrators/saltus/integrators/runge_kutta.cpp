@@ -230,9 +230,7 @@ class RungeKuttaScheme final : public IntegratorScheme {
  public:
   RungeKuttaScheme(ButcherTableau tableau, RungeKuttaOptions options)
       : tableau_(std::move(tableau)), options_(options) {
-    if (options_.steps < 1)
-      throw DefinitionError(fmt::format("{} needs at least one step per interval, but steps = {}.",
-                                        tableau_.name, options_.steps));
+    check_steps(tableau_.name, options_.steps);
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_runge_kutta(problem, tableau_, options_.steps);
@@ -270,6 +268,13 @@ void check(const ButcherTableau& tableau) {
 }
 
 }  // namespace
+
+void check_steps(const std::string& scheme, int steps) {
+  constexpr int most = 1'000'000;
+  if (steps < 1 || steps > most)
+    throw DefinitionError(
+        fmt::format("{} needs 1 to {} steps per interval, but steps = {}.", scheme, most, steps));
+}
 
 std::optional<ExplicitSteps> explicit_steps(const IntegratorScheme& scheme) {
   const auto* const own = dynamic_cast<const RungeKuttaScheme*>(&scheme);

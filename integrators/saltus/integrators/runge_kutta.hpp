@@ -28,7 +28,7 @@ ButcherTableau cooper_verner();
 
 /// Options of explicit Runge-Kutta methods.
 struct RungeKuttaOptions {
-  int steps = 1;  ///< equal steps per interval
+  int steps = 1;  ///< equal steps per interval, at most 1,000,000
 };
 
 /// The classical method of order 4. First and second derivatives are those of the discrete map,
@@ -36,7 +36,7 @@ struct RungeKuttaOptions {
 /// stages. Curvature::gauss_newton is the sum of the costs' Gauss-Newton matrices along the stage
 /// sensitivities. It omits terms in which the length multiplies a gradient, and is positive
 /// semidefinite if the costs' matrices are. Does not allocate after construction. Throws
-/// DefinitionError if steps < 1.
+/// DefinitionError if the number of steps is out of range.
 IntegratorChoice runge_kutta4(RungeKuttaOptions options = {});
 /// A method of order 8 for smooth offline problems at tight tolerances. Not for formulas with
 /// kinks.
@@ -50,7 +50,7 @@ IntegratorChoice runge_kutta(ButcherTableau tableau, RungeKuttaOptions options =
 /// Options of implicit Runge-Kutta methods.
 struct ImplicitRungeKuttaOptions {
   int stages = 2;  ///< 1 to 4
-  int steps = 1;   ///< equal steps per interval
+  int steps = 1;   ///< equal steps per interval, at most 1,000,000
 };
 
 /// Gauss-Legendre collocation of order 2 * stages. A-stable and symmetric; preserves quadratic
@@ -61,7 +61,7 @@ struct ImplicitRungeKuttaOptions {
 /// the implicit function theorem, also with respect to start time and length. If Newton's method
 /// fails, the status is IntegrationStatus::step_too_small and failure() names the step. Does not
 /// allocate after construction. Supports events inside an interval (framework/design/events.md).
-/// Throws DefinitionError for other numbers of stages and if steps < 1.
+/// Throws DefinitionError for other numbers of stages and of steps.
 IntegratorChoice gauss_legendre(ImplicitRungeKuttaOptions options = {});
 
 /// Radau IIA collocation of order 2 * stages - 1, otherwise as above. L-stable: components faster
