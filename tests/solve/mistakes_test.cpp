@@ -246,6 +246,12 @@ const std::vector<Mistake>& mistakes() {
       {"MoreThreadsThanAnySystem",
        ride([](Ride&) {}, {.threads = 2000000000}),
        {"number of threads", "2000000000"}},
+      {"GuessOfAFailedSolve",
+       ride([](Ride&) {}, {.guess = Trajectory()}),
+       {"problem 'cart'", "the guess is an empty trajectory"}},
+      {"EmptyGuess",
+       ride([](Ride& r) { r.guess_state(Guess::constant(VectorXd())); }),
+       {"phase 'ride': the guess of the state has 0 entries, expected 2"}},
       {"MisspeltData",
        [] {
          Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "saltus/solver/ipopt.hpp"
+#include "tests/support/errors.hpp"
 #include "tests/support/event_problems.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
@@ -131,6 +133,47 @@ TEST(GuessFromTrajectory, KeepsDurationsAndUnknowns) {
   EXPECT_GT(std::abs(solution.durations[0] - 1.6), 0.05);  // the optimum differs from the guess
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Guess, RejectsOtherSizesAndNumbersInsideThePhase) {
+  const auto at_the_middle = [](VectorXd value) {
+    return Guess::trajectory([value](double fraction) {
+      return fraction > 0.3 && fraction < 0.7 ? value : VectorXd(VectorXd::Zero(1));
+    });
+  };
+  for (const VectorXd& value :
+       {VectorXd(), VectorXd(VectorXd::Zero(2)), VectorXd(VectorXd::Constant(1, std::nan("")))}) {
+    expect_error<DefinitionError>([&] { with_guess(at_the_middle(value)).initial_guess(); },
+                                  {"phase 'decay'", "guess of the state", "fraction"});
+    expect_error<DefinitionError>([&] { with_guess({}, at_the_middle(value)).initial_guess(); },
+                                  {"phase 'decay'", "guess of the input", "fraction"});
+  }
+  expect_error<DefinitionError>([] { Guess::trajectory({}); }, {"guess", "empty"});
+  expect_error<DefinitionError>([] { with_guess(Guess::constant(VectorXd())); },
+                                {"phase 'decay'", "0 entries, expected 1"});
+}
+
+TEST(GuessFromTrajectory, RejectsAnEmptyOneAndOtherSizes) {
+  MultipleShooting shooting(bouncing(), ten);
+  expect_error<DefinitionError>([&] { shooting.guess_from(Trajectory()); },
+                                {"problem 'bounce'", "empty trajectory"});
+  for (const char* name : {"down", "other"}) {
+    Phase<2, 1> cart{name, Cart{}, exactly(1.0)};
+    cart.track("effort", input, Vec<double, 1>{1.0});
+    OptimalControlProblem other("cart");
+    other.start_at({0, 0}).then(cart);
+    MultipleShooting of_cart(other, ten);
+    const Trajectory guess = of_cart.trajectory(of_cart.initial_guess().w);
+    expect_error<DefinitionError>([&] { shooting.guess_from(guess); },
+                                  {"problem 'bounce'", "2 states"});
+  }
+  const auto solver = make_ipopt();
+  expect_error<DefinitionError>([&] { solve(shooting, *solver, NlpPoint{}); },
+                                {"problem 'bounce'", "0 values"});
+  NlpPoint guess = shooting.initial_guess();
+  guess.w[shooting.layout().state(1, 3)] = std::nan("");
+  expect_error<DefinitionError>([&] { solve(shooting, *solver, guess); },
+                                {"problem 'bounce'", "phase 'up', node 3, state 0"});
 }
 
 TEST(GuessFromTrajectory, HoldsTheLastStateBeyondItsEnd) {

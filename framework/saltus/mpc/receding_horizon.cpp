@@ -204,7 +204,9 @@ void RecedingHorizonController::set_remaining(Bounds first_phase, Bounds total_t
 void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   if (plan.empty()) throw DefinitionError("controller: the plan to adopt is empty");
   checked().start_time(t);
-  plan_.w = shooting_->guess_from(plan).w;
+  VectorXd w = shooting_->guess_from(plan).w;
+  if (!w.allFinite()) throw DefinitionError("controller: the plan to adopt is not finite");
+  plan_.w = std::move(w);
   plan_.lambda.setZero(initial_.lambda.size());
   plan_.z.setZero(initial_.z.size());
   shift_->remember(shooting_->program(), plan_.w);

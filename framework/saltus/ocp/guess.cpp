@@ -30,7 +30,10 @@ Guess Guess::interpolate(VectorXd first, VectorXd last) {
   });
 }
 
-Guess Guess::trajectory(std::function<VectorXd(double fraction)> f) { return Guess(std::move(f)); }
+Guess Guess::trajectory(std::function<VectorXd(double fraction)> f) {
+  if (!f) throw DefinitionError("guess: the function of the fraction is empty");
+  return Guess(std::move(f));
+}
 
 Guess Guess::simulate() {
   Guess guess;

@@ -29,13 +29,14 @@ std::unique_ptr<Solver> SolveBudget::make_solver() const {
 LeastRelaxation SolveBudget::relax(const OptimalControlProblem& problem, const Trajectory* guess,
                                    const ShootingOptions& grid) {
   ++count_;
+  if (guess != nullptr && guess->empty()) guess = nullptr;  // the solve had no plan
   return least_relaxation(problem, grid, *make_solver(), guess, is_negotiable);
 }
 
 Solution SolveBudget::plan(MultipleShooting& shooting, const Trajectory& other_guess) {
   ++count_;
   Solution plan = solve(shooting, *make_solver());
-  if (is_plan(plan) || is_late()) return plan;
+  if (is_plan(plan) || is_late() || other_guess.empty()) return plan;
   ++count_;
   return solve(shooting, *make_solver(), shooting.guess_from(other_guess));
 }

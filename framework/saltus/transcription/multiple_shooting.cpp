@@ -273,5 +273,15 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   for (const std::string& warning : solution.warnings) solution.message += "; " + warning;
   return solution;
 }
+  if (start.w.size() != shooting.nlp().variables())
+    throw DefinitionError(
+        fmt::format("problem '{}': the start has {} values, but the program has {} variables: use "
+                    "initial_guess() or guess_from()",
+                    shooting.problem().name(), start.w.size(), shooting.nlp().variables()));
+  for (int i = 0; i < start.w.size(); ++i)
+    if (!std::isfinite(start.w[i]))
+      throw DefinitionError(fmt::format("problem '{}': the guess is not finite: {} is {}",
+                                        shooting.problem().name(),
+                                        shooting.nlp().describe_variable(i), start.w[i]));
 
 }  // namespace saltus

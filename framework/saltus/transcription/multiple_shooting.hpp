@@ -96,7 +96,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   NlpPoint initial_guess() const;
   /// A guess sampled from another solution of the same problem at the same absolute times, with its
   /// unknown parameters. Free phases keep their end times. After its end, the last state and input
-  /// continue.
+  /// continue. Throws DefinitionError if the trajectory is empty or has sizes of another problem.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
   /// The trajectory of a point of the program. Throws DefinitionError if w has the wrong size.

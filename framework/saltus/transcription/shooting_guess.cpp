@@ -1,10 +1,59 @@
 // Initial guess as a point of the program, from the guesses of the problem or another solution.
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "saltus/core/error.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
+namespace {
+
+// Value of a guess. PhaseDefinition::check() has seen only the ends of the phase.
+VectorXd value_of(const PhaseDefinition& phase, const char* what, const Guess& guess, int size,
+                  double fraction) {
+  VectorXd value = guess.at(fraction);
+  if (value.size() != size)
+    throw DefinitionError(
+        fmt::format("phase '{}': the guess of the {} has {} entries at the fraction {:.4g} of the "
+                    "phase, expected {}",
+                    phase.name, what, value.size(), fraction, size));
+  if (!value.allFinite())
+    throw DefinitionError(
+        fmt::format("phase '{}': the guess of the {} is not finite at the fraction {:.4g} of the "
+                    "phase",
+                    phase.name, what, fraction));
+  return value;
+}
+
+// A trajectory of another problem is not a guess. Phases may be missing or have other numbers.
+void check_guess(const OptimalControlProblem& problem, const Trajectory& guess) {
+  if (guess.empty())
+    throw DefinitionError(fmt::format(
+        "problem '{}': the guess is an empty trajectory, like that of a solve without a "
+        "plan; leave it out to use the guesses of the phases",
+        problem.name()));
+  for (const Trajectory::Piece& piece : guess.pieces()) {
+    const Trajectory::PhaseInfo& info = guess.phases()[piece.phase];
+    for (const PhaseDefinition& phase : problem.phases()) {
+      if (phase.name != info.name) continue;
+      const auto check_size = [&](const char* what, Eigen::Index given, int expected) {
+        if (given != expected)
+          throw DefinitionError(fmt::format(
+              "problem '{}': the guess has {} {} in phase '{}', expected {}: use a trajectory of "
+              "this problem",
+              problem.name(), given, what, phase.name, expected));
+      };
+      check_size("states", piece.state.size(), phase.sizes.nx);
+      check_size("parameters", info.parameters.size(), phase.sizes.np);
+      const int inputs = info.integrator->problem().arguments.nu;
+      check_size("inputs", inputs, phase.sizes.nu);
+    }
+  }
+}
+
+}  // namespace
 
 NlpPoint MultipleShooting::initial_guess() const {
   NlpPoint point{VectorXd::Zero(checked().variables()), {}, {}};
@@ -24,7 +73,9 @@ NlpPoint MultipleShooting::initial_guess() const {
 
     const auto fraction = [&](int node) { return T > 0.0 ? grid().node_offset(j, node) / T : 0.0; };
     const auto input = [&](int k, double at) {
-      VectorXd u = phase.input_guess.is_given() ? phase.input_guess.at(at) : VectorXd::Zero(nu);
+      VectorXd u = phase.input_guess.is_given()
+                       ? value_of(phase, "input", phase.input_guess, nu, at)
+                       : VectorXd::Zero(nu);
       for (int i = 0; i < nu; ++i) {
         const Bounds b = program_->input_bounds(j, k, i);
         u[i] = std::clamp(u[i], b.lower, b.upper);
@@ -35,7 +86,8 @@ NlpPoint MultipleShooting::initial_guess() const {
       w.segment(layout().state(j, node), nx) = x.cwiseQuotient(phase.nominal_state);
     };
 
-    VectorXd x = phase.state_guess.is_given() ? phase.state_guess.at(0.0) : start;
+    VectorXd x =
+        phase.state_guess.is_given() ? value_of(phase, "state", phase.state_guess, nx, 0.0) : start;
     Integrator& integrator = *program_->integrators()[j];
     const IntervalArguments a = integrator.arguments();
     VectorXd argument(a.size()), end(integrator.outputs());
@@ -52,7 +104,7 @@ NlpPoint MultipleShooting::initial_guess() const {
         if (integrator.value(argument.data(), end.data()) == IntegrationStatus::success)
           x = end.head(nx);
       } else if (phase.state_guess.is_given()) {
-        x = phase.state_guess.at(fraction(k + 1));
+        x = value_of(phase, "state", phase.state_guess, nx, fraction(k + 1));
       }
       set_state(k + 1, x);
     }
@@ -66,7 +118,8 @@ NlpPoint MultipleShooting::initial_guess() const {
 
 NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
   NlpPoint point = initial_guess();
-  if (trajectory.empty()) return point;
+  check_guess(problem(), trajectory);
+  bool is_used = false;
   double start = data().start_time;
   if (layout().start_time() >= 0)
     start = point.w[layout().start_time()] =
@@ -97,6 +150,7 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
       const bool closes = k == grid().intervals(j);  // uses x-, before any jump
       const VectorXd x = closes ? trajectory.state_before(t) : trajectory.state(t);
       if (x.size() != nx) continue;  // another phase is active at this time
+      is_used = true;
       point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
       if (closes || grid().interval(j, k).is_empty()) continue;
       // Sample inside the interval: its ends may belong to neighbours.
@@ -117,6 +171,11 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     }
     start += T;
   }
+  if (!is_used)
+    throw DefinitionError(fmt::format(
+        "problem '{}': the guess has {} states, but no phase of the problem has so many "
+        "at its times: use a trajectory of this problem",
+        problem().name(), trajectory.final_state().size()));
   // A fixed or bounded start overrides the trajectory.
   const PhaseDefinition& first = problem().phases().front();
   for (int i = 0; i < first.sizes.nx; ++i) {
