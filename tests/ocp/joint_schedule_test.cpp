@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
@@ -86,6 +87,11 @@ TEST(JointSchedule, RejectsMismatchedSchedules) {
   const std::vector<Schedule> seven(7, leg("leg", {}));  // 128 joint modes
   EXPECT_THROW(JointSchedule(seven, 4), DefinitionError);
   JointSchedule small({leg("left", {0.3, 0.5}), leg("right", {0.4})}, 2);
+  for (const int part : {-1, 2, 1000000}) {
+    EXPECT_THROW(small.part(part), DefinitionError);
+    EXPECT_THROW(std::as_const(small).part(part), DefinitionError);
+    EXPECT_THROW(small.during(part, "left"), DefinitionError);
+  }
   EXPECT_THROW(small.join(0.0, 1.0), DefinitionError);
   small.join(0.35, 0.45);
   EXPECT_EQ(small.joined().mode_at(0.4), "- -");

@@ -143,6 +143,31 @@ TEST(ModeGraph, RejectsContradictoryRules) {
   expect_words(message_of(useless), {"'up'", "nothing allows it"});
 }
 
+TEST(ModeGraph, RejectsAnIndexOutOfRange) {
+  const ModeGraph graph = up_and_down();
+  for (const int i : {-1, 2, 1000000}) {
+    const auto expect_refused = [&](const auto& access) {
+      expect_error<DefinitionError>(access, {"modes 'drift'", "2 modes", std::to_string(i)});
+    };
+    const std::vector<int> path{0, i};
+    expect_refused([&] { (void)graph.mode(i); });
+    expect_refused([&] { (void)graph.may_follow(0, i); });
+    expect_refused([&] { (void)graph.may_follow(i, 0); });
+    expect_refused([&] { (void)graph.may_begin(i); });
+    expect_refused([&] { (void)graph.may_end(i); });
+    expect_refused([&] { (void)graph.has_event(i, 0); });
+    expect_refused([&] { (void)graph.min_dwell(i); });
+    expect_refused([&] { (void)graph.entries_of(i); });
+    expect_refused([&] { (void)graph.names_of(path); });
+    expect_refused([&] { (void)graph.problem(path); });
+    expect_refused([&] { (void)graph.problem_of(i, true); });
+    expect_refused([&] { (void)graph.end_problem(i, 0.0); });
+    if (i < 0) continue;  // no mode before
+    expect_refused([&] { (void)graph.may_append(path, 0, {}); });
+    expect_refused([&] { (void)graph.may_append({}, 0, {.mode = i, .phases = 1}); });
+  }
+}
+
 TEST(ModeGraph, RejectsMismatchedNamesAndSizes) {
   ModeGraph unknown = up_and_down();
   unknown.transition("up", "sideways");

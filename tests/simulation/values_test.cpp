@@ -250,6 +250,8 @@ TEST(ShrinkingController, RejectsPastAndMissingPhases) {
   EXPECT_NEAR(c.end_of_phase(1), 1.0, 1e-12);
   for (const int phase : {-1, 2, 100000})
     expect_refused("phase", [&] { (void)c.end_of_phase(phase); });
+  for (const int phase : {-1, 2, 100000})
+    expect_refused("phase", [&] { (void)c.parameters_of(phase); });
   for (const int phase : {-1, 0, 2, 100000}) expect_refused("phase", [&] { c.enter(phase, 0.5); });
   expect_refused("phase", [&] { c.enter(1, nan); });
   expect_refused("empty", [&] { c.adopt_plan(Trajectory()); });

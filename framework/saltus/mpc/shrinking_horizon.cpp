@@ -124,6 +124,9 @@ const OptimalControlProblem& ShrinkingHorizonController::whole() const {
 
 VectorXd ShrinkingHorizonController::parameters_of(int phase) {
   present();
+  if (const int phases = static_cast<int>(durations_.size()); phase < 0 || phase >= phases)
+    throw DefinitionError(
+        fmt::format("controller: it has {} phases, so there is no phase {}", phases, phase));
   const int from = std::min(phase, phase_);
   return rests_[from].shooting().data().parameters[phase - from];
 }

@@ -71,7 +71,8 @@ class ShrinkingHorizonController {
   const OptimalControlProblem& rest() const { return present().problem(); }
   /// The problem with all its phases, including completed ones.
   const OptimalControlProblem& whole() const;
-  /// Parameters p of a phase of whole(): the data of its control.
+  /// Parameters p of a phase of whole(): the data of its control. Throws DefinitionError if there
+  /// is no such phase.
   VectorXd parameters_of(int phase);
 
  private:

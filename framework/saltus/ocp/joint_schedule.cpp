@@ -40,9 +40,16 @@ JointSchedule::JointSchedule(std::vector<Schedule> parts, int capacity)
   join(-never, -never);
 }
 
+std::size_t JointSchedule::checked(int i) const {
+  if (i < 0 || i >= parts())
+    throw DefinitionError(
+        fmt::format("joint schedule: it has {} parts, so there is no part {}", parts(), i));
+  return static_cast<std::size_t>(i);
+}
+
 Window JointSchedule::during(int i, const std::string& mode) const {
-  const auto wanted = static_cast<int>(std::countr_zero(parts_[i].mask_of({&mode, 1})));
-  const int stride = digits_[i].stride, count = static_cast<int>(parts_[i].known_modes().size());
+  const auto wanted = static_cast<int>(std::countr_zero(part(i).mask_of({&mode, 1})));
+  const int stride = digits_[i].stride, count = static_cast<int>(part(i).known_modes().size());
   Window window;
   const std::vector<std::string>& names = joined_.known_modes();
   for (int number = 0; number < static_cast<int>(names.size()); ++number)

@@ -237,13 +237,14 @@ class JointSchedule {
 
   /// Number of parts.
   int parts() const { return static_cast<int>(parts_.size()); }
-  /// The schedule of part i, for editing. join() applies the edits.
-  Schedule& part(int i) { return parts_[i]; }
-  /// The schedule of part i.
-  const Schedule& part(int i) const { return parts_[i]; }
+  /// The schedule of part i, for editing. join() applies the edits. Throws DefinitionError if there
+  /// is no such part.
+  Schedule& part(int i) { return parts_[checked(i)]; }
+  /// The schedule of part i. Throws like the other part().
+  const Schedule& part(int i) const { return parts_[checked(i)]; }
 
   /// Window in which part i is in this mode, for any modes of the other parts. Throws
-  /// DefinitionError with the nearest known mode.
+  /// DefinitionError with the nearest known mode, and if there is no such part.
   Window during(int i, const std::string& mode) const;
 
   /// The joint schedule of (from, to]. It excludes events before and after. Simultaneous events of
@@ -255,6 +256,8 @@ class JointSchedule {
   const Schedule& joined() const { return joined_; }
 
  private:
+  std::size_t checked(int i) const;
+
   // Joint modes are numbers in a mixed radix whose digits are the modes of the parts.
   struct Digit {
     int stride = 1;    // change of the joint mode per step of the part's mode

@@ -140,23 +140,33 @@ int ModeGraph::number_of(std::string_view mode) const {
                                     fmt::join(names, ", ")));
 }
 
+const PhaseDefinition& ModeGraph::mode(int i) const {
+  if (i < 0 || i >= size())
+    throw DefinitionError(
+        fmt::format("modes '{}': it has {} modes, so there is no mode {}", name_, size(), i));
+  return modes_[i];
+}
+
 const ModeGraph::Transition* ModeGraph::find(int from, int to) const {
+  const std::string &first = mode(from).name, &second = mode(to).name;
   for (const Transition& t : transitions_)
-    if (t.from == modes_[from].name && t.to == modes_[to].name) return &t;
+    if (t.from == first && t.to == second) return &t;
   return nullptr;
 }
 
 bool ModeGraph::may_follow(int from, int to) const {
-  return (all_ || find(from, to) != nullptr) &&
-         !excluded_.contains({modes_[from].name, modes_[to].name});
+  return !excluded_.contains({mode(from).name, mode(to).name}) &&
+         (all_ || find(from, to) != nullptr);
 }
 
-bool ModeGraph::may_begin(int mode) const {
-  return begin_.empty() || contains(begin_, modes_[mode].name);
+bool ModeGraph::may_begin(int i) const {
+  const std::string& name = mode(i).name;
+  return begin_.empty() || contains(begin_, name);
 }
 
-bool ModeGraph::may_end(int mode) const {
-  return end_.empty() || contains(end_, modes_[mode].name);
+bool ModeGraph::may_end(int i) const {
+  const std::string& name = mode(i).name;
+  return end_.empty() || contains(end_, name);
 }
 
 bool ModeGraph::has_event(int from, int to) const {
@@ -164,13 +174,13 @@ bool ModeGraph::has_event(int from, int to) const {
   return t != nullptr && (t->jump.map || t->guard);
 }
 
-int ModeGraph::min_dwell(int mode) const {
-  const auto it = dwell_.find(modes_[mode].name);
+int ModeGraph::min_dwell(int i) const {
+  const auto it = dwell_.find(mode(i).name);
   return it == dwell_.end() ? 1 : it->second;
 }
 
-int ModeGraph::entries_of(int mode) const {
-  const auto it = entries_.find(modes_[mode].name);
+int ModeGraph::entries_of(int i) const {
+  const auto it = entries_.find(mode(i).name);
   return it == entries_.end() ? std::numeric_limits<int>::max() : it->second;
 }
 
@@ -193,7 +203,7 @@ bool ModeGraph::may_append(std::span<const int> path, int mode, ModeGraph::Histo
 
 std::vector<std::string> ModeGraph::names_of(std::span<const int> path) const {
   std::vector<std::string> names;
-  for (const int mode : path) names.push_back(modes_[mode].name);
+  for (const int i : path) names.push_back(mode(i).name);
   return names;
 }
 
@@ -247,7 +257,7 @@ OptimalControlProblem ModeGraph::problem(std::span<const int> path,
   for (std::size_t k = 0; k < path.size(); ++k) {
     const bool is_last = k + 1 == path.size();
     PhaseDefinition phase =
-        with_exit_guard(modes_[path[k]], is_last ? nullptr : find(path[k], path[k + 1]));
+        with_exit_guard(mode(path[k]), is_last ? nullptr : find(path[k], path[k + 1]));
     if (is_last && !is_prefix) phase = with_end(std::move(phase));
     phase.name = fmt::format("{} {}", phase.name, k + 1);
     edited(static_cast<int>(k), phase);
@@ -257,9 +267,9 @@ OptimalControlProblem ModeGraph::problem(std::span<const int> path,
   return ocp;
 }
 
-OptimalControlProblem ModeGraph::problem_of(int mode, bool with) const {
+OptimalControlProblem ModeGraph::problem_of(int i, bool with) const {
   OptimalControlProblem ocp = begin();
-  ocp.then(ErasedPhase(with ? with_end(modes_[mode]) : modes_[mode]));
+  ocp.then(ErasedPhase(with ? with_end(mode(i)) : mode(i)));
   return ocp;
 }
 
@@ -268,8 +278,8 @@ bool ModeGraph::end_reads_time() const {
                      [](const EndTerm& term) { return term.formula.reads(0); });
 }
 
-OptimalControlProblem ModeGraph::end_problem(int mode, double begin_time) const {
-  PhaseDefinition bare = modes_[mode];
+OptimalControlProblem ModeGraph::end_problem(int i, double begin_time) const {
+  PhaseDefinition bare = mode(i);
   bare.terms.clear();
   bare.state_bounds.clear();
   bare.input_bounds.clear();

@@ -131,8 +131,8 @@ class ModeGraph {
   const std::string& name() const { return name_; }
   /// Number of modes.
   int size() const { return static_cast<int>(modes_.size()); }
-  /// Mode i.
-  const PhaseDefinition& mode(int i) const { return modes_[i]; }
+  /// Mode i. Throws DefinitionError if there is no such mode, like all members that take an index.
+  const PhaseDefinition& mode(int i) const;
   /// The state at the start.
   const VectorXd& start() const { return start_; }
   double start_time() const { return start_time_; }  ///< s
@@ -143,18 +143,16 @@ class ModeGraph {
   /// True if the transition is allowed.
   bool may_follow(int from, int to) const;
   /// True if the mode may be the first one.
-  bool may_begin(int mode) const;
+  bool may_begin(int i) const;
   /// True if the mode may be the last one.
-  bool may_end(int mode) const;
+  bool may_end(int i) const;
   /// True if the transition has a jump or a guard.
   bool has_event(int from, int to) const;
   /// Minimum dwell in phases.
-  int min_dwell(int mode) const;
+  int min_dwell(int i) const;
   /// Deprecated name.
-  [[deprecated("use min_dwell; removed in 0.4")]] int dwell_of(int mode) const {
-    return min_dwell(mode);
-  }
-  int entries_of(int mode) const;  ///< maximum number of entries
+  [[deprecated("use min_dwell; removed in 0.4")]] int dwell_of(int i) const { return min_dwell(i); }
+  int entries_of(int i) const;  ///< maximum number of entries
   /// True if a mode has a maximum number of entries.
   bool limits_entries() const { return !entries_.empty(); }
   /// True if some mode may not be the last one.
@@ -174,14 +172,14 @@ class ModeGraph {
                                 const std::function<void(int, PhaseDefinition&)>& edited,
                                 bool is_prefix = false) const;
   /// The problem of a single mode, with or without the conditions at the end.
-  OptimalControlProblem problem_of(int mode, bool with_end) const;
+  OptimalControlProblem problem_of(int i, bool with_end) const;
   /// Only the costs and constraints at the end, after a phase of this mode's size that begins at
   /// time `begin` (s). This phase is the last one of a sequence.
-  OptimalControlProblem end_problem(int mode, double begin) const;
+  OptimalControlProblem end_problem(int i, double begin) const;
   /// Deprecated name.
   [[deprecated("use end_problem; removed in 0.4")]] OptimalControlProblem problem_of_end(
-      int mode, double begin) const {
-    return end_problem(mode, begin);
+      int i, double begin) const {
+    return end_problem(i, begin);
   }
 
   /// Throws DefinitionError with the names of modes if the graph is invalid. It checks sizes,
