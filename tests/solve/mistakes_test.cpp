@@ -252,6 +252,23 @@ const std::vector<Mistake>& mistakes() {
       {"EmptyGuess",
        ride([](Ride& r) { r.guess_state(Guess::constant(VectorXd())); }),
        {"phase 'ride': the guess of the state has 0 entries, expected 2"}},
+      {"StartThatOverflows",
+       [] {
+         return message_of(OptimalControlProblem("cart").start_at({0, 1e300}).then(sound()));
+       },
+       {"problem 'cart': start state 1 is 1e+300", "overflow", "use other units"}},
+      {"InfiniteStart",
+       [] {
+         return message_of(OptimalControlProblem("cart").start_at({infinity, 0}).then(sound()));
+       },
+       {"problem 'cart': start state 0 has the empty bounds [inf, inf]"}},
+      {"GuessThatOverflows",
+       ride([](Ride& r) {
+         r.keep(
+              "lane", [](auto, auto x) { return x[0] * x[0] * x[0]; }, at_most(8.0))
+             .guess_state(Guess::constant(Vec<double, 2>{1e200, 0.0}));
+       }),
+       {"phase 'ride', node", "is 1e+200 at the start", "overflow"}},
       {"MisspeltData",
        [] {
          Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};

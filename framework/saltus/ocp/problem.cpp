@@ -325,6 +325,11 @@ void OptimalControlProblem::check_start() const {
       throw DefinitionError(
           fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]", name_, i,
                       b.lower, b.upper));
+    if (std::abs(start_guess_[i]) >= no_bound * first.nominal_state[i])
+      throw DefinitionError(
+          fmt::format("problem '{}': start state {} is {:g}, which is too large: values of "
+                      "{:g} and more overflow; use other units, or declare the nominal magnitude",
+                      name_, i, start_guess_[i], no_bound));
     if (start_guess_[i] < b.lower || start_guess_[i] > b.upper)
       throw DefinitionError(
           fmt::format("problem '{}': the guess of start state {}, {}, lies outside its bounds [{}, "

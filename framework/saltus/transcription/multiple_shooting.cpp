@@ -217,6 +217,22 @@ void check_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
       describe(solution.status), check.descent, where);
 }
 
+// Values of a start that overflow: a cost of such numbers is not unbounded, but not computable.
+void check_magnitudes(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
+  if (solution.status != SolveStatus::unbounded &&
+      solution.status != SolveStatus::evaluation_failed)
+    return;
+  for (int i = 0; i < start.w.size(); ++i) {
+    if (!(std::abs(start.w[i]) >= no_bound)) continue;
+    solution.status = SolveStatus::evaluation_failed;
+    solution.message = fmt::format(
+        "{}; {} is {:.3g} at the start, which is too large: values of {:g} and more overflow; use "
+        "other units, or declare the nominal magnitude",
+        describe(solution.status), shooting.nlp().describe_variable(i), start.w[i], no_bound);
+    return;
+  }
+}
+
 // Explains failures that are due to an unbounded cost. They appear as whichever limit was reached
 // first, and the defects of such large numbers mean nothing.
 void check_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
@@ -257,22 +273,6 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 }
 
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
-  const bool warm = start.lambda.size() == shooting.nlp().rows();
-  ScaledResult result = solve_with_penalties(solver, shooting.editable_program(), start, warm,
-                                             shooting.options().automatic_scale);
-  Solution solution = shooting.interpret(std::move(result.nlp), samples_inside);
-  solution.kkt_in_scale = result.in_scale;
-  if (result.is_doubtful) report_scale_mismatch(result, solution);
-  if (!solution.trajectory.empty()) {
-    check_descent(shooting, start, solution);
-    check_curvature(shooting, result.check, most_gain(solver), solution);
-    apply_crossing_check(shooting.options().accuracy, solution);
-    apply_verification(shooting, solution);
-  }
-  solution.warnings = shooting.problem().warnings();
-  for (const std::string& warning : solution.warnings) solution.message += "; " + warning;
-  return solution;
-}
   if (start.w.size() != shooting.nlp().variables())
     throw DefinitionError(
         fmt::format("problem '{}': the start has {} values, but the program has {} variables: use "
@@ -283,5 +283,22 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
       throw DefinitionError(fmt::format("problem '{}': the guess is not finite: {} is {}",
                                         shooting.problem().name(),
                                         shooting.nlp().describe_variable(i), start.w[i]));
+  const bool warm = start.lambda.size() == shooting.nlp().rows();
+  ScaledResult result = solve_with_penalties(solver, shooting.editable_program(), start, warm,
+                                             shooting.options().automatic_scale);
+  Solution solution = shooting.interpret(std::move(result.nlp), samples_inside);
+  solution.kkt_in_scale = result.in_scale;
+  if (result.is_doubtful) report_scale_mismatch(result, solution);
+  check_magnitudes(shooting, start, solution);
+  if (!solution.trajectory.empty()) {
+    check_descent(shooting, start, solution);
+    check_curvature(shooting, result.check, most_gain(solver), solution);
+    apply_crossing_check(shooting.options().accuracy, solution);
+    apply_verification(shooting, solution);
+  }
+  solution.warnings = shooting.problem().warnings();
+  for (const std::string& warning : solution.warnings) solution.message += "; " + warning;
+  return solution;
+}
 
 }  // namespace saltus
