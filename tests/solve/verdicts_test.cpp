@@ -208,6 +208,31 @@ TEST(Verdicts, ViolatedLargeWeightIsInTheCost) {
     }
 }
 
+// An L2 penalty on a limit that cannot be kept, for weights that hide all other numbers. With the
+// largest input of 1, the violation at time t is 2 - t. The start is given and not charged.
+TEST(Verdicts, UnavoidableQuadraticPenaltyIsSolvedForAnyWeight) {
+  const auto position = [](auto, auto x) { return x[0]; };
+  for (const double weight : {1e6, 1e10, 1e12, 1e14}) {
+    for (const SolverChoice choice : all_solvers) {
+      Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
+      phase.bound_input(0, between(-1.0, 1.0))
+          .keep("far", position, at_least(2.0), {}, soft("far", weight, Penalty::L2))
+          .track(
+              "effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+      OptimalControlProblem problem("soft");
+      problem.start_at(VectorXd::Zero(1)).then(phase);
+      const Solution plan = solved(problem, choice);
+      ASSERT_TRUE(plan.ok()) << name_of(choice) << " " << weight << ": " << plan.message;
+      double squares = 0.0;
+      for (const Trajectory::Piece& piece : plan.trajectory.pieces())
+        squares += 0.5 * piece.length * std::pow(2.0 - piece.end(), 2);
+      EXPECT_NEAR(plan.cost, weight * squares + 0.5, 1e-7 * weight) << name_of(choice);
+      for (const Trajectory::Piece& piece : plan.trajectory.pieces())
+        EXPECT_NEAR(piece.coefficients[0], 1.0, 1e-6) << name_of(choice) << " " << weight;
+    }
+  }
+}
+
 // Stops at once, as on request of a user, and counts the solves.
 class Stopped final : public Solver {
  public:

@@ -205,6 +205,36 @@ void begin_nearer_to_rows(Solver& solver, NonlinearProgram& program, const NlpPo
   best = std::move(next);
 }
 
+// Largest first and second derivative of the cost at a point, penalties included.
+double size_of_cost(NonlinearProgram& program, const VectorXd& w) {
+  VectorXd gradient(program.variables());
+  const VectorXd lambda = VectorXd::Zero(program.rows());
+  std::vector<double> curvature(program.hessian_pattern().entries());
+  if (!program.gradient(w.data(), gradient.data()) || !gradient.allFinite()) return 1.0;
+  double size = gradient.cwiseAbs().maxCoeff();
+  if (program.supports(Curvature::exact) &&
+      program.hessian(w.data(), 1.0, lambda.data(), curvature.data(), Curvature::exact)) {
+    for (const double entry : curvature) size = std::max(size, std::abs(entry));
+  }
+  return std::isfinite(size) ? size : 1.0;
+}
+
+// Solves again after a breakdown if the cost has huge coefficients, with the cost divided by the
+// largest one. A penalty weight is not a magnitude, but it can hide the rows from a linear system.
+void begin_with_small_cost(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                           bool warm, const Quantities& quantities, ProgramScale scale,
+                           ScaledResult& best) {
+  constexpr double huge = 1e6;
+  if (!has_given_up(best.nlp)) return;
+  ScaledProgram in_scale(program, scale);
+  const double size = size_of_cost(in_scale, in_scale.to_scaled(start).w);
+  if (!(size > huge)) return;
+  scale.cost /= size;
+  ScaledResult next = solve_once(solver, program, scale, start, warm, Sides::without_idle);
+  judge(solver, program, quantities, next);
+  keep_better(is_convincing(next), next, best);
+}
+
 // True if the solver broke down, without a limit set by the user, at a point that satisfies the
 // rows.
 bool has_broken_down(NonlinearProgram& program, const NlpResult& nlp) {
@@ -290,6 +320,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     if (!keep_better(is_better, next, best)) break;
     of_best = scale;
   }
+  begin_with_small_cost(solver, program, start, warm, quantities, of_best, best);
   if (best.is_doubtful) sharpen(solver, program, quantities, of_best, best);
   begin_at_rows(solver, program, start, quantities, size, of_best, best);
   prove_infeasible(program, best);
