@@ -233,6 +233,28 @@ TEST(Verdicts, UnavoidableQuadraticPenaltyIsSolvedForAnyWeight) {
   }
 }
 
+// The end and the upper bounds leave only one input, and the lower bounds are placeholders.
+TEST(Verdicts, ConstraintsWithoutInteriorAreSolvedForAnyPlaceholder) {
+  const auto position = [](auto, auto x, auto...) { return x[0]; };
+  for (const double far : {1e2, 1e7, 1e10, 1e12, 1e15})
+    for (const double factor : {1.0, 2.0})
+      for (const SolverChoice choice : all_solvers) {
+        Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
+        phase.bound_input(0, between(-far, 1.0))
+            .keep(
+                "scaled", [factor](auto, auto, auto u) { return factor * u[0]; },
+                between(-far, 2.0))
+            .reach("end", position, exactly(1.0))
+            .track(
+                "effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+        OptimalControlProblem problem("narrow");
+        problem.start_at(VectorXd::Zero(1)).then(phase);
+        const Solution plan = solved(problem, choice);
+        EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << far << ": " << plan.message;
+        EXPECT_NEAR(plan.cost, 0.5, 1e-6) << name_of(choice) << " " << far;
+      }
+}
+
 // Stops at once, as on request of a user, and counts the solves.
 class Stopped final : public Solver {
  public:

@@ -295,6 +295,40 @@ class IpoptSolver final : public Solver {
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
+    NlpResult result = solve(program, start, warm, engine_, options_.bound_relaxation);
+    if (!has_no_interior(result)) return result;
+    Engine relaxed;
+    NlpResult again = solve(program, start, warm, relaxed, interior * options_.tolerance);
+    again.iterations += result.iterations;
+    again.seconds += result.seconds;
+    if (is_success(again.status)) return again;
+    result.iterations = again.iterations;
+    result.seconds = again.seconds;
+    return result;
+  }
+
+ private:
+  // Bounds are relaxed by this fraction of the tolerance, relative to their magnitude, where the
+  // constraints leave no interior.
+  static constexpr double interior = 0.1;
+
+  // True if the solver stopped at a point that satisfies the constraints, with diverging
+  // multipliers. Those of constraints without an interior are not bounded.
+  bool has_no_interior(const NlpResult& result) const {
+    static constexpr double diverging = 1e10;
+    if (result.status != SolveStatus::iteration_limit &&
+        result.status != SolveStatus::numerical_failure)
+      return false;
+    const auto diverges = [](const VectorXd& multipliers) {
+      return (multipliers.array().abs() > diverging).any();
+    };
+    return options_.bound_relaxation == 0.0 && result.kkt.feasibility <= options_.tolerance &&
+           (diverges(result.point.lambda) || diverges(result.point.z));
+  }
+
+  struct Engine;
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm, Engine& engine,
+                  double relaxation) {
     const WallClock::time_point begin = WallClock::now();
     const BlasMemory memory;
     if (options_.blas_threads > 0 && openblas_set_num_threads != nullptr)
@@ -303,17 +337,17 @@ class IpoptSolver final : public Solver {
     SolveStatus status = SolveStatus::invalid_problem;
     NlpResult result;
     if (is_well_posed(program, start)) {  // otherwise Ipopt reports an internal error or ignores it
-      if (!engine_.fits(program, warm)) engine_ = open(program, warm, limited_memory);
-      if (IsValid(engine_.application)) {
-        engine_.adapter->begin(start);
-        engine_.adapter->deadline = deadline_;
-        engine_.adapter->observer = &observer();
-        const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
-        status = translate(code, engine_.adapter->timed_out);  // timed_out is set only now
-        if (engine_.adapter->was_interrupted) status = SolveStatus::interrupted;
-        result = std::move(engine_.adapter->result);
-        if (engine_.adapter->thrown) {
-          const std::exception_ptr thrown = std::exchange(engine_, {}).adapter->thrown;
+      if (!engine.fits(program, warm)) engine = open(program, warm, limited_memory, relaxation);
+      if (IsValid(engine.application)) {
+        engine.adapter->begin(start);
+        engine.adapter->deadline = deadline_;
+        engine.adapter->observer = &observer();
+        const coin::ApplicationReturnStatus code = engine.run(Structure(program));
+        status = translate(code, engine.adapter->timed_out);  // timed_out is set only now
+        if (engine.adapter->was_interrupted) status = SolveStatus::interrupted;
+        result = std::move(engine.adapter->result);
+        if (engine.adapter->thrown) {
+          const std::exception_ptr thrown = std::exchange(engine, {}).adapter->thrown;
           std::rethrow_exception(thrown);
         }
       }
@@ -336,7 +370,6 @@ class IpoptSolver final : public Solver {
     return result;
   }
 
- private:
   // Ipopt with its options, kept between solves of one program. Its symbolic work is kept too while
   // the fixed variables and bounded sides stay the same.
   struct Engine {
@@ -357,13 +390,14 @@ class IpoptSolver final : public Solver {
     }
   };
 
-  Engine open(NonlinearProgram& program, bool warm, bool limited_memory) const {
-    Engine engine{&program, warm, configured(warm, limited_memory), nullptr, {}};
+  Engine open(NonlinearProgram& program, bool warm, bool limited_memory, double relaxation) const {
+    Engine engine{&program, warm, configured(warm, limited_memory, relaxation), nullptr, {}};
     engine.adapter = new Adapter(program, options_.curvature, options_.time_limit);
     return engine;
   }
 
-  coin::SmartPtr<coin::IpoptApplication> configured(bool warm, bool limited_memory) const {
+  coin::SmartPtr<coin::IpoptApplication> configured(bool warm, bool limited_memory,
+                                                    double relaxation) const {
     // No console output: a library does not print. A print level above 0 is an explicit request.
     coin::SmartPtr<coin::IpoptApplication> app =
         new coin::IpoptApplication(options_.print_level > 0);
@@ -380,7 +414,7 @@ class IpoptSolver final : public Solver {
                                "acceptable_constr_viol_tol", "acceptable_compl_inf_tol"})
       ok = o->SetNumericValue(looser, acceptable) && ok;
     ok = o->SetIntegerValue("max_iter", options_.max_iterations) && ok;
-    ok = o->SetNumericValue("bound_relax_factor", options_.bound_relaxation) && ok;
+    ok = o->SetNumericValue("bound_relax_factor", relaxation) && ok;
     if (options_.mehrotra)
       ok = o->SetStringValue("mehrotra_algorithm", "yes") && ok;
     else
