@@ -72,6 +72,39 @@ TEST(RealTimeChoice, EveryNameAndMethodGivesTheSameInput) {
     }
 }
 
+// The multiplier of an unused slack is about as large as its weight. It must not hide the residuals
+// of the inputs: x' = u from 0.5 to 1 in 1 s needs the input 0.5.
+TEST(RealTimeChoice, HugePenaltyWeightsHideNoResidual) {
+  for (const double weight : {1e2, 1e6, 1e12, 1e14})
+    for (const auto& [name, solver] : solver_choices())
+      for (const auto& [word, method] : tick_methods()) {
+        Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
+        phase
+            .reach(
+                "end", [](auto, auto x) { return x[0]; }, exactly(1.0), soft("end", weight))
+            .track(
+                "effort", [](auto, auto, auto u) { return u; }, VectorXd::Ones(1));
+        OptimalControlProblem ocp("move");
+        ocp.start_at({0.0}).then(phase);
+        RecedingHorizonController controller = make_controller(
+            MultipleShooting(ocp, {.intervals_per_phase = 20, .integrator = zero_order_hold()}),
+            {.solver = solver, .method = method}, {.period = 0.05});
+        controller.tick(0.0, VectorXd{{0.0}});
+        const ControlTick& tick = controller.tick(0.0, VectorXd{{0.5}});
+        SCOPED_TRACE(std::string(name) + ' ' + std::string(word) + ' ' + std::to_string(weight));
+        if (weight <= 1e6) {
+          EXPECT_EQ(tick.provenance, Provenance::optimal);
+        }
+        const double error = std::abs(tick.input[0].input()[0] - 0.5);
+        if (tick.provenance == Provenance::optimal) {
+          EXPECT_LE(error, 1e-3);
+        }
+        if (error > 1e-3) {
+          EXPECT_NE(controller.report().status, SolveStatus::optimal);
+        }
+      }
+}
+
 TEST(RealTimeChoice, UsesTheIterationLimitOfTheUser) {
   for (const auto& [name, solver] : solver_choices()) {
     RecedingHorizonController controller =

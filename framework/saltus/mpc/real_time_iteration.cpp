@@ -54,7 +54,6 @@ class Iteration final : public RealTimeSolver {
       point.z.setZero(at_.size());
     }
     start_ = point;
-    result.of_model = !is_exact_;
     qp_->set_deadline(deadline);
     qp::QpResult r = qp_->solve(model_.qp(), point, warm);
     result.iterations = r.iterations;
@@ -67,9 +66,13 @@ class Iteration final : public RealTimeSolver {
       result.iterations += r.iterations;
     }
     result.status = to_solve_status(r.status);
-    // The optimum of a model is that of the program only if the program is its own model. Otherwise
-    // the caller checks the plan.
-    if (!is_exact_ && result.status == SolveStatus::optimal)
+    // The optimum of a model is that of the program only if the program is its own model, and if
+    // its residual is small in the program's units: solvers of quadratic programs compare it with
+    // the multipliers, which may be as large as a penalty weight. Otherwise the caller checks the
+    // plan.
+    constexpr double much_larger = 100.0;
+    result.of_model = !is_exact_ || !(r.residual <= much_larger * options_.tolerance);
+    if (result.of_model && result.status == SolveStatus::optimal)
       result.status = SolveStatus::step_taken;
     result.objective = r.objective;
     result.kkt = r.residual;

@@ -20,6 +20,7 @@ namespace {
 // Shortest control period, s. The part of the plan in a shorter tick would be empty or dominated by
 // rounding.
 constexpr double shortest_period = 10.0 * same_instant;
+constexpr double doubtful_gain = 1e-4;  // relative gain in cost that an optimum does not have
 
 // Whether a solve ended at a point that can be used, and whether it stopped early at a point that
 // may be usable.
@@ -455,7 +456,23 @@ Solution RecedingHorizonController::report() {
         !result.contradiction && is_proved_infeasible(shooting_->nlp(), result.point.w);
   }
   const KktCheck::Residual kkt = result.kkt;
+  double gain = 0.0;
+  if (accepted && result.status == SolveStatus::optimal) {
+    NonlinearProgram& nlp = shooting_->nlp();
+    const Quantities quantities = undeclared_quantities(shooting_->program());
+    ProgramSize size(nlp, quantities);
+    // In other units, a residual within its absolute tolerance does not show an optimum.
+    if (size.look_at(result.point.w) &&
+        !size.is_well_scaled_where_known({1.0, VectorXd::Ones(nlp.rows())}))
+      gain = check_optimum(nlp, result.point, quantities).relative_gain();
+    if (gain > doubtful_gain) result.status = SolveStatus::numerical_failure;
+  }
   Solution solution = shooting_->interpret(std::move(result));
+  if (gain > doubtful_gain)
+    solution.message += fmt::format(
+        "; the tick met its tolerance, but the cost may still decrease by {:.1e} of its magnitude: "
+        "declare the magnitudes of states and inputs (nominal), or use a smaller tolerance",
+        gain);
   if (measurement_ == Measurement::not_finite) {
     solution.message = "the measurement is not a number";
   } else if (measurement_ == Measurement::wrong_size) {

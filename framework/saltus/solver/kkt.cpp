@@ -17,6 +17,11 @@ double complementarity(double multiplier, double value, double lower, double upp
   return std::abs(multiplier) * std::max(distance, 0.0);
 }
 
+// A multiplier of a slack is at most the weight of its penalty, which is not a magnitude: a huge
+// one would hide the residuals of all other variables. From this size on, residuals of the slack
+// are relative to it, and it does not count further.
+constexpr double most_of_slack = 1e6;
+
 double violation(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});
 }
@@ -65,11 +70,15 @@ KktCheck::Residual KktCheck::check(NonlinearProgram& program, const NlpPoint& po
     const double lower = program.lower()[i], upper = program.upper()[i];
     const double unit = has_units ? scale->variables[i] : 1.0;
     if (lower != upper) {
-      result.stationarity =
-          std::max(result.stationarity, cost / unit * std::abs(stationarity_[i] + point.z[i]));
-      result.complementarity = std::max(
-          result.complementarity, cost * complementarity(point.z[i], point.w[i], lower, upper));
-      sum += cost / unit * std::abs(point.z[i]);
+      const double multiplier = cost / unit * std::abs(point.z[i]);
+      const double excess =
+          i >= program.first_slack() ? std::max(1.0, multiplier / most_of_slack) : 1.0;
+      result.stationarity = std::max(
+          result.stationarity, cost / unit * std::abs(stationarity_[i] + point.z[i]) / excess);
+      result.complementarity =
+          std::max(result.complementarity,
+                   cost * complementarity(point.z[i], point.w[i], lower, upper) / excess);
+      sum += multiplier / excess;
       ++multipliers;
     }
     const double v = unit * violation(point.w[i], lower, upper);
