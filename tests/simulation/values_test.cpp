@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -280,6 +281,21 @@ TEST(ShrinkingController, MovedFromControllerReturnsAnEmptyInput) {
   expect_refused("phase", [&] { c.enter(1, 0.5); });
   expect_refused("moved from", [&] { (void)c.end_of_phase(0); });
   // NOLINTEND(bugprone-use-after-move)
+}
+
+TEST(Function, RejectsAnEmptyHandleAndAShortArgument) {
+  const Function full = integrator().phases()[0].dynamics, none;
+  for (const auto& evaluate : std::vector<std::function<void(const Function&, const VectorXd&)>>{
+           [](const Function& f, const VectorXd& z) { f(z); },
+           [](const Function& f, const VectorXd& z) { f.dense_jacobian(z); },
+           [](const Function& f, const VectorXd& z) { f.dense_hessian(z, VectorXd::Ones(1)); }}) {
+    expect_refused("empty", [&] { evaluate(none, VectorXd::Zero(3)); });
+    expect_refused("3 inputs", [&] { evaluate(full, VectorXd::Zero(2)); });
+    evaluate(full, VectorXd::Zero(3));
+  }
+  expect_refused("no trajectory", [] { (void)Guess().at(0.5); });
+  for (const int i : {-1, 0, 7})
+    expect_refused("0 parameters", [&] { (void)integrator().phases()[0].nominal_parameter(i); });
 }
 
 TEST(HeldInput, RejectsMissingPieces) {

@@ -1,9 +1,23 @@
 #include "saltus/model/function.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 #include <vector>
 
+#include "saltus/core/error.hpp"
+
 namespace saltus {
+namespace {
+
+void check(const Function& function, const VectorRef& z) {
+  if (!function) throw DefinitionError("a function is evaluated, but it is empty or moved from");
+  if (z.size() < function.inputs())
+    throw DefinitionError(fmt::format("a function is evaluated at {} values, but it has {} inputs",
+                                      z.size(), function.inputs()));
+}
+
+}  // namespace
 
 Function::Function(const Function& other) = default;
 Function::Function(Function&& other) noexcept = default;
@@ -44,6 +58,7 @@ Function Function::separate() const {
 }
 
 VectorXd Function::operator()(const VectorRef& z) const {
+  check(*this, z);
   const VectorXd argument = z;  // contiguous for any argument
   VectorXd y(outputs());
   value(argument.data(), y.data());
@@ -51,6 +66,7 @@ VectorXd Function::operator()(const VectorRef& z) const {
 }
 
 MatrixXd Function::dense_jacobian(const VectorRef& z) const {
+  check(*this, z);
   const VectorXd argument = z;
   VectorXd y(outputs());
   std::vector<double> entries(jacobian_pattern().entries());
@@ -62,6 +78,7 @@ MatrixXd Function::dense_jacobian(const VectorRef& z) const {
 
 MatrixXd Function::dense_hessian(const VectorRef& z, const VectorRef& weights,
                                  Curvature curvature) const {
+  check(*this, z);
   const VectorXd argument = z;
   const VectorXd row_weights = weights;
   std::vector<double> entries(hessian_pattern().entries());

@@ -155,7 +155,8 @@ class Function {
   /// allocates. Empty if the body is not re-entrant and cannot be copied.
   Function separate() const;
 
-  // Convenience functions for tests and set-up code. They allocate.
+  // Convenience functions for tests and set-up code. They allocate. They throw DefinitionError if
+  // the handle is empty or z is too short.
   /// Returns the values as a vector.
   VectorXd operator()(const VectorRef& z) const;
   /// Returns the Jacobian as a dense matrix, outputs x inputs.

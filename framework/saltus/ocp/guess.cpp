@@ -35,6 +35,11 @@ Guess Guess::trajectory(std::function<VectorXd(double fraction)> f) {
   return Guess(std::move(f));
 }
 
+VectorXd Guess::at(double fraction) const {
+  if (!is_given()) throw DefinitionError("guess: no trajectory was given, so it has no value");
+  return trajectory_(fraction);
+}
+
 Guess Guess::simulate() {
   Guess guess;
   guess.simulated_ = true;

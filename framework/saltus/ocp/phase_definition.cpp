@@ -118,6 +118,8 @@ PhaseDefinition& PhaseDefinition::operator=(PhaseDefinition&& other) noexcept = 
 PhaseDefinition::~PhaseDefinition() = default;
 
 double PhaseDefinition::nominal_parameter(int i) const {
+  if (i < 0 || i >= sizes.np)
+    fail(*this, fmt::format("it has {} parameters, so there is no parameter {}", sizes.np, i));
   for (const PhaseDefinition::ParameterBlock& block : parameters) {
     if (i < block.nominal.size()) return block.nominal[i];
     i -= static_cast<int>(block.nominal.size());

@@ -42,8 +42,8 @@ class Guess {
   bool is_given() const { return static_cast<bool>(trajectory_); }
   /// True if the guess is a simulation.
   bool is_simulated() const { return simulated_; }
-  /// Value at a fraction of the phase, 0 to 1.
-  VectorXd at(double fraction) const { return trajectory_(fraction); }
+  /// Value at a fraction of the phase, 0 to 1. Throws DefinitionError if no trajectory was given.
+  VectorXd at(double fraction) const;
 
  private:
   explicit Guess(std::function<VectorXd(double)> f);
@@ -179,7 +179,7 @@ struct PhaseDefinition {
   Guess input_guess;                  ///< initial guess of the inputs
   double duration_guess = 0.0;        ///< initial guess of a free duration, s
 
-  /// Magnitude of entry i of p.
+  /// Magnitude of entry i of p. Throws DefinitionError if there is no such entry.
   double nominal_parameter(int i) const;
   /// Index of the integral with this name, or -1.
   int integral_index(const std::string& integral) const;
