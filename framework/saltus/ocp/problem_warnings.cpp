@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/core/bounds.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/ocp/term_reads.hpp"
 
@@ -66,7 +67,10 @@ class Warnings {
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
       const PhaseDefinition& phase = problem_.phases()[j];
       check_dynamics_warnings(phase);
-      for (const Term& term : phase.terms) check_term_warnings(phase, term);
+      for (const Term& term : phase.terms) {
+        check_term_warnings(phase, term);
+        check_small_values(phase, term);
+      }
       check_unused_inputs(phase);
     }
     check_unused_states();
@@ -120,6 +124,23 @@ class Warnings {
       add("{}: this cost is the same for every trajectory, because it depends on no state, input "
           "or unknown",
           where);
+  }
+
+  // A value within the default tolerance of zero is met by any trajectory that stays near zero.
+  void check_small_values(const PhaseDefinition& phase, const Term& term) {
+    const bool is_judged = term.kind == Term::Kind::constraint && !term.soft;
+    if (!is_judged || phase.has_nominal ||
+        std::ranges::find(phase.allowances, term.name, &PhaseDefinition::Allowance::term) !=
+            phase.allowances.end())
+      return;
+    for (std::size_t i = 0; i < term.bounds.size(); ++i) {
+      const Bounds& b = term.bounds[i];
+      if (!b.is_equality() || b.lower == 0.0 || std::abs(b.lower) > bound_tolerance(b.lower))
+        continue;
+      add("phase '{}', term '{}': row {} must equal {:g}, but its tolerance is {:g}: use other "
+          "units, or declare the nominal magnitude",
+          phase.name, term.name, i, b.lower, bound_tolerance(b.lower));
+    }
   }
 
   // A duration that inputs can stretch at no cost is arbitrary.
