@@ -364,6 +364,7 @@ class IpoptSolver final : public Solver {
         result.status = SolveStatus::evaluation_failed;
     }
     result.kkt = kkt_residual(program, result.point);
+    result.status = status_by_descent(result.status, program, start.w, result.objective);
     result.status = status_by_residual(result.status, result.kkt, options_.tolerance,
                                        SolveStatus::numerical_failure);
     result.seconds = seconds_since(begin);

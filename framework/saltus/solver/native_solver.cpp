@@ -196,6 +196,7 @@ class NativeSolver final : public Solver {
     result.kkt = kkt_residual(program, result.point);
     if (!program.objective(result.point.w.data(), result.objective) && is_success(result.status))
       result.status = SolveStatus::evaluation_failed;
+    result.status = status_by_descent(result.status, program, inside, result.objective);
     result.seconds = seconds_since(begin);
     return result;
   }

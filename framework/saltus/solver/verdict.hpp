@@ -14,4 +14,9 @@ inline constexpr double acceptable_multiple = 100.0;
 SolveStatus status_by_residual(SolveStatus status, const KktCheck::Residual& kkt, double tolerance,
                                SolveStatus otherwise);
 
+/// Replaces `unbounded` by a numerical failure unless the cost of the result is below that of the
+/// start: iterates that diverge do not show that the cost does.
+SolveStatus status_by_descent(SolveStatus status, NonlinearProgram& program, const VectorXd& start,
+                              double cost);
+
 }  // namespace saltus
