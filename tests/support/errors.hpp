@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
-#include <source_location>
 #include <string>
 
 #include "saltus/core/error.hpp"
@@ -22,11 +21,11 @@ std::string error_of(const Call& call, const std::string& none = "no error") {
   return none;
 }
 
-/// Expects an error whose message contains all parts.
+/// Expects an error whose message contains all parts. A failure names the caller's line.
 template <class Error, class Call>
 void expect_error(const Call& call, std::initializer_list<std::string> parts,
-                  const std::source_location& place = std::source_location::current()) {
-  const ::testing::ScopedTrace trace(place.file_name(), static_cast<int>(place.line()), "here");
+                  const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  const ::testing::ScopedTrace trace(file, line, "here");
   const std::string message = error_of<Error>(call);
   for (const std::string& part : parts)
     EXPECT_NE(message.find(part), std::string::npos) << "'" << part << "' is not in: " << message;
