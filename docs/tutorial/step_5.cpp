@@ -5,12 +5,15 @@ int main() {
   Phase<2, 1> bounce = stance("bounce", between(0.1, 1.0));
   bounce.ends_when("lift-off", off_the_ground, Crossing::rising)
       .reach("fast enough", apex, at_least(0.75))
-      .guess_duration(0.4);
+      .guess_duration(0.4)
+      .guess_state(Guess::interpolate(VectorXd{{leg, -2.0}}, VectorXd{{leg, 2.0}}));
+  Phase<2, 0> fly = flight("fly");
+  fly.guess_state(Guess::interpolate(VectorXd{{leg, 2.0}}, VectorXd{{leg, -2.0}}));
 
   OptimalControlProblem problem("periodic hop");
   problem.start_within({exactly(leg), between(-4.0, -0.5)}, VectorXd{{leg, -2.0}})
       .then(bounce)
-      .then(flight("fly"))
+      .then(fly)
       .close(jump<2>("landing", landing));
 
   const Solution plan = solve(problem);

@@ -142,9 +142,12 @@ OptimalControlProblem tutorial(int step) {
     Phase<2, 1> bounce = stance("bounce", between(0.1, 1.0));
     bounce.ends_when("lift-off", off_the_ground, Crossing::rising)
         .reach("fast enough", apex, at_least(0.75))
-        .guess_duration(0.4);
+        .guess_duration(0.4)
+        .guess_state(Guess::interpolate(VectorXd{{leg, -2.0}}, VectorXd{{leg, 2.0}}));
+    Phase<2, 0> fly = flight("fly");
+    fly.guess_state(Guess::interpolate(VectorXd{{leg, 2.0}}, VectorXd{{leg, -2.0}}));
     problem.start_within({exactly(leg), between(-4.0, -0.5)}, VectorXd{{leg, -2.0}});
-    problem.then(bounce).then(flight("fly")).close(jump<2>("landing", landing));
+    problem.then(bounce).then(fly).close(jump<2>("landing", landing));
   } else {
     problem.start_at({leg, -2.1});
     for (int hop = 1; hop <= 4; ++hop) {
