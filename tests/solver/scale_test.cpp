@@ -147,6 +147,21 @@ TEST(ProgramSize, FollowsTheGuessOrTheQuantities) {
   EXPECT_EQ(kept[layout.state(0, 3) + 1], 1.0);
 }
 
+// The guess is zero and the rows determine no size either.
+TEST(ProgramSize, UsesBoundsIfNothingElseIsKnown) {
+  Phase<1, 1> phase{"cart", [](const auto&, const auto&, const auto& u) { return u; },
+                    exactly(1.0)};
+  phase.bound_input(0, between(-2e3, 1e3)).bound_state(0, between(-1e12, 50.0));
+  OptimalControlProblem ocp("cart");
+  ocp.start_at(VectorXd::Zero(1)).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 5, .integrator = runge_kutta4()});
+  ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
+  ASSERT_TRUE(size.look_at(shooting.initial_guess().w));
+  const VectorXd scale = size.to_one().variables;
+  EXPECT_NEAR(scale[shooting.layout().state(0, 1)], 1.0 / 50.0, 1e-15);
+  EXPECT_NEAR(scale[shooting.layout().input(0, 0)], 1.0 / 2e3, 1e-15);
+}
+
 TEST(ProgramSize, MagnitudeOfOneCountsAsDeclared) {
   for (const bool is_declared : {false, true}) {
     Phase<2, 1> phase{"cart",

@@ -79,9 +79,9 @@ struct ProgramScale {
 using Quantities = std::vector<std::vector<int>>;
 
 /// Sizes of quantities. A size of 0 is estimated from the rows: the change that moves a row as far
-/// as quantities of known size do. Changes add up over the steps of the dynamics. The size stays 0
-/// if no row gives an estimate. `jacobian` is in the order of the program's pattern. `quantity_of`
-/// maps each variable to its quantity; -1: none, of size 1.
+/// as quantities of known size do. It stays 0 if no row gives an estimate. `jacobian` is in the
+/// order of the program's pattern. `quantity_of` maps each variable to its quantity; -1: none, of
+/// size 1.
 VectorXd estimate_sizes_from_rows(const NonlinearProgram& program, const VectorXd& jacobian,
                                   const std::vector<int>& quantity_of, VectorXd sizes);
 
@@ -113,9 +113,9 @@ class ProgramSize {
   ProgramScale usual() const;
   /// Divides everything by its size. A change of units leaves the scaled program the same up to
   /// rounding. The size of a quantity is its largest value. If all values are zero, it is
-  /// estimated from the rows. Without such an estimate, it is the largest value that its bounds
-  /// allow. Penalty weights and bounds above 1e8 do not count: many only express "exactly" or "no
-  /// bound".
+  /// estimated: the change that moves a row as far as quantities of known size do. Without such an
+  /// estimate, it is the largest value that its bounds allow. Penalty weights and bounds above 1e8
+  /// do not count: many only express "exactly" or "no bound".
   ProgramScale to_one() const;
 
  private:

@@ -1,7 +1,6 @@
 #include "saltus/solver/optimum_check.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -20,7 +19,7 @@ constexpr double smallest_estimate = 1e-4, largest_estimate = 1e6;
 constexpr double largest_scale = 1e18;
 // Values that solvers leave of a zero do not determine a size.
 constexpr double least_value = 1e-9;
-constexpr double largest_bound = 1e8;
+constexpr double largest_bound = 1e8;  // larger bounds are placeholders
 
 bool is_well_scaled_size(double size) { return size >= smallest_usual && size <= largest_usual; }
 
@@ -43,21 +42,6 @@ std::vector<qp::StageStructure::SoftRow> soft_rows(const NonlinearProgram& progr
   }
 }
 
-// True for entries of rows with two values of the quantity: steps of the dynamics.
-std::vector<char> entries_of_steps(const SparsityPattern& pattern,
-                                   const std::vector<int>& quantity_of) {
-  std::vector<std::array<int, 3>> all;  // row, quantity, entry
-  pattern.for_each([&](int r, int c, int e) {
-    if (quantity_of[c] >= 0) all.push_back({r, quantity_of[c], e});
-  });
-  std::ranges::sort(all);
-  std::vector<char> is_step(pattern.entries(), 0);
-  for (std::size_t k = 1; k < all.size(); ++k)
-    if (all[k][0] == all[k - 1][0] && all[k][1] == all[k - 1][1])
-      is_step[all[k][2]] = is_step[all[k - 1][2]] = 1;
-  return is_step;
-}
-
 }  // namespace
 
 bool ProgramScale::is_one() const {
@@ -66,49 +50,22 @@ bool ProgramScale::is_one() const {
 
 VectorXd estimate_sizes_from_rows(const NonlinearProgram& program, const VectorXd& jacobian,
                                   const std::vector<int>& quantity_of, VectorXd size) {
-  if ((size.array() != 0.0).all()) return size;
   const SparsityPattern& pattern = program.jacobian_pattern();
-  const std::vector<char> is_step = entries_of_steps(pattern, quantity_of);
-  const Eigen::Index quantities = size.size();
-  for (bool goes_on = true; goes_on;) {
-    VectorXd row = VectorXd::Zero(program.rows());  // largest change by a known quantity
-    std::vector<int> by(program.rows(), -1);        // its entry
-    std::vector<int> of(program.rows(), -1);        // its quantity; -1: none
+  for (bool goes_on = (size.array() == 0.0).any(); goes_on;) {
+    VectorXd row = VectorXd::Zero(program.rows());
     pattern.for_each([&](int r, int c, int e) {
       const int q = quantity_of[c];
-      const double change = std::abs(jacobian[e]) * (q < 0 ? 1.0 : size[q]);
-      if (change <= row[r]) return;
-      row[r] = change;
-      by[r] = e;
-      of[r] = q;
+      row[r] = std::max(row[r], std::abs(jacobian[e]) * (q < 0 ? 1.0 : size[q]));
     });
-    // A state sums up the changes of its steps. A rate changes another state in all steps.
-    VectorXd smallest = VectorXd::Constant(quantities, infinity);
-    VectorXd summed = VectorXd::Zero(quantities);
-    MatrixXd rate = MatrixXd::Zero(quantities, quantities);
+    VectorXd found = VectorXd::Constant(size.size(), infinity);
     pattern.for_each([&](int r, int c, int e) {
       const int q = quantity_of[c];
-      if (q < 0 || size[q] != 0.0 || row[r] == 0.0 || jacobian[e] == 0.0) return;
-      const double found = row[r] / std::abs(jacobian[e]);
-      if (is_step[e])
-        summed[q] += 0.5 * found;
-      else if (is_step[by[r]])
-        rate(of[r], q) += 1.0 / found;
-      else
-        smallest[q] = std::min(smallest[q], found);
+      if (q >= 0 && size[q] == 0.0 && jacobian[e] != 0.0 && row[r] > 0.0)
+        found[q] = std::min(found[q], row[r] / std::abs(jacobian[e]));
     });
     // continue with quantities that depend on those just found
-    goes_on = false;
-    for (Eigen::Index q = 0; q < quantities; ++q) {
-      if (size[q] != 0.0) continue;
-      double found = smallest[q];
-      if (summed[q] > 0.0) found = std::min(found, summed[q]);
-      const double largest_rate = rate.col(q).maxCoeff();
-      if (largest_rate > 0.0) found = std::min(found, 1.0 / largest_rate);
-      if (found == infinity) continue;
-      size[q] = found;
-      goes_on = true;
-    }
+    goes_on = (found.array() < infinity).any();
+    size = (found.array() < infinity).select(found, size);
   }
   return size;
 }
@@ -168,7 +125,7 @@ VectorXd ProgramSize::sizes() const {
 }
 
 // Sizes of 0 become those that the bounds allow: of the variables, and of the rows in which they
-// appear. Larger bounds than `largest_bound` are placeholders.
+// appear.
 VectorXd ProgramSize::sizes_with_bounds(VectorXd size) const {
   VectorXd found = VectorXd::Constant(size.size(), infinity);
   const auto look = [&](int v, double lower, double upper, double slope) {
