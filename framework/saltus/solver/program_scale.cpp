@@ -119,7 +119,7 @@ VectorXd ProgramSize::known_sizes() const {
 }
 
 VectorXd ProgramSize::sizes() const {
-  const VectorXd size = estimate_sizes_from_rows(program_, jacobian_, quantity_of_, known_sizes());
+  VectorXd size = estimate_sizes_from_rows(program_, jacobian_, quantity_of_, known_sizes());
   if ((size.array() > 0.0).all()) return size;
   return estimate_sizes_from_rows(program_, jacobian_, quantity_of_, sizes_with_bounds(size));
 }
