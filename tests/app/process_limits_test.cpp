@@ -19,6 +19,7 @@
 #include "saltus/app/defer_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/thread_pool.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace saltus {
 namespace {
@@ -122,6 +123,7 @@ TEST(ProcessLimits, OutOfMemoryInAThreadGivesASentence) {
 }
 
 TEST(ProcessLimits, TooLittleForPythonGivesASentence) {
+  if (test::sanitized) GTEST_SKIP() << "sanitizers need more address space";
   EXPECT_EQ(python_limit_error(), "");
   const End end = end_of([] {
     const rlimit files{8, 8};
@@ -138,6 +140,7 @@ TEST(ProcessLimits, TooLittleForPythonGivesASentence) {
 
 // Without memory for the stack of another thread, as under a limit on the number of threads.
 TEST(ThreadPool, ThrowsIfThreadsCannotStart) {
+  if (test::sanitized) GTEST_SKIP() << "sanitizers need more address space";
   const End end = end_of([] {
     const rlimit addresses{std::size_t{1} << 29U, std::size_t{1} << 29U};
     ::setrlimit(RLIMIT_AS, &addresses);
