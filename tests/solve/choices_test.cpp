@@ -12,7 +12,7 @@
 #include "tests/solver/small_programs.hpp"
 #include "tests/support/errors.hpp"
 
-namespace Ipopt {  // as in the headers of Ipopt
+namespace Ipopt {  // NOLINT(readability-identifier-naming): as in the headers of Ipopt
 class SmartPtrStandIn {};
 }  // namespace Ipopt
 
