@@ -34,10 +34,10 @@ OptimalControlProblem problem(double impact_time) {
   model.mass = mass;
   model.step = interval;
   model.intervals = 15;
-  ContactCone::Options contact;
+  robots::ContactCone::Options contact;
   contact.friction = 1.0 / 3.0;
   contact.edges = 4;
-  contact.pyramid = ContactCone::Pyramid::circumscribed;
+  contact.pyramid = robots::ContactCone::Pyramid::circumscribed;
   contact.foot = {between(-0.05, 0.1), between(-0.03, 0.03)};
   contact.torsional_friction = 1.0 / 75.0;
   contact.normal_force = at_least(10.0);

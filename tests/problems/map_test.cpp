@@ -312,7 +312,7 @@ TEST(MapRow, ReportsTheOutcome) {
   failed.control_failures = 2;
   EXPECT_EQ(outcome(MapController::mpc, failed, verdict), MapOutcome::failed);
   // Without a step, a hop of a foot or a tilted base at the end is not a recovery.
-  verdict.body.emplace();
+  verdict.body = Verdict::Body{};
   EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::recovered);
   verdict.body->feet_moved = standing_move;
   EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::not_recovered);
