@@ -175,5 +175,27 @@ TEST(FirstOrder, GapAndGainMatchTheEquations) {
   EXPECT_EQ(optimum.curvature, OptimumCheck::Curvature::minimum);
 }
 
+// A cost in other units has small second derivatives, which must not vanish beside those of the
+// rows: the predicted decrease is proportional to the cost.
+TEST(FirstOrder, GainIsProportionalToTheCost) {
+  for (const bool is_linear : {true, false}) {
+    const auto gain = [is_linear](double factor) {
+      const OptimalControlProblem ocp = problem([=](auto, auto x, auto u) {
+        return factor * ((u[0] - 1.0) * (u[0] - 1.0) + (is_linear ? 1.0 : x[0]) * x[0] * x[0]);
+      });
+      MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+      EXPECT_EQ(shooting.nlp().is_linear_quadratic(), is_linear);
+      NlpPoint point = shooting.initial_guess();
+      point.lambda = VectorXd::Zero(shooting.nlp().rows());
+      point.z = VectorXd::Zero(shooting.nlp().variables());
+      return check_optimum(shooting.nlp(), point).gain;
+    };
+    const double usual = gain(1.0);
+    EXPECT_GT(usual, 1e-4);
+    for (const double factor : {1e-3, 1e-6, 1e-9, 1e-12})
+      EXPECT_NEAR(gain(factor) / (factor * usual), 1.0, 1e-2) << factor << is_linear;
+  }
+}
+
 }  // namespace
 }  // namespace saltus

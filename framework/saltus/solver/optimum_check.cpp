@@ -16,6 +16,7 @@ using Verdict = OptimumCheck::Curvature;
 
 // Entries of H and A in the scaled matrix are at most 1.
 constexpr double flat = 1e-6;         // smaller magnitudes of curvature count as zero
+constexpr double small = 1e-3;        // entries of H below this size may be lost in the shift
 constexpr double dependent = 1e-9;    // keeps the factor finite if rows are dependent
 constexpr double onto_surface = 1e4;  // shift that dominates H: a projection
 // for unit directions: larger components violate the constraints
@@ -141,6 +142,8 @@ class KktMatrix {
   }
   bool is_valid() const { return is_valid_; }
   int free() const { return static_cast<int>(variable_.size()); }
+  /// Largest magnitude of the entries of H.
+  double largest_curvature() const { return largest_curvature_; }
 
   /// True if H + Z/G + shift is positive definite on the tangent space of the rows.
   bool is_positive(double shift) {
@@ -259,6 +262,9 @@ class KktMatrix {
         entries_[pattern_.find(row[r], unknown[c])] = at.jacobian[e];
     });
     equilibrate();
+    pattern_.for_each([&](int i, int, int e) {
+      if (i < free()) largest_curvature_ = std::max(largest_curvature_, std::abs(entries_[e]));
+    });
     const auto square = [](double x) { return x * x; };
     for (int i = 0; i < free(); ++i)
       entries_[pattern_.find(i, i)] +=
@@ -297,6 +303,7 @@ class KktMatrix {
   SparsityPattern pattern_;    // lower triangle
   std::vector<double> entries_;
   VectorXd scale_;
+  double largest_curvature_ = 0.0;
   std::optional<qp::SparseLdl> ldl_;
 };
 
@@ -383,6 +390,31 @@ double decrease_along(NonlinearProgram& p, const NlpPoint& point, const Evaluati
   return fall;
 }
 
+// True if the cost itself has second derivatives. Those of the rows alone may consist of errors of
+// the multipliers.
+bool is_cost_curved(NonlinearProgram& p, const VectorXd& w) {
+  const VectorXd none = VectorXd::Zero(p.rows());
+  VectorXd hessian(p.hessian_pattern().entries());
+  return p.hessian(w.data(), 1.0, none.data(), hessian.data(), Curvature::exact) &&
+         hessian.allFinite() && (hessian.array() != 0.0).any();
+}
+
+// The predicted decrease of the cost, computed from a multiple of the cost, if the entries of H are
+// so small that the shift hides them. Otherwise 0.
+double gain_of_small_cost(NonlinearProgram& program, const NlpPoint& point, Evaluation at,
+                          double largest_curvature) {
+  if (!at.has_hessian || !(largest_curvature > 0.0 && largest_curvature < small) ||
+      !is_cost_curved(program, point.w))
+    return 0.0;
+  const double factor = 1.0 / largest_curvature;
+  at.hessian *= factor;
+  at.residual *= factor;
+  for (auto* sides : {&at.of_variable, &at.of_row})
+    for (Side& side : *sides) side.multiplier *= factor;
+  KktMatrix matrix(program, at);
+  return matrix.is_valid() && matrix.is_positive(flat) ? matrix.gain(at.residual) / factor : 0.0;
+}
+
 }  // namespace
 
 OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
@@ -406,7 +438,8 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
     return result;
   }
   if (matrix.is_positive(flat)) {
-    result.gain = matrix.gain(at.residual);
+    result.gain = std::max(matrix.gain(at.residual),
+                           gain_of_small_cost(program, point, at, matrix.largest_curvature()));
     if (!at.has_hessian) return result;
     result.curvature = Verdict::minimum;
     if (program.is_linear_quadratic() || matrix.is_positive(-flat)) return result;
