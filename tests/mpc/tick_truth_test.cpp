@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -260,6 +261,49 @@ TEST(TickStatus, OptimumIsIndependentOfUnits) {
       }
     }
   }
+}
+
+// Tolerances of solvers are absolute. Any point would meet them if the cost is tiny, so a tick
+// solves for a multiple of such a cost.
+TEST(TickStatus, OptimumOfATinyCostIsRight) {
+  for (const double size : {1.0, 1e3, 1e6})
+    for (const double weight : {1.0, 1e-6, 1e-12, 1e-16}) {
+      Phase<2, 1> phase{"slide",
+                        [](auto, auto x, auto u) {
+                          return Vec<std::decay_t<decltype(x[1] + u[0])>, 2>{x[1], u[0]};
+                        },
+                        exactly(2.0)};
+      phase
+          .minimise("cost", [=](auto, auto x,
+                                auto u) { return weight * (x[0] * x[0] + 0.1 * u[0] * u[0]); })
+          .bound_input(0, between(-size, size));
+      OptimalControlProblem ocp("slide");
+      const VectorXd start = Vec<double, 2>{size, 0.0};
+      ocp.start_at(start).then(phase);
+      const auto shooting = [&] {
+        return MultipleShooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta4()});
+      };
+      MultipleShooting whole = shooting();
+      const Solution best = solve(whole, *make_native_solver());
+      ASSERT_TRUE(best.ok()) << best.message;
+      for (const Back which : {Back::stages, Back::riccati, Back::sparse}) {
+        SCOPED_TRACE(::testing::Message() << size << ", " << weight << ", " << int(which));
+        MultipleShooting mine = shooting();
+        RealTimeIterationOptions iteration;
+        if (which != Back::stages)
+          iteration.qp = which == Back::riccati ? riccati_qp() : sparse_qp();
+        auto solver = make_real_time_iteration(mine.nlp(), iteration);
+        RecedingHorizonController controller(std::move(mine), std::move(solver), {.period = 0.1});
+        for (int k = 0; k < 2; ++k) {  // cold and warm
+          const ControlTick& tick = controller.tick(0.0, start);
+          EXPECT_EQ(tick.provenance, Provenance::optimal);
+          EXPECT_NEAR(tick.objective / best.cost, 1.0, 1e-3);
+          EXPECT_NEAR(tick.input[0].input()[0], best.trajectory.input(0.0)[0], 1e-2 * size);
+          const Solution plan = controller.report();
+          EXPECT_TRUE(plan.ok()) << plan.message;
+        }
+      }
+    }
 }
 
 TEST(TickStatus, ChecksTolerances) {

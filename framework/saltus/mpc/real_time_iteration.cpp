@@ -1,5 +1,7 @@
 #include "saltus/mpc/real_time_iteration.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -53,6 +55,7 @@ class Iteration final : public RealTimeSolver {
       point.lambda.setZero(lambda_.size());
       point.z.setZero(at_.size());
     }
+    if (cost_factor_ != 1.0) scale_multipliers(point, cost_factor_);
     start_ = point;
     qp_->set_deadline(deadline);
     qp::QpResult r = qp_->solve(model_.qp(), point, warm);
@@ -74,8 +77,9 @@ class Iteration final : public RealTimeSolver {
     result.of_model = !is_exact_ || !(r.residual <= much_larger * options_.tolerance);
     if (result.of_model && result.status == SolveStatus::optimal)
       result.status = SolveStatus::step_taken;
-    result.objective = r.objective;
-    result.kkt = r.residual;
+    if (cost_factor_ != 1.0) scale_multipliers(point, 1.0 / cost_factor_);
+    result.objective = r.objective / cost_factor_;
+    result.kkt = std::max(r.residual / cost_factor_, r.violation);
     result.violation = r.violation;
     return result;
   }
@@ -144,7 +148,28 @@ class Iteration final : public RealTimeSolver {
       convexification_->apply(model_.qp().hessian, options_.convexity_floor);
       model_.hessian_changed();
     }
+    if (is_valid_) scale_tiny_cost();
     revision_ = is_valid_ ? program.revision() : -1;
+  }
+
+  // Solvers of quadratic programs have absolute tolerances, which any point meets if the cost is
+  // tiny. The model of such a cost is multiplied by a power of two.
+  void scale_tiny_cost() {
+    constexpr double tiny = 1e-3;
+    qp::SparseQp& qp = model_.qp();
+    const double largest =
+        std::max(qp.hessian.lpNorm<Eigen::Infinity>(), qp.gradient.lpNorm<Eigen::Infinity>());
+    cost_factor_ =
+        largest > 0.0 && largest < tiny ? std::exp2(-std::floor(std::log2(largest))) : 1.0;
+    if (cost_factor_ == 1.0) return;
+    qp.hessian *= cost_factor_;
+    qp.gradient *= cost_factor_;
+    qp.constant *= cost_factor_;
+  }
+
+  static void scale_multipliers(NlpPoint& point, double factor) {
+    point.lambda *= factor;
+    point.z *= factor;
   }
 
   RealTimeIterationOptions options_;
@@ -157,7 +182,8 @@ class Iteration final : public RealTimeSolver {
   std::unique_ptr<Convexification> convexification_;
   VectorXd at_, lambda_;  // point and multipliers of the model
   NlpPoint start_;
-  long revision_ = -1;  // revision of the program at the model
+  double cost_factor_ = 1.0;  // of the model
+  long revision_ = -1;        // revision of the program at the model
   bool is_valid_ = false;
 };
 
