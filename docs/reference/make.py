@@ -70,7 +70,7 @@ GROUPS = {
         "problems/push_recovery/step_planning.md": "number, foot, times and places of steps by optimal control",
         "problems/push_recovery/experiments.md": "results, survival maps and the comparison with the paper",
         "problems/push_recovery/step_experiments.md": "results of the step planner and of walking",
-        "problems/quadruped/quadruped.md": "a machine with four legs on uneven ground"}),
+        "problems/quadruped/quadruped.md": "a four-legged robot on uneven ground"}),
     "Reference": ("*Classes*, *Namespaces* and *Files* in the sidebar list every public name. *Files* has one page per "
                   "header.", {
         "docs/reference.md": "the names that each task needs, with an example",
