@@ -172,10 +172,10 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     start += T;
   }
   if (!is_used)
-    throw DefinitionError(fmt::format(
-        "problem '{}': the guess has {} states, but no phase of the problem has so many "
-        "at its times: use a trajectory of this problem",
-        problem().name(), trajectory.final_state().size()));
+    throw DefinitionError(
+        fmt::format("problem '{}': the guess has {} states, but no phase of the problem at its "
+                    "times has this number of states: use a trajectory of this problem",
+                    problem().name(), trajectory.final_state().size()));
   // A fixed or bounded start overrides the trajectory.
   const PhaseDefinition& first = problem().phases().front();
   for (int i = 0; i < first.sizes.nx; ++i) {
