@@ -4,9 +4,9 @@
 Usage: compare_builds.py NAME=PROGRAM NAME=PROGRAM... [--plants centroidal,dart] [--impulses 4,7,8] [--solvers riccati,ipopt]
                          [--only PATTERN] [--keep FOLDER]
 
-Each program makes the same runs of push recovery and solves the problems of the library. A table compares the results
-with those of the first program: bit-identical results, identical verdicts, and the largest differences. The first program
-makes everything twice, and both results must be identical.
+Each program executes the same runs of push recovery and solves the problems of the library. A table compares the
+results with those of the first program: bit-identical results, identical verdicts, and the largest differences. The
+first program executes everything twice, and both results must be identical.
 """
 
 import argparse

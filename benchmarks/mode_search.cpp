@@ -86,7 +86,7 @@ void each_start(const Family& family, int phases, int starts, bool warm) {
   }
 }
 
-// CPU time of a search with 200 nodes against that of the programs that it solved.
+// CPU time of a search with 200 nodes, compared with that of the programs that it solved.
 void speed(const Family& family, int phases, int starts) {
   Random random(seed);
   SequenceSearch search(family.graph(family.low),

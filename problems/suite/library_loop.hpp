@@ -26,8 +26,8 @@ struct LoopConfig {
   bool run = false;
   Horizon horizon = Horizon::fitting;
   RealTimeChoice::Method method = RealTimeChoice::Method::optimum;
-  double period = 0.0;  ///< s; 0: a fiftieth of the plan
-  /// s; 0: to the end of the problem, or twice the plan for a receding horizon
+  double period = 0.0;  ///< s; 0: 1/50 of the duration of the plan
+  /// s; 0: to the end of the problem, or twice the duration of the plan for a receding horizon
   double duration = 0.0;
   double deadline = 0.0;     ///< wall clock per tick, s; 0: none
   double disturbance = 0.0;  ///< see declare_loop()

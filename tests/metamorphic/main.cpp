@@ -299,7 +299,8 @@ int run(const Request& request) {
             }
           }
         } catch (const DefinitionError& error) {
-          // A law does not apply to a case that a solver or the controller refuses without it.
+          // A law is not applicable if the solver or the controller rejects even the unchanged
+          // case.
           comparison = {base || !choice ? Found::changed : Found::not_applicable, error.what()};
           if (!choice) comparison.found = Found::not_applicable;
         }

@@ -1,4 +1,4 @@
-// A wrong definition is refused at set-up. One sentence names the phase and the term, and the
+// An invalid definition is rejected at set-up. One sentence names the phase and the term, and the
 // expected and the given value.
 #include <gtest/gtest.h>
 

@@ -46,7 +46,7 @@ TEST_F(IcubReach, MatchesItsLegsAndRoundTrips) {
   EXPECT_TRUE(from_com.contains(back));
   EXPECT_FALSE(from_com.contains(robots::Point2(-back[0], back[1])));
 
-  // The computed value and the value read from the file are equal to the bit.
+  // The computed value and the value read from the file are bit-identical.
   const auto read = cached_foot_reach(*urdf, description, folder);
   ASSERT_TRUE(read);
   for (std::size_t i = 0; i < found->from_foot.size(); ++i) {

@@ -116,7 +116,7 @@ TEST(InteriorPoint, FollowsTheClosedForm) {
     const double x = t < 0.75 ? exact(1.0, 0.9, 0.75, t) : exact(0.9, 0.75, 0.25, t - 0.75);
     EXPECT_NEAR(solution.trajectory.state(t)[0], x, 1e-7) << t;  // h^3 of the linear pieces
   }
-  // The input jumps at the point, from the slope of one course to that of the other.
+  // The input jumps at the point, from the slope of the first trajectory to that of the second.
   EXPECT_NEAR(solution.trajectory.input(0.75 - 1e-9)[0],
               (0.9 * std::cosh(0.75) - 1.0) / std::sinh(0.75), 1e-4);
   EXPECT_NEAR(solution.trajectory.input(0.75)[0], (0.75 - 0.9 * std::cosh(0.25)) / std::sinh(0.25),

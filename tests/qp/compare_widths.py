@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares the optima of the structured solver in vectors of two, four and eight doubles.
+"""Compares the optima of the structured solver with SIMD vectors of two, four and eight doubles.
 
 Usage: compare_widths.py BUILD [PROGRAMS]. Needs the targets riccati_optima_baseline, _avx2 and _avx512. The first
 computes its optima twice.

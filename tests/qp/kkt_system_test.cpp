@@ -1,5 +1,5 @@
-// Requirements of kkt_system.hpp on the linear algebra, tested for both systems by their own
-// products. The optima of the solvers test the products themselves. Newton's step is tested by its
+// Tests that both systems satisfy the requirements of kkt_system.hpp. The reference values are the
+// systems' own products, which the optima of the solvers test. Newton's step is tested by its
 // equations.
 #include "saltus/qp/kkt_system.hpp"
 

@@ -141,7 +141,7 @@ class RemoteRobot final : public Robot {
   SimulatedRobot& robot_;
 };
 
-// A user's program drives any Robot with the torques of simulate(), identical to the bit.
+// A user's program drives any Robot with the torques of simulate(), bit for bit.
 TEST_F(SyntheticProblem, AnyRobotGetsTheTorquesOfTheSimulation) {
   BipedSettings& settings = problem.settings();
   settings.robot.mass_error = 0.1;

@@ -104,8 +104,8 @@ TEST(SimulatedRobot, NoiseHasTheRequestedDeviation) {
     ASSERT_EQ((robot.engine().state().q - t.q).norm(), 0.0);
     ASSERT_EQ((robot.engine().state().base.matrix() - t.base.matrix()).norm(), 0.0);
   }
-  // 12000 samples or more give the deviation to 0.7 % and the mean to 0.9 % of it. The limits are
-  // five times that.
+  // With 12000 samples or more, the standard deviation is known to 0.7 % and the mean to 0.9 % of
+  // it. The limits are five times as large.
   constexpr double deviation_error = 0.035, mean_error = 0.045;
   const auto check = [&](const Spread& s, double wanted, const char* what) {
     EXPECT_NEAR(s.deviation(), wanted, deviation_error * wanted) << what;

@@ -203,7 +203,7 @@ TEST_F(Controllers, MomentumTorquesMatchTheEquation) {
     const VectorXd tau_0 = (M * nu + h - force).tail(n);
     const VectorXd expected = pseudo * (J * inverse * (h - force) + a) +
                               (MatrixXd::Identity(n, n) - pseudo * lambda) * tau_0;
-    constexpr double tolerance = 1e-5;  // regularisation, 1e-12, by the least of Lambda^2, 0.03
+    constexpr double tolerance = 1e-5;  // regularisation 1e-12 relative to min Lambda^2, 0.03
     EXPECT_LT((command.torques - expected).cwiseAbs().maxCoeff(), tolerance);
 
     // The ground then exerts f: the motion of the robot with fixed stance feet.

@@ -1,7 +1,7 @@
 // The rows of docs/promise.md on searches over modes, derivatives of an optimum and quadratic
 // programs. Several threads search one graph at once, and each call of a search, of
-// OptimumDerivatives and of a QP solver may come from another thread. The results equal those of a
-// single thread to the bit.
+// OptimumDerivatives and of a QP solver may come from another thread. The results are bit-identical
+// to those of a single thread.
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -244,7 +244,7 @@ OptimalControlProblem with_algebraic_state() {
   return problem;
 }
 
-// A ball that bounces inside its intervals, with a force that makes it end high.
+// A ball that bounces inside intervals, driven by a force. The cost rewards a large final height.
 OptimalControlProblem with_events() {
   Automaton<2, 1> automaton;
   automaton

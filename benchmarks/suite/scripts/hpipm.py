@@ -16,11 +16,11 @@ from quadratic_program import Reduced
 
 OWN_LIBRARY = "SALTUS_HPIPM"
 SPEED, BALANCE = 1, 2  # modes
-FAR_AWAY = 1e6  # infinity of a version without masks; with larger values it does not converge
+FAR_AWAY = 1e6  # represents infinity in versions without masks, which do not converge with larger values
 
 
 def package_library():
-    """The library of acados, in a separate folder of the peers, because it brings an old casadi. None if it is missing."""
+    """The library of acados, or None. Its folder is separate from the peers, because the package has an old casadi."""
     file = os.path.join(sys.prefix, "acados/acados/install/lib/libhpipm.so")
     return file if os.path.exists(file) else None
 

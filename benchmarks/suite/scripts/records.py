@@ -138,7 +138,7 @@ def what_differs(head, other, keys):
 
 
 def all_of(parts):
-    """Combines several machines or programs: differing values are joined."""
+    """Combines the descriptions of several machines or programs. Values that differ are joined into one text."""
     found = {}
     for key in parts[0]:
         values = list(dict.fromkeys(str(part.get(key, "")) for part in parts))

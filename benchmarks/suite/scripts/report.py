@@ -195,7 +195,7 @@ def html_table(rows, marked=lambda row, i: ""):
 
 
 def mark_first(row, i):
-    """Classes of the fastest solver and of cells with failures. Only a solver without failures is first."""
+    """Classes of the fastest solver and of cells with failures. Only a solver without failures can be the fastest."""
     if i == 0:
         return ""
     times = {k: float(text) for k, text in enumerate(row) if k and text.isdigit()}

@@ -34,7 +34,7 @@ class NewtonStep {
         correction_y_(equalities),
         best_(variables, equalities, sides) {}
 
-  /// Resets the lift to that of a new program.
+  /// Resets the lift d to its value for a new program.
   void reset() { level_ = 0; }
 
   /// Factors the system for steps from this iterate. Steps are refined if weights are large or with

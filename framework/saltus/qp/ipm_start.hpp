@@ -133,7 +133,7 @@ bool slacks_from_values(System& system, double tolerance, const AlignedArray& va
 
 /// Keeps v, y and lambda of a neighbouring problem. Slacks are raised until their products reach
 /// the barrier, but at most to a tenth of the row's coefficients; then multipliers are raised
-/// likewise. On soft sides, violations and their multipliers come first. The barrier starts at
+/// likewise. On soft sides, violations and their multipliers are set first. The barrier starts at
 /// `least_barrier` and grows with the multipliers. `values`: G v. `size`: work space that receives
 /// the norms of the rows.
 ///

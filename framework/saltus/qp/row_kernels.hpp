@@ -26,8 +26,7 @@ struct RowBlock {
   int equality_at = -1;              ///< first entry of y; equalities have no sides
   bool soft = false;
   bool partial = false;            ///< some rows lack a side that other rows have
-  const RowBlock* twin = nullptr;  ///< block of the stage before with the same coefficients and
-                                   ///< sides
+  const RowBlock* twin = nullptr;  ///< equal block of the previous stage
   int part = 0;                    ///< index of the inputs' part; 0: the stage's main variables
   int joined = -1;                 ///< part to whose Hessian it contributes; -1: that of the stage
   int v_at = 0;                    ///< offset of the part's variables in v

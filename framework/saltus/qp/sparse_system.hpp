@@ -13,8 +13,8 @@ namespace saltus::qp {
 /// v is w without its fixed variables (equal bounds): they stay zero in v, and their values enter
 /// the constants. The cost, y and lambda are divided by cost_unit(), the largest slope of the cost
 /// at the origin (at least 1). Rounding and regularisation are relative to it. Rows with equal
-/// sides are equalities; every other finite side of a row or bound is a side. This division may
-/// change with load().
+/// sides are equalities; every other finite side of a row or bound is a side. Each load() may
+/// change which rows are equalities.
 ///
 /// solve() uses one matrix whose pattern covers all cases,
 ///

@@ -107,7 +107,8 @@ class RemedySearch {
     }
   }
 
-  // Finds by secants the change at which the relaxation vanishes. Returns false if they diverge.
+  // Finds the change at which the relaxation vanishes by the secant method. Returns false if it
+  // diverges.
   bool find_amount(Candidate& candidate) {
     ProblemChange& change = candidate.change;
     Trial before{0.0, relaxed_.amount}, failed = before;
@@ -127,8 +128,8 @@ class RemedySearch {
     return false;
   }
 
-  // True if the change only exploits the grid. A longer phase has wider intervals; a remedy that
-  // only delays the first nodes fails on a grid of the original density.
+  // True if the change only exploits the grid. A longer phase has wider intervals. A remedy that
+  // only delays the first nodes fails on a grid with the original interval length.
   bool only_exploits_grid(const ProblemChange& change) {
     const bool is_length = change.kind == Kind::duration || change.kind == Kind::total_time;
     if (!is_length || !(change.by > 0.0) || !solves_.grid().meshes.empty()) return false;

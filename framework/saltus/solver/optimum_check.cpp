@@ -307,7 +307,7 @@ class KktMatrix {
   std::optional<qp::SparseLdl> ldl_;
 };
 
-// The least shift that makes the matrix positive definite, to within 10 %; empty if above 100.
+// The smallest shift that makes the matrix positive definite, to within 10 %; empty if above 100.
 std::optional<double> least_shift(KktMatrix& matrix) {
   double above = 10.0 * flat, below = flat;
   while (!matrix.is_positive(above)) {

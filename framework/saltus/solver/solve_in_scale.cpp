@@ -139,7 +139,7 @@ bool keep_better(bool is_better, ScaledResult& next, ScaledResult& best) {
   return is_better;
 }
 
-// Solves cold from the variables w, divided by the sizes that the program has shown.
+// Solves cold from the variables w, in the scale of the sizes that the previous attempts revealed.
 ScaledResult solve_from(Solver& solver, NonlinearProgram& program, NlpPoint start,
                         const VectorXd& w, const Quantities& quantities, const ProgramSize& size) {
   start.w = w;

@@ -1,7 +1,7 @@
 // The largest violation of a path constraint along one step of the dense output.
 //
 // If the formula is known as elementary steps, the search is a branch and bound: over a time
-// interval with middle m and half width r, the row is at most the least of
+// interval with middle m and half width r, the row is at most the smallest of
 //   its value over the interval,  v(m) + r max |v'|,  max_d v(m) + d v'(m) + d^2/2 max v'',
 // with bounds by interval arithmetic. Intervals that may hide more than the largest found violation
 // are halved. Every violation above a tenth of its tolerance is found, however short, with a

@@ -168,7 +168,7 @@ bool read(const std::filesystem::path& path, FootReach& reach) {
 }
 
 // Rounds to the digits of the file. The run that searches and runs that read the file then agree
-// to the bit.
+// bit for bit.
 void round_to_file(FootReach& reach) {
   constexpr double per_metre = 1e6;
   for (std::vector<robots::Point2>* corners : {&reach.from_foot, &reach.from_com})

@@ -164,7 +164,7 @@ class MapRun {
 
   void take(const WorkResult& work, MapProgress& progress) {
     using End = WorkResult::End;
-    // If the first run is refused, all runs would be refused.
+    // If the first run is rejected, all runs would be rejected.
     if (work.end == End::refused && runs_ == 0) throw InputError(work.text);
     const auto found = under_way_.find(work.id);
     const MapCell cell = found->second;

@@ -16,8 +16,7 @@
 
 namespace saltus::robots::walking {
 
-/// The same settings give the same motion to the bit. After construction only the engine
-/// allocates.
+/// The same settings give a bit-identical motion. After construction only the engine allocates.
 class SimulatedRobot final : public Robot {
  public:
   /// `engine` takes steps of `settings.engine.step`. `control_period` (s) is the unit of the torque

@@ -87,15 +87,15 @@ using BodyVerdict [[deprecated("use Verdict::Body; removed in 0.4")]] = Verdict:
 
 // Bounds are often given for iCub, with this mass and CoM height on one foot. For other robots,
 // lengths of the CoM scale with its height h, and angular momentum with m h sqrt(g h).
-/// Mass (kg) and CoM height (m) of the robot for which the criteria were chosen. Criteria of other
+/// Mass (kg) and CoM height (m) of the robot for which the criteria were chosen. Criteria for other
 /// robots are scaled.
 inline constexpr double reference_mass = 33.0616727, reference_height = 0.5578762015;  // kg, m
 /// Distance within which the capture point counts as settled, m.
 inline constexpr double icp_settled_within = 0.01;  // m
 
-/// All quantities except `recovered`. The only reason it can give is an early stop. The capture
-/// point has settled when it stays near its final position; the time is measured from
-/// `settled_from`, s.
+/// Computes all quantities except `recovered`. The only failure reason that it sets is an early
+/// stop. The capture point has settled when it stays near its final position; the time is measured
+/// from `settled_from`, s.
 Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push> pushes);
 
 /// True if the robot has fallen. It stands on a foot at `foot` with its CoM at the nominal height

@@ -33,7 +33,7 @@ class Planner {
     Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
     Vec<double, 12> applied =
         Vec<double, 12>::Zero();  ///< wrenches applied last, level sole axes, left and right
-    bool left_bore = true, right_bore = true;  ///< true if that foot stood before, so that
+    bool left_bore = true, right_bore = true;  ///< true if that foot carried load, so that
                                                ///< `applied` holds its wrench
     Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of the contact forces, world
                                                             ///< axes, N

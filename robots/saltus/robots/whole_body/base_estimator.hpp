@@ -61,7 +61,7 @@ class BaseEstimator {
   /// Starts at rest with unknown biases. The pin stands at `pin_sole`, the other foot is in the
   /// air.
   void reset(const Eigen::Isometry3d& base, Side pin, const Eigen::Isometry3d& pin_sole);
-  /// Makes another foot the pin. The estimate of all positions stays the same.
+  /// Pins another foot. The estimate of all positions stays the same.
   void pin(Side side);
   /// Propagates over dt (s) with the mean readings of gyroscope (rad/s) and accelerometer (m/s^2).
   void predict(const Vec<double, 3>& angular_velocity, const Vec<double, 3>& specific_force,
