@@ -76,7 +76,7 @@ TEST(DirectionalDerivative, ThroughSimultaneousEventsDependsOnTheDirection) {
 
 // A ball thrown up to a ceiling that it only touches: the derivative exists away from the ceiling
 // only.
-TEST(DirectionalDerivative, OfAGrazedGuardExistsOnTheMissingSide) {
+TEST(DirectionalDerivative, ExistsOnTheMissingSideOfAGrazedGuard) {
   Automaton<2> ball;
   const auto fall = [](const auto& t, const auto& x) {
     auto v = x.eval();

@@ -624,7 +624,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridSecondOrder,
 // distance between them.
 constexpr double second_difference = 2e-8;
 
-TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
+TEST_P(HybridSecondOrder, MatchesDifferencesThroughJumpsWithARunningCost) {
   IntervalProblem problem = bouncing_ball();
   problem.running_cost =
       make_function<2, 0, 2>([](const auto& t, const auto& x, const auto&, const auto& p) {
@@ -647,7 +647,7 @@ TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
   EXPECT_GT(approximate.norm(), 0.1);
 }
 
-TEST_P(HybridSecondOrder, WithAStoredMode) {
+TEST_P(HybridSecondOrder, MatchesDifferencesWithAStoredMode) {
   // The thermostat, its heat and a drift of both thresholds in the parameter. State 1 stores the
   // mode.
   Automaton<2, 0, 1> system;
@@ -677,7 +677,7 @@ TEST_P(HybridSecondOrder, WithAStoredMode) {
   }
 }
 
-TEST_P(HybridSecondOrder, AtLengthZeroAndWhileSliding) {
+TEST_P(HybridSecondOrder, IsContinuousAtLengthZeroAndUnavailableWhileSliding) {
   const auto integrator = GetParam().choice->make(bouncing_ball());
   VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 0.0});
   const VectorXd weights = vec({0.7, -1.3});

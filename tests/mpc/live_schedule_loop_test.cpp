@@ -173,9 +173,9 @@ void expect_loop_follows(Back which, double opens) {
   EXPECT_LT(std::abs(x[0]), 0.5);
 }
 
-TEST_P(LiveScheduleLoop, AnEventComesEarly) { expect_loop_follows(GetParam(), 0.28); }
-TEST_P(LiveScheduleLoop, AnEventComesAsPlanned) { expect_loop_follows(GetParam(), 0.55); }
-TEST_P(LiveScheduleLoop, AnEventComesLate) { expect_loop_follows(GetParam(), 0.93); }
+TEST_P(LiveScheduleLoop, HandlesAnEarlyEvent) { expect_loop_follows(GetParam(), 0.28); }
+TEST_P(LiveScheduleLoop, HandlesAnEventAtItsPlannedTime) { expect_loop_follows(GetParam(), 0.55); }
+TEST_P(LiveScheduleLoop, HandlesALateEvent) { expect_loop_follows(GetParam(), 0.93); }
 
 TEST_P(LiveScheduleLoop, RejectedEditDoesNotAffectTheNextTick) {
   RecedingHorizonController controller = controller_for(gate(gate_schedule()), GetParam());

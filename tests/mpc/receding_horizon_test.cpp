@@ -529,7 +529,7 @@ TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
   EXPECT_LT(x.norm(), 0.05);
 }
 
-TEST(NoAllocation, InTicksOfLinearQuadraticAndNonlinearProblems) {
+TEST(NoAllocation, OccursInTicksOfLinearQuadraticAndNonlinearProblems) {
   for (const Back which : {Back::stages, Back::riccati, Back::sparse}) {
     RecedingHorizonController controller = controller_for(gate(0.537), which);
     RecedingHorizonController nonlinear = controller_for(pendulum(), which);

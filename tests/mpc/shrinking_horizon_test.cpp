@@ -62,7 +62,7 @@ TEST(RemainingProblem, EqualsTheDirectDefinition) {
   EXPECT_NEAR(left.trajectory.end_time(), 1.0, 1e-9);
 }
 
-TEST(RemainingProblem, OfAFixedPhaseIsShorter) {
+TEST(RemainingProblem, ShortensAFixedPhase) {
   MultipleShooting shooting(by_way_of(exactly(0.4), exactly(0.6), {}), grid);
   EXPECT_THROW(shooting.set_remaining(between(0.1, 0.2), {}), DefinitionError);
   EXPECT_THROW(shooting.set_remaining(exactly(-0.1), {}), DefinitionError);
@@ -74,7 +74,7 @@ TEST(RemainingProblem, OfAFixedPhaseIsShorter) {
   EXPECT_NEAR(s.trajectory.end_time(), 1.0, 1e-12);
 }
 
-TEST(RemainingProblem, AfterAPhaseStartsWithTheNext) {
+TEST(RemainingProblem, StartsWithTheNextPhase) {
   const OptimalControlProblem whole = by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
   const OptimalControlProblem rest = whole.after(1);
   ASSERT_EQ(rest.phases().size(), 1u);
@@ -87,7 +87,7 @@ TEST(RemainingProblem, AfterAPhaseStartsWithTheNext) {
   EXPECT_THROW(closed.close().after(1), DefinitionError);
 }
 
-TEST(RemainingProblem, OfAFreePhaseIsLongerThanItsWindows) {
+TEST(RemainingProblem, RejectsAFreePhaseShorterThanItsWindow) {
   Phase<2, 1> drive{"drive", Cart{}, between(0.5, 2.0)};
   drive.keep("slow at first", speed, at_most(1.0), Window{.to = 0.3}).guess_duration(1.0);
   OptimalControlProblem ocp("drive");
@@ -100,7 +100,7 @@ TEST(RemainingProblem, OfAFreePhaseIsLongerThanItsWindows) {
 
 // Limits at nodes have no separate slot. If the nodes moved away from one, the interval around it
 // would be in neither window, and its input would be unbounded.
-TEST(RemainingProblem, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
+TEST(RemainingProblem, KeepsWindowLimitsOfAFixedPhase) {
   const auto slow_at_first = [](double limit, Clock clock) {
     Phase<1, 1> go{
         "go", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },

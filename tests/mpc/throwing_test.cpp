@@ -82,7 +82,7 @@ TEST(RealTimeIteration, UsesDifferencesWithoutAHessian) {
   EXPECT_NE(iteration->name().find("differenced"), std::string::npos) << iteration->name();
 }
 
-TEST_P(Throwing, InTheTickUsesTheFallbackOrThePreviousPlan) {
+TEST_P(Throwing, TickUsesTheFallbackOrThePreviousPlan) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     RecedingHorizonController controller = controller_for(GetParam());
     thrown = what;
@@ -112,7 +112,7 @@ TEST_P(Throwing, InTheTickUsesTheFallbackOrThePreviousPlan) {
   }
 }
 
-TEST_P(Throwing, InPreparationIsRepeatedInTheTick) {
+TEST_P(Throwing, FailedPreparationIsRepeatedInTheTick) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     RecedingHorizonController controller = controller_for(GetParam());
     RecedingHorizonController other = controller_for(GetParam());
@@ -126,7 +126,7 @@ TEST_P(Throwing, InPreparationIsRepeatedInTheTick) {
   }
 }
 
-TEST_P(Throwing, InFeedback) {
+TEST_P(Throwing, FeedbackUsesTheFallbackOrAnUncheckedPlan) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     RecedingHorizonController controller = controller_for(GetParam());
     controller.prepare(0.0);
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, Throwing,
                                            Back::sqp, Back::cvodes),
                          [](const auto& instance) { return name_of(instance.param); });
 
-TEST(ThrowingFunctions, OfTheUser) {
+TEST(ThrowingFunctions, DoNotInterruptTheTick) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {
     const auto throws = [what] {
       thrown = what;

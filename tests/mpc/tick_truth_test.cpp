@@ -131,7 +131,7 @@ TEST_P(TickTruth, UselessStepsAreNotCalledOptimal) {
 }
 
 // A plan cut off by the time limit is checked on the program too, and keeps the reason.
-TEST_P(TickTruth, OfInterruptedPlans) {
+TEST_P(TickTruth, InterruptedPlansAreChecked) {
   const ControllerOptions options;
   RecedingHorizonController controller =
       controller_for(GetParam(), options, 0.0, [](long k) { return k > 0; });

@@ -44,9 +44,9 @@ void expect_every_solve_optimal(const RunLog& log) {
   }
 }
 
-class StepRecovers : public ::testing::TestWithParam<double> {};
+class RecoveryWithAStep : public ::testing::TestWithParam<double> {};
 
-TEST_P(StepRecovers, FromAPush) {
+TEST_P(RecoveryWithAStep, SucceedsAfterAPush) {
   const Config config = pushed_by(GetParam());
   const Outcome outcome = run(config);
   EXPECT_TRUE(outcome.verdict.recovered) << outcome.verdict.reason;
@@ -54,7 +54,7 @@ TEST_P(StepRecovers, FromAPush) {
   expect_every_solve_optimal(outcome.log);
 }
 
-INSTANTIATE_TEST_SUITE_P(Impulses, StepRecovers, ::testing::Values(6.0, 8.0));
+INSTANTIATE_TEST_SUITE_P(Impulses, RecoveryWithAStep, ::testing::Values(6.0, 8.0));
 
 TEST(ClosedLoop, EightNewtonSecondsWithoutAStepIsAFall) {
   Config config = pushed_by(8.0);

@@ -208,7 +208,7 @@ TEST(Capturability, ForwardCaseMatchesTheOneDimensionalBound) {
 
 // Sideways, both feet on the ground resist more than the inner edge of one foot during the swing of
 // the other. Forward, every step increases the bound.
-TEST(PendulumBound, OnTwoFeetUsesTheHullOrAStepOfEitherFoot) {
+TEST(PendulumBound, UsesTheHullOrAStepOfEitherFootOnTwoFeet) {
   const PendulumBound bound = bound_of_steps(robots::Stance::both, 1);
   ASSERT_TRUE(bound.other_foot);
   const double apart = -(*bound.other_foot)[1], omega = std::sqrt(9.81 / bound.height);

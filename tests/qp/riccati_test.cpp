@@ -422,7 +422,7 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrAreInfeasible) {
   }
 }
 
-TEST(RiccatiSolver, APreparedProgramIsSolvedFromAnyStartAsOneThatIsNot) {
+TEST(RiccatiSolver, SolvesPreparedAndUnpreparedProgramsAlike) {
   for (int seed = 1; seed <= 100; ++seed) {
     RandomQp random = random_qp(seed, {.free_start = 0.1});
     const auto prepared = qp::make_riccati_solver(random.qp),

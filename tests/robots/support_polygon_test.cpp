@@ -26,7 +26,7 @@ TEST(Foot, CornersFollowPositionAndYaw) {
   EXPECT_EQ(foot.mirrored().y, between(-0.04, 0.03));
 }
 
-TEST(SupportPolygon, OfOneFootIsTheFoot) {
+TEST(SupportPolygon, EqualsTheOnlyFoot) {
   const robots::SupportPolygon polygon = robots::SupportPolygon::hull(robots::foot_corners(
       robots::flat_sole({0.3, -0.2, 0}, 0.4), {between(-0.05, 0.1), between(-0.03, 0.04)}));
   EXPECT_EQ(polygon.size(), 4);
@@ -37,7 +37,7 @@ TEST(SupportPolygon, OfOneFootIsTheFoot) {
   EXPECT_NEAR(polygon.centroid().y(), -0.2 + centre.y(), 1e-15);
 }
 
-TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
+TEST(SupportPolygon, IsTheBoundingBoxOfTwoAlignedFeet) {
   const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.03)};
   // Instance of the published step-recovery cases: hull x [-0.05, 0.1], y [-0.15, 0.1].
   const robots::SupportPolygon polygon = robots::SupportPolygon::under(
@@ -55,7 +55,7 @@ TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
   EXPECT_TRUE(polygon.contains({0.101, 0.0}, -0.002));
 }
 
-TEST(SupportPolygon, OfRotatedFeetHasUnitNormalsAndEightRows) {
+TEST(SupportPolygon, HasUnitNormalsAndEightRowsForRotatedFeet) {
   const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
   const robots::SupportPolygon polygon =
       robots::SupportPolygon::under({{robots::flat_sole({0, 0.07, 0}, 0.3), foot},

@@ -139,7 +139,7 @@ TEST(LoopMisses, FeedbackLawIsJudgedByThePlantProblem) {
     EXPECT_NEAR(miss.amount, miss.term == "input 0" ? 1.0 : 9.0, 1e-9) << miss.term;
 }
 
-TEST(LoopMisses, AHugeBoundHidesNoViolationOfTheOther) {
+TEST(LoopMisses, HugeBoundDoesNotHideAViolationOfTheOtherBound) {
   const auto speed_of = [](double lower) {
     Phase<1, 1> phase{"go", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
     phase.bound_input(0, between(lower, 1.0));

@@ -179,7 +179,7 @@ TEST(Replay, RejectsAPlanOfAnotherProblem) {
   expect_refused("phases", [&] { replay(two_phases(), solution.trajectory, runge_kutta4()); });
 }
 
-TEST(MultipleShootingMovedFrom, RejectsEveryAccess) {
+TEST(MovedFromMultipleShooting, RejectsEveryAccess) {
   MultipleShooting shooting = shooting_of(integrator());
   const VectorXd w = shooting.initial_guess().w;
   expect_refused("variables", [&] { shooting.trajectory(VectorXd()); });

@@ -114,7 +114,7 @@ TEST(RealTimeChoice, UsesTheIterationLimitOfTheUser) {
   }
 }
 
-TEST(QpMethod, ByStagesNeedsStages) {
+TEST(QpMethod, StageMethodNeedsStages) {
   testing_support::Parabola program(1.0, between(-10.0, 10.0), true);  // without stages
   const NlpPoint start{VectorXd::Zero(1), {}, {}};
   EXPECT_NEAR(make_native_solver()->solve(program, start, false).point.w[0], 1.0, 1e-8);

@@ -128,7 +128,7 @@ TEST(EvaluationFailed, OutsideADomain) {
   EXPECT_FALSE(s.message.empty());
 }
 
-TEST(WarmStart, OfAnOptimalControlProblemNeedsFewerIterations) {
+TEST(WarmStart, NeedsFewerIterationsForAnOptimalControlProblem) {
   Phase<2, 1> run{"run", Cart{}, exactly(2.0)};
   run.bound_input(0, between(-1.0, 1.0))
       .track("effort", input, Vec<double, 1>{1.0})

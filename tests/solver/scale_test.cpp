@@ -35,7 +35,7 @@ ProgramScale scale_of_cost_and_rows(const NonlinearProgram& program, double fact
   return units;
 }
 
-TEST_P(Units, OfCostAndRowsDoNotChangeTheResult) {
+TEST_P(Units, CostAndRowUnitsDoNotChangeTheResult) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
@@ -77,7 +77,7 @@ bool has_other_optima(const std::string& id) { return id == "B15" || id == "C03"
 
 // Twenty problems in four other sets of units: all times 1e4, all times 1e-4, and two with a
 // separate factor for each quantity.
-TEST_P(Units, OfStatesInputsAndTimeDoNotChangeTheResult) {
+TEST_P(Units, StateInputAndTimeUnitsDoNotChangeTheResult) {
   const ReferenceCase& c = reference_case(GetParam());
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();

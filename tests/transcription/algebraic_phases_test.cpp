@@ -371,7 +371,7 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
 }
 
 // --- messages ------------------------------------------------------------------------------------
-TEST(AlgebraicMessages, AnIndexAboveOneNamesPhaseAndEquation) {
+TEST(AlgebraicMessages, NamePhaseAndEquationIfTheIndexExceedsOne) {
   try {
     const Phase<4, 0, 0, 1> phase{
         "swing", Pendulum{},

@@ -200,7 +200,7 @@ OptimalControlProblem changing_sizes() {
   return ocp;
 }
 
-TEST(Sizes, ThatChangeHaveExactDerivatives) {
+TEST(ChangingSizes, HaveExactDerivatives) {
   MultipleShooting shooting(changing_sizes(),
                             {.intervals_per_phase = 3, .integrator = runge_kutta4()});
   EXPECT_EQ(shooting.layout().parameter(0, 0), shooting.layout().parameter(1, 1));
@@ -214,7 +214,7 @@ TEST(Sizes, ThatChangeHaveExactDerivatives) {
 }
 
 // The rows equal those of the jumps, x+ - g(t, x-, p), also after a change of time and data.
-TEST(Sizes, AreMappedByTheJumps) {
+TEST(ChangingSizes, AreMappedByTheJumps) {
   MultipleShooting shooting(changing_sizes(),
                             {.intervals_per_phase = 3, .integrator = runge_kutta4()});
   shooting.start_time(0.25);

@@ -23,7 +23,7 @@ void expect_times(const Times& given, const Times& expected) {
 // --- windows
 // --------------------------------------------------------------------------------------
 
-TEST(Window, OfAnInputIsHalfOpen) {
+TEST(Window, InputWindowIsHalfOpen) {
   auto phase = second();
   phase.bound_input(0, exactly(0.0), Window{.from = 0.3, .to = 0.6});
   MultipleShooting shooting(with_impact(phase, infinity), ten);
@@ -33,7 +33,7 @@ TEST(Window, OfAnInputIsHalfOpen) {
   }
 }
 
-TEST(Window, OfARunningCostIsHalfOpenUnderBothCostRules) {
+TEST(Window, RunningCostWindowIsHalfOpenUnderBothCostRules) {
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
     auto phase = second();
     phase.minimise("time", one, Window{.from = 0.3, .to = 0.6});
@@ -52,7 +52,7 @@ TEST(Window, WithoutAnEndIncludesTheHorizonEnd) {
   EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 0.3, 1e-12);
 }
 
-TEST(Window, OfAStateConstraintHoldsAtTheLeftLimitOfItsEnd) {
+TEST(Window, StateConstraintHoldsAtTheLeftLimitOfTheWindowEnd) {
   auto phase = second();
   phase.keep("middle", state, at_most(2.0), Window{.from = 0.3, .to = 0.6});
   MultipleShooting shooting(with_impact(phase, infinity), ten);
@@ -114,7 +114,7 @@ TEST(Window, FormulaMayLeaveItsDomainOutside) {
 }
 
 // A cost is evaluated within its window, also after the window moves, with one thread or several.
-TEST(Window, OfACostMovesWithItsEvent) {
+TEST(Window, CostWindowMovesWithItsEvent) {
   auto phase = second();
   const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.3); };
   phase.minimise("after", root, Window{.from = event("impact")});

@@ -102,7 +102,7 @@ OptimalControlProblem pendulum() {
   return ocp;
 }
 
-TEST(IntegrationErrorOf, ACoarseGridIsReported) {
+TEST(IntegrationError, IsReportedForACoarseGrid) {
   MultipleShooting shooting(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()});
   const Solution s = solve(shooting, *make_ipopt());
   EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
@@ -115,7 +115,7 @@ TEST(IntegrationErrorOf, ACoarseGridIsReported) {
 }
 
 // x' = -lambda (x - u): Runge-Kutta of order 4 with steps of 1/30 s is stable up to lambda = 83.
-TEST(IntegrationErrorOf, AnInaccuratePlanIsNoOptimum) {
+TEST(IntegrationError, PreventsTheStatusOptimal) {
   for (const double lambda : {1.0, 200.0}) {
     Phase<1, 1> phase{
         "stiff", [lambda](auto, auto x, auto u) { return decltype(x){-lambda * (x[0] - u[0])}; },
@@ -136,7 +136,7 @@ TEST(IntegrationErrorOf, AnInaccuratePlanIsNoOptimum) {
 }
 
 // States of 1e-6 have the same relative error as states of 1.
-TEST(IntegrationErrorOf, SmallStatesIsRelativeToThem) {
+TEST(IntegrationError, IsRelativeToSmallStates) {
   std::vector<double> missed, estimated;
   for (const double unit : {1.0, 1e-6}) {
     Phase<1, 1> phase{"decay", [](auto, auto x, auto u) { return decltype(x){-4.0 * x[0] + u[0]}; },
@@ -177,7 +177,7 @@ TEST(Replay, ReportsTheGrowthOfTheFlow) {
   }
 }
 
-TEST(IntegrationErrorOf, AFineGridIsSmall) {
+TEST(IntegrationError, IsSmallOnAFineGrid) {
   MultipleShooting fine(pendulum(),
                         {.intervals_per_phase = 80, .integrator = runge_kutta4({.steps = 4})});
   const Solution s = solve(fine, *make_ipopt());
@@ -192,7 +192,7 @@ TEST(IntegrationErrorOf, AFineGridIsSmall) {
   EXPECT_GT(a.verification->defect.sum, 1e-12);
 }
 
-TEST(IntegrationErrorOf, IsReducedByRefinement) {
+TEST(IntegrationError, IsReducedByRefinement) {
   const RefinedSolution r =
       solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, *ipopt(),
                     {.integration = 1e-4});

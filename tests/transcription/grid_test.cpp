@@ -96,7 +96,7 @@ TEST(Grid, WindowLimitsAtBaseNodesNeedNoSlots) {
   EXPECT_FALSE(grid.is_event(0, 3));
 }
 
-TEST(Grid, OfAFreePhaseKeepsItsNodesAtTheWindowLimitsForEveryDuration) {
+TEST(Grid, KeepsNodesAtWindowLimitsForEveryDurationOfAFreePhase) {
   Phase<1, 1> phase{"free", Velocity{}, between(0.5, 4.0)};
   phase.bound_input(0, exactly(0.0), Window{.from = 0.1, .to = 0.4}).guess_duration(1.0);
   OptimalControlProblem ocp("grid");

@@ -78,7 +78,7 @@ TEST(Guess, SimulatedGoesThroughJumps) {
   EXPECT_NEAR(guessed_state(shooting, 1, 0), 2.0 * std::exp(-1.0) + 10.0, 1e-5);
 }
 
-TEST(Guess, OfInputsRespectsTheirBounds) {
+TEST(Guess, RespectsInputBounds) {
   for (const double sign : {1.0, -1.0}) {
     Phase<1, 1> phase{"decay", Decay{}, exactly(1.0)};
     phase.guess_input(Guess::constant(Vec<double, 1>{9.0 * sign}))
@@ -103,7 +103,7 @@ OptimalControlProblem bouncing() {
   return ocp;
 }
 
-TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolution) {
+TEST(GuessFromTrajectory, ReproducesTheSolutionOfTheSameProblem) {
   MultipleShooting shooting(bouncing(), ten);
   const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;

@@ -97,7 +97,7 @@ TEST(OptimumDerivatives, FollowStartAndStartTime) {
   }
 }
 
-TEST(OptimumDerivatives, OfAnEventWithoutInfluenceVanish) {
+TEST(OptimumDerivatives, VanishForAnEventWithoutInfluence) {
   for (const double impact : {5.0, infinity}) {
     MultipleShooting shooting(landing(impact, unbounded(), CostRule::nodes), ten);
     OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
@@ -361,7 +361,7 @@ struct Mode {  // x' = A x
 
 // Egerstedt, Wardi and Axelsson, IEEE TAC 51, 2006: x'x integrated over a switched linear system.
 // With costate p, dJ/dtau = p(tau)'(A1 - A2) x(tau).
-TEST(OptimumDerivatives, OfASwitchingTimeMatchTheHamiltonian) {
+TEST(OptimumDerivatives, MatchTheHamiltonianAtASwitchingTime) {
   const Mat<double, 2, 2> A1{{-1.0, 0.0}, {1.0, 2.0}}, A2{{1.0, 1.0}, {1.0, -2.0}};
   const auto square = [](auto, auto x) { return x.squaredNorm(); };
   Phase<2, 1> first{"first", Mode{A1}, exactly(0.5)}, second{"second", Mode{A2}, exactly(0.5)};

@@ -16,7 +16,7 @@ using namespace testing_support;
 
 const IpoptOptions tight{.tolerance = 1e-10};
 
-TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
+TEST(OptimumExamples, PushRecoveryFollowsTheImpactTime) {
   push_recovery::QpCase c = push_recovery::read_case("ICUB-1");
   c.weights.capture_point_penalty = 1e4;
   c.weights.wrench_change = 1e-4;
@@ -58,7 +58,7 @@ struct Switched {
   }
 };
 
-TEST(OptimumOf, FreeSwitchingTimesGivesTheInitialCostates) {
+TEST(OptimumExamples, FreeSwitchingTimesGiveTheInitialCostates) {
   Phase<2, 1> one{"1", Switched<1>{}, between(0.05, 2.0)},
       two{"2", Switched<2>{}, between(0.05, 2.5)}, three{"3", Switched<3>{}, between(0.05, 2.9)};
   one.guess_duration(0.5);
@@ -118,7 +118,7 @@ OptimumDerivatives::Derivative of_stiffness(const IntegratorChoice& integrator,
   return derivatives.wrt_parameter("k");
 }
 
-TEST(OptimumOf, AdaptiveIntegratorsUsesGradientDifferences) {
+TEST(OptimumExamples, AdaptiveIntegratorsUseGradientDifferences) {
   std::string exact, differences;
   const OptimumDerivatives::Derivative fixed = of_stiffness(runge_kutta8({.steps = 4}), exact);
   const OptimumDerivatives::Derivative adaptive =

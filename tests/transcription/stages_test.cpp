@@ -125,19 +125,19 @@ Phase<1, 1> motion() {
   return phase;
 }
 
-TEST(Stages, AroundAnEvent) { expect_stages_around_impact(motion()); }
+TEST(Stages, AreEquivalentAroundAnEvent) { expect_stages_around_impact(motion()); }
 
-TEST(Stages, WithChangeCosts) {
+TEST(Stages, AreEquivalentWithChangeCosts) {
   expect_stages_around_impact(motion().penalise_change(Vec<double, 1>{2.0}));
 }
 
-TEST(Stages, WithRamps) {
+TEST(Stages, AreEquivalentWithRamps) {
   for (const InputParametrisation parametrisation :
        {InputParametrisation::piecewise_linear, InputParametrisation::piecewise_linear_continuous})
     expect_stages_around_impact(motion().inputs(parametrisation), CostRule::integrated);
 }
 
-TEST(Stages, WithSoftRows) {
+TEST(Stages, AreEquivalentWithSoftRows) {
   for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
     expect_stages_around_impact(motion().keep("soft", state, between(0.2, 0.4),
                                               Window{.from = event("impact")},
@@ -168,7 +168,7 @@ OptimalControlProblem late_unknown(Bounds bounds) {
   return ocp.then(third);
 }
 
-TEST(Stages, OfAnUnknownOfLaterPhases) {
+TEST(Stages, AreEquivalentWithAnUnknownOfLaterPhases) {
   const OptimalControlProblem ocp = late_unknown(between(-3.0, 3.0));
   expect_stages(ocp);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 4, .integrator = runge_kutta4()});
@@ -180,16 +180,16 @@ TEST(Stages, OfAnUnknownOfLaterPhases) {
   EXPECT_EQ(map.stages().stages[5].nx, 2);
 }
 
-TEST(Stages, OfAFixedUnknown) { expect_stages(late_unknown(exactly(0.7))); }
+TEST(Stages, AreEquivalentWithAFixedUnknown) { expect_stages(late_unknown(exactly(0.7))); }
 
-TEST(Stages, OfFreeDurationsAndChangingSizes) {
+TEST(Stages, AreEquivalentWithFreeDurationsAndChangingSizes) {
   OptimalControlProblem ocp = two_gears::problem();
   expect_stages(ocp);
   expect_stages(ocp.total_time(at_most(25.0)));
 }
 
 // The cost of a slack depends on the duration, so the slack is not eliminated.
-TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
+TEST(Stages, AreEquivalentWithSoftRowsInAPhaseOfFreeDuration) {
   for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
     for (const InputParametrisation parametrisation :
          {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
@@ -206,7 +206,7 @@ TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
 }
 
 // Stages carry the start to the end, through phases and through a jump that changes it.
-TEST(Stages, OfAClosedProblem) {
+TEST(Stages, AreEquivalentForAClosedProblem) {
   OptimalControlProblem ocp = late_unknown(between(-3.0, 3.0));
   ocp.start_within({between(-2.0, 2.0)}, Vec<double, 1>{0.5});
   expect_stages(ocp.close());
@@ -214,7 +214,7 @@ TEST(Stages, OfAClosedProblem) {
       "drop", [](auto t, auto x, auto, auto p) { return decltype(x)(0.5 * x + t * p); })));
 }
 
-TEST(Stages, OfAFreeOrPartlyFreeStart) {
+TEST(Stages, AreEquivalentForAFreeOrPartlyFreeStart) {
   for (const Bounds bounds : {between(-1.0, 1.5), exactly(1.0), unbounded()}) {
     OptimalControlProblem ocp = two_gears::problem();
     ocp.start_within({bounds, between(-0.5, 0.5)}, Vec<double, 2>{1.0, 0.0});
