@@ -36,10 +36,8 @@ else()
       message(FATAL_ERROR "SALTUS_COMPONENTS: there is no component '${component}'; there are ${SALTUS_ALL_COMPONENTS}")
     endif()
   endforeach()
-  foreach(pass RANGE 1 2) # the depth of the table
-    foreach(component ${SALTUS_WANTED})
-      list(APPEND SALTUS_WANTED ${SALTUS_${component}_NEEDS})
-    endforeach()
+  foreach(component ${SALTUS_WANTED}) # adds the direct dependencies of the listed components
+    list(APPEND SALTUS_WANTED ${SALTUS_${component}_NEEDS})
   endforeach()
   list(REMOVE_DUPLICATES SALTUS_WANTED)
 endif()
@@ -47,7 +45,7 @@ endif()
 # Enclosing projects link to our libraries, and through them to these.
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 
-# One name for a library, independent of the name in its package.
+# Gives a library one name, independent of the name in its package.
 function(saltus_external name)
   cmake_parse_arguments(E "" "" "LINK;INCLUDE" ${ARGN})
   if(NOT TARGET saltus::${name})
@@ -57,7 +55,7 @@ function(saltus_external name)
   endif()
 endfunction()
 
-# Each of these sets `missing` to the missing package, or leaves it empty.
+# Each of these macros sets `missing` to the missing package, or leaves it empty.
 macro(saltus_find_core)
   find_package(Eigen3 3.4 QUIET NO_MODULE)
   if(NOT Eigen3_FOUND)
@@ -90,7 +88,7 @@ macro(saltus_find_sundials)
   # Version 7 looks for MPI, in C as well as C++. Its version file rejects ranges across 6 and 7.
   find_package(SUNDIALS QUIET CONFIG)
   if(NOT SUNDIALS_FOUND AND SUNDIALS_CONSIDERED_CONFIGS)
-    # It is installed, but its configuration does not find one of its dependencies.
+    # SUNDIALS is installed, but its configuration does not find one of its dependencies.
     set(missing "OpenMP and MPI that work with ${CMAKE_CXX_COMPILER_ID}, as SUNDIALS asks (clang: libomp-dev)")
   elseif(NOT SUNDIALS_FOUND)
     set(missing "SUNDIALS 6.4 to 7 (libsundials-dev)")
@@ -117,7 +115,8 @@ endmacro()
 macro(saltus_find_ipopt)
   find_package(PkgConfig QUIET)
   if(PkgConfig_FOUND)
-    # The headers are in coin/ (3.11) or coin-or/ (3.14), as the flags state: #include <IpTNLP.hpp>.
+    # The headers are in coin/ (3.11) or coin-or/ (3.14). The flags contain this folder, so sources
+    # write #include <IpTNLP.hpp>.
     pkg_check_modules(IPOPT QUIET IMPORTED_TARGET GLOBAL ipopt)
   endif()
   if(IPOPT_FOUND)
@@ -153,7 +152,7 @@ macro(saltus_find_robots)
   endif()
 endmacro()
 
-# Whole-body simulation. Its headers are not free of warnings.
+# DART is a simulator of whole bodies. Its headers cause warnings.
 macro(saltus_find_dart)
   find_package(DART 6.12 QUIET COMPONENTS collision-bullet collision-ode CONFIG)
   if(DART_FOUND)
@@ -163,8 +162,8 @@ macro(saltus_find_dart)
   endif()
 endmacro()
 
-# A second simulator. Debian's config file requires OpenGL and the headers of qhull, which the
-# package does not install and simulation does not need.
+# MuJoCo is a second simulator. Debian's config file requires OpenGL and the headers of qhull, which
+# the package does not install and simulation does not need.
 macro(saltus_find_mujoco)
   find_path(SALTUS_MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
   find_library(SALTUS_MUJOCO_LIBRARY mujoco)
@@ -173,7 +172,7 @@ macro(saltus_find_mujoco)
   if(SALTUS_MUJOCO_INCLUDE_DIR AND SALTUS_MUJOCO_LIBRARY)
     file(STRINGS ${SALTUS_MUJOCO_INCLUDE_DIR}/mujoco/mujoco.h version_line REGEX "mjVERSION_HEADER")
     string(REGEX MATCH "[0-9]+$" SALTUS_MUJOCO_VERSION "${version_line}")
-    # Release 3 reads descriptions from memory by different functions.
+    # Release 3 has different functions that read descriptions from memory.
     if(SALTUS_MUJOCO_VERSION GREATER_EQUAL 222 AND SALTUS_MUJOCO_VERSION LESS 300)
       set(missing)
       saltus_external(mujoco_library LINK ${SALTUS_MUJOCO_LIBRARY} INCLUDE ${SALTUS_MUJOCO_INCLUDE_DIR})
@@ -198,7 +197,7 @@ macro(saltus_find_app)
   endif()
 endmacro()
 
-# In an order in which each component follows its dependencies.
+# Each component follows its dependencies in this list.
 foreach(component core sundials ipopt app robots dart mujoco legged)
   set(SALTUS_HAS_${component} OFF)
   if(component IN_LIST SALTUS_WANTED)

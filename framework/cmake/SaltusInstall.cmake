@@ -54,12 +54,12 @@ foreach(component ${SALTUS_ALL_COMPONENTS})
   endif()
 endforeach()
 
-# A closed loop that was built with MuJoCo is linked with it.
+# If the closed loop is built with MuJoCo, its users link to MuJoCo too.
 set(SALTUS_LEGGED_MUJOCO)
 if(SALTUS_HAS_mujoco)
   set(SALTUS_LEGGED_MUJOCO mujoco)
 endif()
-# The files of the components are found in the same folder; each file comes with its package.
+# The files of the components are in the same folder. Each package installs its own file.
 configure_package_config_file(${PROJECT_SOURCE_DIR}/framework/cmake/saltusConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/saltusConfig.cmake
                               INSTALL_DESTINATION ${SALTUS_CMAKE_DIR}

@@ -11,7 +11,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME saltus)
 set(CPACK_PACKAGE_VENDOR "Saltus")
-# The project has no address; distributors of packages set their own.
+# The project has no contact address. Distributors of packages set their own.
 set(CPACK_PACKAGE_CONTACT "The Saltus developers" CACHE STRING "Maintainer of the packages: NAME <ADDRESS>")
 set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -23,7 +23,7 @@ set(CPACK_STRIP_FILES ON)
 set(SALTUS_SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 
-# Files that dpkg requires of every package in share/doc.
+# dpkg requires these files in share/doc of every package.
 set(changelog ${PROJECT_BINARY_DIR}/changelog.Debian)
 set(signature ${CPACK_PACKAGE_CONTACT})
 if(NOT signature MATCHES "<")
@@ -56,7 +56,7 @@ function(saltus_package component name summary text)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
 endfunction()
 
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own summary
 set(about "Saltus plans through the events of hybrid systems: problems written once as
 formulas, exact derivatives and sparsity, solvers fast enough for control.")
 set(CPACK_COMPONENTS_ALL)

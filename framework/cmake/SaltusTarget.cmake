@@ -1,6 +1,6 @@
 # Declaration of targets: language level, flags for users, and flags for our own objects.
 #
-#   saltus_usage           flags of a user's object too; installed with the libraries
+#   saltus_usage           flags for users' objects and our own; installed with the libraries
 #   saltus_sanitizers      flags of the sanitizers for every object, if enabled
 #   saltus_baseline_flags  our own objects: warnings, sanitizers
 #   saltus_flags           our own objects: also the instruction set and optimisation
@@ -22,7 +22,7 @@ option(SALTUS_WERROR "Treat warnings as errors" OFF)
 set(SALTUS_SANITIZE OFF CACHE STRING "ON: address and undefined-behaviour sanitizers; thread: of data races")
 option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs clang" OFF)
 
-# ---- flags of a user's object --------------------------------------------------------------------
+# ---- flags for users' objects ---------------------------------------------------------------------
 
 include(GNUInstallDirs)
 add_library(saltus_usage INTERFACE)
@@ -35,7 +35,8 @@ set(SALTUS_INCLUDE_ROOTS ${PROJECT_SOURCE_DIR}/framework ${PROJECT_SOURCE_DIR}/i
                          ${PROJECT_SOURCE_DIR}/robots)
 target_include_directories(saltus_usage INTERFACE "$<BUILD_INTERFACE:${SALTUS_INCLUDE_ROOTS}>"
                                                   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-# Headers at the old paths of moved ones (moved_headers.txt), for projects that contain Saltus.
+# Creates headers at the old paths of moved headers (moved_headers.txt), for projects that contain
+# Saltus.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/framework/cmake/moved_headers.txt)
 file(STRINGS ${PROJECT_SOURCE_DIR}/framework/cmake/moved_headers.txt SALTUS_MOVED_HEADERS REGEX "^[a-z]")
 set(SALTUS_MOVED_HEADERS_DIR ${PROJECT_BINARY_DIR}/moved_headers)
@@ -52,9 +53,9 @@ endif()
 # Packaged libraries (DART) are built for 16-byte alignment. The same limit everywhere keeps the
 # layout of Eigen types compatible for every -march.
 target_compile_definitions(saltus_usage INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
-# Eigen must free memory in the way in which it allocated it, which depends on the width of vectors.
-# Users of an installed library must therefore compile for the processor that it was built for;
-# core/types.hpp rejects others.
+# Eigen must free memory in the same way as it allocated it. The way depends on the width of
+# vectors. Users of an installed library must therefore compile for the processor that it was built
+# for; core/types.hpp rejects others.
 set(SALTUS_EIGEN_ALIGN_BYTES 16)
 if(SALTUS_MARCH)
   include(CheckCXXSourceCompiles)
@@ -71,8 +72,8 @@ if(SALTUS_MARCH)
 endif()
 target_compile_definitions(saltus_usage INTERFACE
                            $<INSTALL_INTERFACE:SALTUS_EIGEN_ALIGN_BYTES=${SALTUS_EIGEN_ALIGN_BYTES}>)
-# With AVX-512, gcc 12 loads a wide constant such as {1, 1, 0, 0} as a broadcast of its first half
-# if it is stored at once: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16 bytes, as
+# With AVX-512, gcc 12 miscompiles a wide constant such as {1, 1, 0, 0} if it is stored at once: it
+# broadcasts the first half, so {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16 bytes, as
 # without -march, avoid this and do not affect vector loops.
 include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag(-mmove-max=128 SALTUS_HAS_MOVE_MAX)
@@ -95,7 +96,8 @@ if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # With wide vectors gcc warns about its own intrinsics (undefined registers, GCC bug 105593) and
-    # about vector loops of Eigen that small matrices never enter. Portable builds still check.
+    # about vector loops of Eigen that small matrices never enter. Portable builds still report
+    # these warnings.
     target_compile_options(saltus_flags INTERFACE -Wno-maybe-uninitialized -Wno-uninitialized
                                                   -Wno-array-bounds
                                                   -Wno-stringop-overflow -Wno-stringop-overread)
@@ -149,7 +151,7 @@ function(saltus_parsed_once name)
     target_link_libraries(${name} PRIVATE saltus_flags ${H_DEPENDS})
     target_precompile_headers(${name} PRIVATE ${H_HEADERS})
     # A compiler cache returns the precompiled headers of an earlier build folder, whose files were
-    # older. clang rejects those unless it ignores times. ninja rebuilds them if a header has
+    # older. clang rejects them unless it ignores file times. ninja rebuilds them if a header has
     # changed.
     target_compile_options(${name} PRIVATE "$<$<CXX_COMPILER_ID:Clang,AppleClang>:SHELL:-Xclang -fno-pch-timestamp>")
   endif()
@@ -161,8 +163,8 @@ set(SALTUS_COMMON_HEADERS
     <utility> <variant> <vector>)
 saltus_parsed_once(saltus_common_headers DEPENDS Eigen3::Eigen fmt::fmt HEADERS ${SALTUS_COMMON_HEADERS})
 
-# saltus_reuse(TARGET NAME): both need the same optimisation level, because gcc's precompiled
-# headers contain it.
+# saltus_reuse(TARGET NAME): the target TARGET uses the precompiled headers of NAME. Both need the
+# same optimisation level, because gcc's precompiled headers contain it.
 function(saltus_reuse target name)
   if(TARGET ${name})
     target_precompile_headers(${target} REUSE_FROM ${name})
@@ -225,7 +227,7 @@ endfunction()
 
 # saltus_install_program(NAME): the program finds the shared libraries installed with it.
 function(saltus_install_program name)
-  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr") # whose libraries are found anyway
+  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr") # libraries in /usr are found anyway
     file(RELATIVE_PATH to_libraries ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
     set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
   endif()
@@ -249,17 +251,17 @@ function(saltus_data path)
 endfunction()
 
 # saltus_compiled_fast(TARGET): for code whose speed does not matter; compiles a third faster.
-# -fexpensive-optimizations keeps multiplications and additions fused as elsewhere. Not for
-# libraries with matrices: the linker keeps either instance of an inline function that two objects
-# contain. At -O1 gcc 12 reports Eigen's realloc as a use after free.
+# -fexpensive-optimizations keeps multiplications and additions fused as elsewhere. Do not use it
+# for libraries with matrices: the linker keeps either instance of an inline function that two
+# objects contain. At -O1 gcc 12 reports Eigen's realloc as a use after free.
 function(saltus_compiled_fast target)
   target_compile_options(${target} PRIVATE
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-O1;-fexpensive-optimizations;-Wno-use-after-free>)
   saltus_checked_fast(${target})
 endfunction()
 
-# saltus_checked_fast(TARGET): disables optimisation under clang's sanitizers, which then take 41 %
-# of the compile time. No effect in folders that set SALTUS_TESTS_COMPUTE.
+# saltus_checked_fast(TARGET): disables optimisation under clang's sanitizers, which reduces the
+# compile time to 41 %. It has no effect in folders that set SALTUS_TESTS_COMPUTE.
 function(saltus_checked_fast target)
   if(NOT SALTUS_TESTS_COMPUTE)
     target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:${SALTUS_SANITIZE}>>:-O0>)
@@ -271,7 +273,7 @@ function(saltus_test_headers name)
   cmake_parse_arguments(H "" "" "DEPENDS;HEADERS" ${ARGN})
   saltus_parsed_once(${name} DEPENDS Eigen3::Eigen fmt::fmt GTest::gtest ${H_DEPENDS}
                      HEADERS ${SALTUS_COMMON_HEADERS} <gtest/gtest.h> ${H_HEADERS})
-  if(TARGET ${name}) # gcc takes its level from the precompiled headers, not from the command
+  if(TARGET ${name}) # gcc takes the optimisation level from the precompiled headers, not from the command
     saltus_compiled_fast(${name})
   endif()
 endfunction()
@@ -295,7 +297,7 @@ function(saltus_test name)
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE saltus_flags saltus_program_flags ${T_DEPENDS} GTest::gtest_main
                                              Eigen3::Eigen fmt::fmt)
-  if(NOT SALTUS_SANITIZE) # tests/support/count_allocations.cpp: operator new, in its shared library, has to find them
+  if(NOT SALTUS_SANITIZE) # operator new, in its shared library, must call those of tests/support/count_allocations.cpp
     foreach(counted malloc calloc realloc aligned_alloc posix_memalign free)
       target_link_options(test_${name} PRIVATE -Wl,--export-dynamic-symbol=${counted})
     endforeach()
