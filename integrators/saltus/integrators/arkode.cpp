@@ -203,8 +203,8 @@ class Stepper {
   double* column(int k) { return y_.data() + k * ny_; }
   double* tolerance(int k) { return tolerances_.data() + k * ny_; }
 
-  // Integrates from the start values in column(). ARKODE forgets the stop time after reaching it. A
-  // target beyond the stop time returns the last step instead of an interpolated value.
+  // Integrates from the start values in column(). ARKODE discards the stop time after reaching it.
+  // A target beyond the stop time returns the last step instead of an interpolated value.
   int integrate() {
     const bool implicit = options_.method == ArkodeOptions::Method::DiagonallyImplicit;
     int code =
@@ -215,7 +215,7 @@ class Stepper {
     double reached = 0.0;
     if (code >= 0) code = SALTUS_ARKODE(Evolve)(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
     exception_.rethrow();
-    // As in CvodesMemory::advance(): a step of zero is no success.
+    // As in CvodesMemory::advance(): a step of zero is not a success.
     double own_time = 0.0;
     if (code >= 0) SALTUS_ARKODE(GetCurrentTime)(memory_.get(), &own_time);
     return code >= 0 && own_time < reached ? ARK_ERR_FAILURE : code;

@@ -177,7 +177,7 @@ int CvodesMemory::begin(double s, const double* w, bool sensitivities) {
   } else if (code >= 0) {
     code = CVodeSensToggleOff(memory_.get());
   }
-  // The stop time prevents function calls beyond the end. CVODES forgets it after reaching it.
+  // The stop time prevents function calls beyond the end. CVODES discards it after reaching it.
   return code >= 0 ? CVodeSetStopTime(memory_.get(), 1.0) : code;
 }
 

@@ -12,10 +12,11 @@
 namespace saltus {
 namespace {
 
-// If the gaps between repetitions of an event shrink by factors that agree to this fraction ...
+// Events accumulate if the gaps between repetitions of an event form a geometric series: they
+// shrink by factors that agree to regular_ratio, regular_gaps times in a row. The sum of the series
+// is the time of accumulation. Integration stops when the remaining time to it is
+// remaining_fraction of the interval.
 constexpr double regular_ratio = 0.1;
-// ... this many times in a row, they form a geometric series. Its sum is the time of accumulation.
-// Integration stops when the remaining time to it is this fraction of the interval.
 constexpr int regular_gaps = 4;
 constexpr double remaining_fraction = 1e-6;
 constexpr int max_projections = 20;

@@ -141,7 +141,7 @@ LocatedCrossing EventLocator::search_guard(int k, double a, double b) {
         return fail(IntegrationStatus::beyond_guard, b);
       return none;
     }
-    // Still departing: valid if it moves in the right direction.
+    // The state is still departing, which is valid if it moves in the right direction.
     return end.is_on() || end.rate < 0.0 ? none : fail(IntegrationStatus::ambiguous_start, a);
   }
 

@@ -29,7 +29,7 @@ struct FlowMode {
   std::string name;
   std::unique_ptr<IntervalField> field;
   std::vector<OutgoingGuard> guards;
-  Function surface;  ///< for a sliding mode: the function that stays zero
+  Function surface;  ///< function that stays zero in a sliding mode
   /// True for a sliding mode that cannot be integrated, because the surface moves with a linear
   /// input.
   bool unsupported = false;

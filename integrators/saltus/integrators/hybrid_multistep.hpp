@@ -15,7 +15,7 @@
 namespace saltus {
 
 // Fraction of the interval. The libraries refuse to start this close to the end. One Euler step
-// then has an error of the square of it.
+// replaces them, with an error of the order of the square of this fraction.
 inline constexpr double too_close = 1e-12;
 
 /// Memory is CvodesMemory or IdasMemory.

@@ -35,7 +35,7 @@ struct HybridSimulation {
   VectorXd times;       ///< the given times, n + 1
   MatrixXd states;      ///< nx x (n + 1), after an event at that time; NaN after a failure
   MatrixXd costs;       ///< nq x (n + 1), accumulated from the first time
-  std::vector<HybridEvent> events;  ///< in order of time
+  std::vector<HybridEvent> events;  ///< events in order of time
   std::string end_mode;             ///< active mode at the end
   MatrixXd derivative;              ///< d (x | q)(end) / d (x0 | p), (nx + nq) x (nx + np)
 };

@@ -1,4 +1,5 @@
-// Integrators of SUNDIALS: CVODES and IDAS with adaptive steps, ARKODE with explicit ones.
+// Integrators of SUNDIALS: the multistep methods CVODES and IDAS, and the one-step methods of
+// ARKODE.
 #pragma once
 
 #include "saltus/model/integrator.hpp"
