@@ -7,7 +7,7 @@
     run.to_mat("demo.mat")                               # robot-log-visualizer, MATLAB
     run.to_mcap("demo.mcap")                             # Foxglove, PlotJuggler
 
-The scripts with which the program saltus draws are in this package, too; they need matplotlib only.
+This package also contains the scripts that draw the pictures of the program saltus. They need only matplotlib.
 """
 
 _OF_RESULTS = ("load", "run", "Run", "Table", "SaltusError")

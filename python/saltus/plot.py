@@ -1,5 +1,7 @@
-"""Draws all pictures of a results folder from its tables: of any run, of legged robots (with report and replay), of runs and
-campaigns of the quadruped, and of a survival map.
+"""Draws all pictures of a results folder from its tables.
+
+The folder may hold any run, a run of a legged robot (with report and replay), a run or a campaign of the quadruped,
+or a survival map.
 
 Usage: python3 -m saltus.plot FOLDER
 """
@@ -41,7 +43,7 @@ def _drawers(folder):
 
 
 def redraw(folder):
-    """Draws everything; returns the files that were written. FileNotFoundError if there is nothing to draw."""
+    """Draws everything and returns the files that were written. Raises FileNotFoundError if there is nothing to draw."""
     folder = os.path.abspath(folder)
     begin = time.time() - 0.01  # resolution of the file system's clock
     for draw in _drawers(folder):

@@ -16,7 +16,7 @@ _WITH_UNIT = re.compile(r"(.*\S) \[(.*)\]$")
 
 
 class SaltusError(RuntimeError):
-    """The program ended with a status other than 0; has its message and `status`."""
+    """The program ended with a status other than 0. Holds its message and `status`."""
 
     def __init__(self, sentence, status):
         super().__init__(sentence)

@@ -2,10 +2,10 @@
 """Draws a survival map as a polar plot.
 
 Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png into it. There is one panel
-per step time, or one if the planner decides the step time. The angle is the direction of the push, with forward up and left to
-the left; the radius is the impulse. Filled cells: the MPC recovered. Lines: the impulse up to which each controller
-recovered every push; dots: further recovered pushes. Dashed: the bound of the plain pendulum. If the planner decides
-the step time, the title has the fraction of the bound's area that was reached.
+per step time, or one panel if the planner decides the step time. The angle is the direction of the push, seen from
+above with forward at the top; the radius is the impulse. Filled cells: the MPC recovered. Lines: the impulse up to
+which each controller recovered every push; dots: further recovered pushes. Dashed: the bound of the plain pendulum. If
+the planner decides the step time, the title has the fraction of the bound's area that was reached.
 """
 
 import csv

@@ -70,7 +70,7 @@ grid.add(new THREE.GridHelper(4, 40, 0xcfd8dc, 0xcfd8dc), new THREE.GridHelper(4
 grid.rotation.x = Math.PI / 2;
 world.add(grid);
 
-// A walking robot stays in view; a swaying one moves in it. The grid follows in whole metres.
+// The view follows a walking robot, but not a swaying one. The grid follows in whole metres.
 const start = vector("com_", 0), leash = 0.3 * size;
 function follow(com) {
   const ahead = com.clone().sub(start).sub(moved).setZ(0);
@@ -187,9 +187,9 @@ function draw_looks(l) {
   }
 }
 
-// ---- Shapes without any: schematic, made from joint distances and masses ----------------------
+// ---- Links without shapes: schematic bodies from joint distances and masses -------------------
 const short = 0.03;  // m: nearer joints look like one joint
-// The mass of bodies that sit at one point belongs to the last of them.
+// The mass of bodies that coincide at one point belongs to the last of them.
 function thickness(index, length) {
   let mass = links[index].body.mass / Math.max(1, links[index].children.length);
   for (let i = index; links[i].body.parent > 0 && links[i].frame.position.length() < short;) {
