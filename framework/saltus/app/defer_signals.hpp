@@ -7,8 +7,9 @@ namespace saltus {
 
 /// While an object lives, the first SIGINT or SIGTERM is only recorded. The caller polls
 /// `received`, saves its results, and raises the signal again after this object is destroyed, so
-/// that its parent sees the signal. A second signal of either kind ends the process at once: after
-/// the first one both have their default action. Only one object may live at a time.
+/// that the parent process sees the signal. A second signal of either kind ends the process at
+/// once: after the first one, both kinds have their default action. Only one object may live at a
+/// time.
 class DeferSignals {
  public:
   DeferSignals();

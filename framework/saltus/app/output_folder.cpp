@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Has the length of the longest file name of a run, including the parts of a temporary name.
+// A name as long as the longest file name of a run, including the additions of a temporary name.
 constexpr const char* longest_file_name =
     ".latency_by_provenance.json.01234567.sixteen-long-host.4194304.part";
 
@@ -43,7 +43,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::is_directory(existing, error)) {
     refuse(fmt::format("cannot be used: '{}' is not a folder", existing.string()));
   }
-  // Rejects a name that is too long at once, not only when the last file is written.
+  // Rejects a name that is too long before the run, not when the last file is written.
   const fs::path longest = fs::absolute(path_, error) / longest_file_name;
   const auto most = static_cast<std::size_t>(::pathconf(existing.c_str(), _PC_NAME_MAX));
   for (const fs::path& part : longest)
@@ -51,10 +51,11 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
       refuse(fmt::format("cannot be created: a name has at most {} bytes", most));
   if (longest.native().size() >= PATH_MAX)
     refuse(fmt::format("cannot be created: the path of a file has less than {} bytes", PATH_MAX));
-  // Permissions do not suffice (read-only file systems, root), so a file is created and removed.
+  // Permission bits are not reliable (read-only file systems, root). A file is created and removed
+  // instead.
   const fs::path probe = temporary_path(existing / "saltus_probe");
   const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
-  begin_ = fs::last_write_time(probe, error);  // file clock of the disk, which may differ
+  begin_ = fs::last_write_time(probe, error);  // by the clock of the file system, which may differ
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
   remove_orphans(path_);

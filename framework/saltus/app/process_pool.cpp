@@ -22,8 +22,8 @@
 namespace saltus {
 namespace {
 
-// Marks before the result, which a child writes last. They contain control characters, which no
-// library prints.
+// A child writes one of these marks and then the result as its last output. Marks contain control
+// characters, which no library prints.
 constexpr std::string_view done_mark = "\x01done\x02";
 constexpr std::string_view refused_mark = "\x01refused\x02";
 constexpr std::string_view threw_mark = "\x01threw\x02";
@@ -110,7 +110,7 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
 }
 
 std::vector<WorkResult> ProcessPool::wait(double seconds) {
-  // Rounded up, to avoid waking just before the limit.
+  // Adds 1 ms, so that poll() does not return just before the limit.
   const double patience = std::min(seconds, end_overdue() + 1e-3);
   std::vector<pollfd> files;
   for (const Child& child : running_) files.push_back({child.pipe, POLLIN, 0});

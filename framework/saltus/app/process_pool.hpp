@@ -45,8 +45,8 @@ class ProcessPool {
 
   /// Starts work in a child process; its result carries `id`. Output of the work on either stream
   /// is kept only to report why it died. The caller should not have other threads. Throws
-  /// std::system_error if the system has no more processes or files, DefinitionError if the pool is
-  /// full.
+  /// std::system_error if the system permits no further process or file, DefinitionError if the
+  /// pool is full.
   void start(long id, const std::function<std::string()>& work);
 
   /// Waits at most `seconds` for results. Returns early on a signal.

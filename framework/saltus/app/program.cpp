@@ -80,7 +80,7 @@ class Verbs {
     add("completion", "completion bash|zsh|fish: prints the completion script of a shell");
     for (const Verb& verb : more) add(verb.name, verb.summary);
     add("help", "prints this help; 'run PROBLEM --help' lists the settings of a problem");
-    help_ = app_.help();  // help of all verbs; after parsing it would be that of one verb
+    help_ = app_.help();  // help of all verbs; after parsing it would be the help of one verb
   }
 
   /// Name of the verb that the first word selects. The words after it belong to the verb: CLI11
@@ -220,7 +220,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
                 std::span<const Verb> more_verbs) {
   const auto end_with = [](ExitStatus status, std::string_view sentence) {
     std::fflush(stdout);
-    // Without fmt::print, which throws if writing fails.
+    // fmt::print would throw if writing fails.
     std::fputs(fmt::format("saltus: {}\n", printable(sentence)).c_str(), stderr);
     return static_cast<int>(status);
   };
@@ -243,7 +243,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
     return end_with(ExitStatus::bad_input,
                     fmt::format("the system reports an error: {}", error.what()));
   } catch (const std::bad_alloc&) {
-    // Without fmt::format, which allocates.
+    // fmt::format would allocate.
     std::fflush(stdout);
     std::fputs("saltus: not enough memory; a smaller problem needs less\n", stderr);
     return static_cast<int>(ExitStatus::bad_input);

@@ -69,7 +69,8 @@ struct LogFormats {
 /// Declares `log.formats`, which rejects unknown names.
 void declare_log_formats(Settings& settings, LogFormats& formats);
 
-/// Error of the names, after "... must"; empty if they are valid.
+/// Error text that follows the name of the setting, such as "must name csv, ..."; empty if the
+/// names are valid.
 std::string validate_formats(const LogFormats& formats);
 
 /// Writes run.mat and run.mcap from the tables of the folder as requested, with the Python package,
@@ -111,7 +112,7 @@ class OutputFolder {
 };
 
 /// Output folder of the file given by `flag`, checked to be writable. Throws InputError if it is
-/// not, or if the name is that of a folder.
+/// not, or if the file is a folder.
 OutputFolder folder_of_file(std::string_view flag, const std::filesystem::path& file);
 
 // Registration of problems that the program runs by name.

@@ -22,10 +22,10 @@ namespace saltus {
 namespace {
 
 constexpr int script_has_said_why = 3;  // python/saltus/drawing.py
-constexpr int files_not_written = 4;    // python/saltus/on_folder.py; message printed too
+constexpr int files_not_written = 4;    // python/saltus/on_folder.py has printed a message
 
-// Runs python3 -B WORD... with our package before any other of its name, and without the current
-// folder in its search path. Returns the exit status, -1 if there is none.
+// Runs python3 -B WORD... Our package has priority over any other package of its name, and the
+// current folder is not in the search path. Returns the exit status, or -1 if there is none.
 int status_of_python(std::vector<std::string> words, const std::string& package) {
   const char* before = std::getenv("PYTHONPATH");
   const std::string path =
@@ -41,7 +41,7 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends with its parent
 #endif
     std::signal(SIGINT, SIG_DFL);
-    setenv("OPENBLAS_NUM_THREADS", "1", 0);  // for numpy: plotting needs no more
+    setenv("OPENBLAS_NUM_THREADS", "1", 0);  // for numpy: one thread suffices for plots
     setenv("PYTHONPATH", path.c_str(), 1);
     setenv("PYTHONSAFEPATH", "1", 1);
     // Prefers the system's python3, whose packages the set-up installs. Python finds its

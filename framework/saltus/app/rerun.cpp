@@ -46,7 +46,7 @@ bool is_timing(const std::string& name) {
 }
 
 std::string content_of(const fs::path& file) {
-  constexpr std::size_t longest_table = std::size_t{1} << 32U;  // a limit of 100 MB per minute
+  constexpr std::size_t longest_table = std::size_t{1} << 32U;  // runs write 100 MB per minute
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error))
     throw InputError(fmt::format(
@@ -127,7 +127,7 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
                              : "differs first at " + shortened(difference)};
 }
 
-// True if a later run may remove the file. Run.json may come from an untrusted source.
+// True if a later run may remove the file. The file run.json may come from an untrusted source.
 bool is_removable(const fs::path& name) {
   static const std::set<std::string> kinds{".csv",  ".gif", ".html", ".json", ".mat",
                                            ".mcap", ".mp4", ".png",  ".txt",  ".yaml"};

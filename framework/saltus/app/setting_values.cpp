@@ -52,7 +52,7 @@ ParsedNumber parse_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty()) return {};
-  // Too large, or too small to distinguish from 0.
+  // The number is too large, or too small to distinguish from 0.
   if (error == std::errc::result_out_of_range) {
     return {true, std::strtod(std::string(text).c_str(), nullptr)};
   }
@@ -84,7 +84,8 @@ std::vector<std::string> split_at_commas(const std::string& text) {
   }
 }
 
-// The fewest digits that read back, "1.0e-08": without the dot, YAML 1.1 parsers read a text.
+// The shortest text that gives the same number when read back, such as "1.0e-08". Without the dot,
+// YAML 1.1 parsers would read a string.
 std::string number_text(double number) {
   std::string text = fmt::format("{}", number);
   const std::size_t exponent = text.find('e');

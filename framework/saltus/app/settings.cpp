@@ -187,7 +187,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
 void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) {
   std::vector<std::pair<const Setting*, std::string>> seen;
   std::vector<std::string> removed;
-  std::string location, version;  // those of the first removed key
+  std::string location, version;  // of the first removed key
   for (const Assignment& assignment : assignments) {
     if (const Removed* old = find_removed(assignment)) {
       removed.push_back(old->key);

@@ -100,8 +100,8 @@ inline Range strictly_between(double lower, double upper) {
 ///
 ///     PushConfig config;
 ///     Settings settings;
-///     settings.number("push.impulse", config.push.impulse, "N s", "size of the push",
-///     at_least(0)); settings.flag("stepping", config.stepping, "may the robot step?");
+///     settings.number("push.impulse", config.push.impulse, "N s", "size of push", at_least(0));
+///     settings.flag("stepping", config.stepping, "may the robot step?");
 ///     settings.apply("push.yaml", {parse_set_argument("push.impulse=8")});
 ///
 /// Errors of declarations throw DefinitionError: a repeated key, or a default outside its range.
@@ -158,7 +158,7 @@ class Settings {
 
   /// A key that had another name. The old name is accepted until `version`, with a warning.
   void renamed(std::string old_key, const std::string& key, std::string version);
-  /// A key that no longer exists, with the value that is now fixed. Until `version` files and
+  /// A key that no longer exists, with the value that is now fixed. Until `version`, files and
   /// commands that give this value are accepted with a warning. Other values are refused.
   void removed(std::string old_key, std::string value, std::string version);
   /// Rewrites assignments of older versions before they are read: those of the file and those of

@@ -51,7 +51,7 @@ struct FormulaStep {
 /// y = f(z). Each step uses earlier steps only.
 struct FormulaSteps {
   int inputs = 0;                  ///< number of inputs
-  std::vector<FormulaStep> steps;  ///< in order of evaluation
+  std::vector<FormulaStep> steps;  ///< steps in order of evaluation
   std::vector<int> outputs;        ///< indices of the steps that are results
 
   /// Appends a step with earlier steps as arguments. Returns its index.
@@ -78,7 +78,8 @@ class StepRecorder {
 
   /// The recorder of this thread, or null.
   static StepRecorder* active();
-  /// Ends the recording of a formula with inputs z and results y, and notes the body it belongs to.
+  /// Ends the recording of a formula with inputs z and results y, and stores the function body to
+  /// which it belongs.
   void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y, const void* body);
 
   FormulaSteps steps;          ///< the recorded steps

@@ -2,7 +2,7 @@
 //
 // Inside a formula, call them unqualified (sin(x[0])) or as saltus::sin. Where a derivative does
 // not exist or is infinite, these functions return a finite one. Otherwise one NaN or infinity at a
-// start, a rest or a contact point would make the whole solve fail:
+// start, at rest or at a contact point would make the whole solve fail:
 //   abs at 0           derivative 0
 //   min, max of equals the mean of both derivatives, so that max(x, -x) agrees with abs(x)
 //   sqrt, norm, hypot at 0; asin, acos at +-1; x^c at 0 with c < 1
@@ -37,7 +37,7 @@ using std::tan;
 using std::tanh;
 
 /// Absolute value of a double.
-inline double abs(double x) { return std::abs(x); }  // never the integer one of <cstdlib>
+inline double abs(double x) { return std::abs(x); }  // never the integer overload of <cstdlib>
 /// The smaller one, or a if they are equal.
 inline double min(double a, double b) { return b < a ? b : a; }
 /// The larger one, or a if they are equal.

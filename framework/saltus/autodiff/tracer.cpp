@@ -26,7 +26,8 @@ double recorded(Operation operation, const Arguments&... arguments) {
   return recorder->steps.add(operation, steps[0], steps[1], steps[2]);
 }
 
-// The function that nonlinear() represents, which itself sees only structure.
+// The operation that nonlinear() records. The argument list of nonlinear() contains only the
+// structure.
 thread_local Operation applied = Operation::constant;
 
 }  // namespace

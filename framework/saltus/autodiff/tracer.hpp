@@ -6,8 +6,8 @@
 // Products with a constant zero are zero, so zeros of a constant matrix are exact zeros of the
 // Jacobian. A formula must therefore not change its constants after tracing.
 //
-// A tracer also knows its degree as a polynomial in the variables, up to quadratic. Parameters are
-// inputs of degree zero. It also knows whether it was written: results computed from an unwritten
+// A tracer also stores its degree as a polynomial in the variables, up to quadratic. Parameters are
+// inputs of degree zero. It also stores whether it was written: results computed from an unwritten
 // entry are unwritten.
 #pragma once
 
@@ -89,7 +89,7 @@ class Tracer {
   /// Degree of a result that is not a polynomial of degree 0, 1 or 2 in the variables.
   static constexpr int no_degree = 3;
 
-  /// True if it has a value.
+  /// True unless it is an unwritten entry or was computed from one.
   bool is_written() const { return written_; }
   /// True if it depends on no input.
   bool is_constant() const { return written_ && inputs_.empty(); }
@@ -113,7 +113,7 @@ class Tracer {
 
   /// f(a) for a nonlinear f.
   static Tracer nonlinear(const Tracer& a);
-  /// f(a, b) for an f without structure.
+  /// f(a, b) for an f without known structure.
   static Tracer nonlinear(const Tracer& a, const Tracer& b);
   /// Either a or b. Depends on all inputs of both and of the condition.
   static Tracer select(const Tracer& condition, const Tracer& a, const Tracer& b);
@@ -196,7 +196,7 @@ Tracer pow(const Tracer& a, double exponent);
 
 }  // namespace saltus
 
-// Eigen needs it in every file with vectors of tracers.
+// Every file with vectors of tracers needs the following specialisations for Eigen.
 
 namespace saltus {
 

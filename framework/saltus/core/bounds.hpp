@@ -54,8 +54,8 @@ inline double bound_tolerance(double bound) {
     const Bounds& b) {
   return std::max(bound_tolerance(b.lower), bound_tolerance(b.upper));
 }
-/// Violation of the bounds by a value, relative to the tolerance of the violated bound; more than
-/// 1: not tolerated. A huge bound on one side does not hide a violation of the other one.
+/// Violation of the bounds by a value, relative to the tolerance of the violated bound. Values
+/// above 1 are not tolerated. A huge bound on one side does not hide a violation of the other one.
 inline double violation_in_tolerances(const Bounds& b, double value) {
   double worst = -infinity;  // the order of the arguments of max() keeps NaN
   if (b.lower > -infinity) worst = std::max((b.lower - value) / bound_tolerance(b.lower), worst);

@@ -9,7 +9,7 @@ Matrix(const Scalar& x)  // NOLINT(google-explicit-constructor)
   this->coeffRef(0) = x;
 }
 #else  // in PlainObjectBase
-// Vectors that receive the wrong number of active scalars. The compiler then reports one sentence
+// Constructors for a wrong number of active scalars, so that the compiler reports one sentence
 // instead of a list of all constructors.
 /// One scalar for a vector with a different number of rows.
 template <class T>

@@ -15,7 +15,7 @@ class Random {
  public:
   /// Seeds the generator.
   explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {  ///< in [low, high), 53 random bits
+  double uniform(double low, double high) {  ///< number in [low, high), 53 random bits
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
   }
   /// Log-uniform number between low and high, both > 0.

@@ -8,7 +8,7 @@ namespace saltus {
 
 namespace detail {
 
-// Destination of an entry of a sparse matrix that is not stored itself.
+// Destination of an entry of a sparse matrix if the matrix itself is not stored.
 
 /// Writes *to = scale * entry.
 struct EntryTarget {

@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr std::size_t max_shown_bytes = 200;  // maximum length in bytes of shown outside text
+constexpr std::size_t max_shown_bytes = 200;  // limit of external text in a message
 
 // Levenshtein distance with one row of storage.
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -3,8 +3,9 @@
 
 #include <type_traits>
 
-// Replaces Eigen's assertions about sizes by sentences. This has no effect if Eigen was included
-// earlier. If there is advice on a name x, SALTUS_ADVICE_x is a comma followed by the text.
+// Replaces the text of Eigen's static assertions about sizes with readable sentences. This has no
+// effect if Eigen was included earlier. If there is advice on a name x, SALTUS_ADVICE_x is a comma
+// followed by the text.
 /// \cond
 #ifndef EIGEN_STATIC_ASSERT
 #define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                     \

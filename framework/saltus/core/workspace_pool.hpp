@@ -52,8 +52,8 @@ class WorkspacePool {
 
   /// True if several threads may borrow concurrently.
   bool is_shared() const { return lending_ == Lending::shared; }
-  /// Adds a workspace. Call it in a constructor that knows all sizes: then lend() does not allocate
-  /// for a single thread.
+  /// Adds a workspace. Call it in a constructor, where all sizes are known. lend() then does not
+  /// allocate for a single thread.
   void add(std::unique_ptr<T> workspace) { keep(std::move(workspace)); }
 
   /// Lends a workspace that no other call uses. make() returns a new one as std::unique_ptr<T>.

@@ -14,10 +14,11 @@
 namespace saltus {
 namespace {
 
-// Newton's method converges quadratically: after a correction this small, only rounding remains. It
-// is relative to nominal + |z| and to |z|, which may be far below its nominal value. If z converges
-// to zero or loses digits to cancellation, one of two other criteria ends the iteration. The
-// correction is at rounding level of the largest z so far, or corrections no longer decrease.
+// Newton's method converges quadratically: after a correction this small, only rounding remains.
+// The correction must be this small relative to both nominal + |z| and |z|, because |z| may be far
+// below its nominal value. If z converges to zero or loses digits to cancellation, one of two other
+// criteria ends the iteration: the correction is at rounding level of the largest z so far, or
+// corrections no longer decrease.
 constexpr double converged_correction = 1e-9;
 constexpr double rounding = 1e-15;
 constexpr int max_corrections = 100;
@@ -69,8 +70,8 @@ AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equation
 }
 
 // Matches each equation with an entry of z that it contains, along augmenting paths. If no complete
-// matching exists, g_z is structurally singular. Otherwise z_j depends on what its own equation
-// reads and on the other entries of z in it.
+// matching exists, g_z is structurally singular. Otherwise z_j depends on the arguments of its
+// equation and on the other entries of z in that equation.
 void AlgebraicEquations::find_dependencies() {
   const int nz = count(), first = 1 + sizes_.nx;
   const SparsityPattern& pattern = equations_.jacobian_pattern();

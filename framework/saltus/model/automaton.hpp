@@ -84,7 +84,7 @@ class Automaton {
 
   /// Declares hysteresis: the mode does not follow from the state and is stored in state i. State i
   /// holds the index of the mode in order of declaration, from 0. Its start value is given as for
-  /// any state, every formula returns the rate 0 for it, and it changes at events that change the
+  /// any other state. Every formula returns the rate 0 for it. It changes at events that change the
   /// mode.
   Automaton& store_mode_in(int i) {
     system_.memory = i;

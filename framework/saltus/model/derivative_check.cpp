@@ -13,8 +13,8 @@ namespace saltus {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Relative change below which an output has no measurable derivative: sums of order one that cancel
-// leave only rounding.
+// Relative change below which the derivative of an output cannot be measured: if terms of order one
+// cancel, only rounding remains.
 constexpr double smallest_change = 1e-5;
 
 // Columns d g / d z_j by central differences at steps h_j and h_j / 2, extrapolated to order h_j^4.

@@ -50,7 +50,7 @@ struct DerivativeReport {
   Entry worst_jacobian, worst_hessian;  ///< entries with the largest error
   /// All entries outside the tolerance, worst first.
   std::vector<Entry> jacobian_failures, hessian_failures;
-  std::vector<std::string> input_names, output_names;  ///< from the options
+  std::vector<std::string> input_names, output_names;  ///< names given in the options
 };
 /// Deprecated name.
 using DerivativeEntry [[deprecated("use DerivativeReport::Entry; removed in 0.4")]] =

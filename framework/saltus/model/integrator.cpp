@@ -14,7 +14,7 @@ IntervalProblem::~IntervalProblem() = default;
 
 IntervalProblem IntervalProblem::separate() const {
   IntervalProblem own = *this;
-  std::map<const void*, Function> separated;  // per body, so that handles to it stay equal
+  std::map<const void*, Function> separated;  // one per body, so handles to it stay equal
   const auto replace = [&](Function& f) {
     if (!f) return;
     const auto [at, is_new] = separated.try_emplace(f.identity());

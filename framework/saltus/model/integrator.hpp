@@ -89,7 +89,7 @@ enum class IntegrationStatus {
   // Intervals with events, see framework/design/events.md.
   grazing,          ///< a guard touches zero without crossing: no derivative exists
   ambiguous_start,  ///< starts on a guard with zero rate: the mode is undetermined
-  non_unique,       ///< on a surface where both fields point away
+  non_unique,       ///< start on a surface where both fields point away
   beyond_guard,     ///< no mode fits the state, or a reset ends on or beyond a guard
   accumulation,     ///< infinitely many events in finite time (Zeno), or more than the limit
   sliding_input,    ///< sliding on a guard that depends on an input that is not constant

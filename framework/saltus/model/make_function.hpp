@@ -26,8 +26,8 @@ namespace saltus {
 
 namespace detail {
 
-// Compression of sparse Jacobians and Hessians: inputs that can share a direction of
-// differentiation, so that few evaluations give all entries.
+// Compression of sparse Jacobians and Hessians: inputs share directions of differentiation, so that
+// few evaluations give all entries.
 //
 // Columns of a Jacobian without a common row can share one direction: every entry of their sum
 // belongs to one column. A lane of a dual number is one direction, and a pass is one evaluation
@@ -168,7 +168,7 @@ struct FormulaArguments {
     for (int i = 0; i < np; ++i) a.p.data()[i] = entry(1 + nx + nu + i);
     return a;
   }
-  /// From numbers z with zero derivatives, or from scalars S.
+  /// Arguments from numbers z, which get zero derivatives, or from scalars S.
   template <class Number>
   static FormulaArguments constant(const Number* z) {
     return from([z](int i) { return z[i]; });
@@ -261,7 +261,7 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
   }
 }
 
-inline namespace SALTUS_LANES_ABI {  // the width of its passes
+inline namespace SALTUS_LANES_ABI {  // depends on the width of passes
 
 template <int nx, int nu, int np, class F>
 class FormulaBody final : public TracedBody {

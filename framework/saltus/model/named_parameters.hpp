@@ -58,9 +58,9 @@ struct MemberOf<T Block::*> {
   using Type = T;
 };
 
-// The compiler's name of a member, so that no string can disagree with it. __PRETTY_FUNCTION__
-// reads "... member = &Road<double>::slope; ..." (gcc) or "... member = &Road<double>::slope]"
-// (clang). Clang writes (anonymous namespace) where gcc writes {anonymous}.
+// Takes the name of a member from the compiler, so that no string can disagree with it.
+// __PRETTY_FUNCTION__ reads "... member = &Road<double>::slope; ..." (gcc) or "... member =
+// &Road<double>::slope]" (clang). Clang writes (anonymous namespace) where gcc writes {anonymous}.
 template <auto member>
 struct MemberName {
   static constexpr auto get() {

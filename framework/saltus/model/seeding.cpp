@@ -7,8 +7,8 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-// Greedy colouring. Each list (rows of a column, partners of an input) gets the first colour
-// without a list that shares a member. An empty list gets -1.
+// Greedy colouring. Each list (rows of a column, partners of an input) gets the first colour whose
+// lists share no member with it. An empty list gets -1.
 std::vector<int> colour_disjoint(const Lists& lists, int members) {
   std::vector<int> colour(lists.size(), -1);
   std::vector<std::vector<bool>> taken;  // per colour: members in use

@@ -20,8 +20,8 @@ namespace saltus {
 
 /// Sign of the rate g_t + g_x f of a guard g(t, x, ...) at its event, before a jump.
 enum class Crossing {
-  rising,  ///< from negative to positive
-  falling  ///< from positive to negative
+  rising,  ///< guard changes from negative to positive
+  falling  ///< guard changes from positive to negative
 };
 
 /// Text for messages.

@@ -27,8 +27,8 @@ struct RealTimeChoice {
 
   SolverChoice solver = SolverChoice::riccati;  ///< solver of the program of a tick
   Method method = Method::step;                 ///< Ipopt always solves to the optimum
-  double tolerance = 1e-8;                      ///< of the QP solver, or scaled KKT error
-  int max_iterations = 0;                       ///< per tick; 0: the default of the solver
+  double tolerance = 1e-8;  ///< tolerance of the QP solver, or of the scaled KKT error
+  int max_iterations = 0;   ///< per tick; 0: the default of the solver
   /// See RealTimeIterationOptions::kernels; other methods ignore it.
   std::span<const qp::RiccatiKernel> kernels = {};
 };

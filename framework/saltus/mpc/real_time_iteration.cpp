@@ -69,10 +69,10 @@ class Iteration final : public RealTimeSolver {
       result.iterations += r.iterations;
     }
     result.status = to_solve_status(r.status);
-    // The optimum of a model is that of the program only if the program is its own model, and if
-    // its residual is small in the program's units: solvers of quadratic programs compare it with
-    // the multipliers, which may be as large as a penalty weight. Otherwise the caller checks the
-    // plan.
+    // The optimum of the model is an optimum of the program only if the program is its own model
+    // and the residual is small in the units of the program. Solvers of quadratic programs compare
+    // the residual with the multipliers, which may be as large as a penalty weight. In all other
+    // cases the caller checks the plan.
     constexpr double much_larger = 100.0;
     result.of_model = !is_exact_ || !(r.residual <= much_larger * options_.tolerance);
     if (result.of_model && result.status == SolveStatus::optimal)

@@ -28,8 +28,8 @@ class RealTimeSolver {
     double objective = 0.0;       ///< cost of the plan
     double kkt = infinity;        ///< scaled residual, see KktCheck::Residual
     double violation = infinity;  ///< largest violation of a row or bound
-    /// The last three values are those of a quadratic model, which approximate the program only
-    /// roughly.
+    /// True if the last three values are those of a quadratic model, which approximate the values
+    /// of the program only roughly.
     bool of_model = false;
   };
 
@@ -59,8 +59,8 @@ struct RealTimeIterationOptions {
   int max_iterations = 100;  ///< iteration limit of a quadratic program
   /// Hessian of nonlinear programs; an exact one is convexified block by block. Gauss-Newton keeps
   /// only the curvature of the costs. If no cost is curved, as in minimum-time problems, or the
-  /// program does not support it, the exact Hessian is used, or else differences of first
-  /// derivatives. RealTimeSolver::name() reports which one.
+  /// program does not support Gauss-Newton, the exact Hessian is used. A program without second
+  /// derivatives uses differences of first derivatives. RealTimeSolver::name() reports which one.
   Curvature curvature = Curvature::gauss_newton;
   double convexity_floor = 1e-6;  ///< see NativeSolverOptions
   /// Empty: Riccati recursion over the stages of the program. A shooting program fills them

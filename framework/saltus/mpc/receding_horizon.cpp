@@ -20,9 +20,9 @@ namespace {
 // Shortest control period, s. The part of the plan in a shorter tick would be empty or dominated by
 // rounding.
 constexpr double shortest_period = 10.0 * same_instant;
-constexpr double doubtful_gain = 1e-4;  // relative gain in cost that an optimum does not have
+constexpr double doubtful_gain = 1e-4;  // a larger relative gain in cost disproves an optimum
 
-// Whether a solve ended at a point that can be used, and whether it stopped early at a point that
+// has_arrived(): a solve ended at a usable point. was_cut_off(): it stopped early at a point that
 // may be usable.
 bool has_arrived(SolveStatus status) {
   return is_success(status) || status == SolveStatus::step_taken;
@@ -461,7 +461,8 @@ Solution RecedingHorizonController::report() {
     NonlinearProgram& nlp = shooting_->nlp();
     const Quantities quantities = undeclared_quantities(shooting_->program());
     ProgramSize size(nlp, quantities);
-    // In other units, a residual within its absolute tolerance does not show an optimum.
+    // In a badly scaled program, a residual within its absolute tolerance does not prove an
+    // optimum.
     if (size.look_at(result.point.w) &&
         !size.is_well_scaled_where_known({1.0, VectorXd::Ones(nlp.rows())}))
       gain = check_optimum(nlp, result.point, quantities).relative_gain();

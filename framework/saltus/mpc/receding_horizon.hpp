@@ -195,13 +195,13 @@ struct ControllerOptions {
   double optimality = 1e-6;
   double feasibility = 1e-6;  ///< largest violation of a "feasible" plan, in scaled variables
   /// Longest use of a plan while solves fail, in seconds since its tick. After that the fallback
-  /// acts until there is a plan again. The length of the horizon is a good choice. Beyond it the
-  /// last input of the plan is held, by default without limit.
+  /// acts until there is a plan again. The length of the horizon is a good choice. By default there
+  /// is no limit: after the end of the plan its last input is held.
   double longest_shift = infinity;
   /// Applies the input. It is called as soon as the input is known, before the plan is checked, so
-  /// that a step on a nonlinear program is still a `step` here. It must not allocate if the tick
-  /// must not. Its exceptions are ignored. Without it, the input is available when the tick
-  /// returns, ControlTick::check later.
+  /// a step on a nonlinear program still has the provenance `step` here. It must not allocate if
+  /// the tick must not. Its exceptions are ignored. Without it, the input is available only when
+  /// the tick returns, which is later by ControlTick::check.
   std::function<void(const ControlTick& tick)> send = {};
   VectorXd fallback_input = {};  ///< constant; empty: zero; clipped to the bounds of the inputs
   /// Fallback instead of the constant: writes the input at time t for the measured state, which may
@@ -250,9 +250,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// Control period in seconds.
   double period() const { return options_.period; }
 
-  // As the functions of shooting(), which throw DefinitionError for unknown names, wrong sizes and
-  // wrong orders of events. However, NaN does not throw here: the next tick then uses the previous
-  // plan.
+  // Like the functions of shooting(), these throw DefinitionError for unknown names, wrong sizes
+  // and a wrong order of events. However, NaN does not throw here: the next tick then uses the
+  // previous plan.
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);  // behind set_data()
   /// Moves an event. The same time has no effect and keeps the preparation.

@@ -87,10 +87,10 @@ using GuardRate [[deprecated("use EndGuard::Rate; removed in 0.4")]] = EndGuard:
 EndGuard::Rate guard_rate(const PhaseDefinition& phase, const Function& dynamics,
                           const Function& guard, const VectorRef& z);
 
-/// Throws DefinitionError with phase and event if the guard cannot end the phase. This is so if the
-/// duration is fixed, if the guard is not a scalar, or if no dynamics of any mode move the guard in
-/// the declared direction. The last check samples seeded points around the guesses within the
-/// bounds. `start` bounds the start time of the phase, s.
+/// Throws DefinitionError with phase and event if the guard cannot end the phase: the duration is
+/// fixed, the guard is not a scalar, or in no mode the dynamics move the guard in the declared
+/// direction. The last check samples seeded points around the guesses within the bounds. `start`
+/// bounds the start time of the phase, s.
 void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const Bounds& start);
 
 /// An integral along the phase, limited at the end of the phase. The same name in several phases is
@@ -99,7 +99,7 @@ struct IntegralConstraint {
   std::string name;        ///< name for messages
   Function integrand;      ///< z = (t | x | u | p) -> scalar
   Limits limits;           ///< limits of the integral
-  double magnitude = 1.0;  ///< for scaling, positive
+  double magnitude = 1.0;  ///< positive scale factor
 };
 
 /// Shape of the inputs within an interval.
@@ -156,8 +156,8 @@ struct PhaseDefinition {
 
   InputParametrisation input_parametrisation =
       InputParametrisation::piecewise_constant;  ///< shape of the inputs over an interval
-  std::vector<ComponentBounds> input_bounds;     ///< in order of declaration
-  std::vector<ComponentBounds> state_bounds;     ///< in order of declaration
+  std::vector<ComponentBounds> input_bounds;     ///< input bounds in order of declaration
+  std::vector<ComponentBounds> state_bounds;     ///< state bounds in order of declaration
   std::vector<Term> terms;                       ///< costs and constraints in order of declaration
   std::vector<IntegralConstraint> integrals;     ///< integral constraints
   std::vector<Allowance> allowances;             ///< tolerances of path constraints

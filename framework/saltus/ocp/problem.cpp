@@ -130,7 +130,7 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
         block.bounds[i] = bounds_of_unknown(block.name, i);
   rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
   rest.jumps_.erase(rest.jumps_.begin(), rest.jumps_.begin() + phases);
-  // An equality remains one: the removed phases have known durations.
+  // An equality remains an equality, because the removed phases have known durations.
   double begin = start_time_, shortest = 0.0, longest = 0.0;
   for (int j = 0; j < phases; ++j) {
     const PhaseDefinition& over = phases_[j];

@@ -187,14 +187,15 @@ class Schedule {
   void forget_until(double t);
   /// Moves one event. Throws DefinitionError without a change if the order would break.
   void retime(std::string_view event, double time);
-  /// Moves an event and all later events by the same amount, so that durations of later modes stay.
+  /// Moves an event and all later events by the same amount, so that the durations of later modes
+  /// do not change.
   void retime_from(std::string_view event, double time);
   /// Records that the event happened at `time`, early or late. Later events move by the same
   /// amount. Earlier events still pending are skipped: they move to the same instant.
   void confirm(std::string_view event, double time);
   /// Records that the event has not happened yet. If it is due before now + lead, moves it to that
-  /// time, and later events with it. With lead >= one control period, the input of the next period
-  /// belongs to the old mode.
+  /// time and shifts later events by the same amount. With lead >= one control period, the input of
+  /// the next period belongs to the old mode.
   void hold(std::string_view event, double now, double lead);
   /// Moves all events `elapsed` seconds earlier, for a clock whose origin moved forward.
   void shift(double elapsed);

@@ -14,8 +14,8 @@
 
 namespace saltus {
 
-// Penalties on violations of soft constraints. Only this file and penalty.cpp know the kinds of
-// penalties.
+// Penalties on violations of soft constraints. Only this file and penalty.cpp distinguish the kinds
+// of penalties.
 
 /// A penalty on the violation v >= 0 of a row. A running penalty is a rate: each node contributes
 /// its cost times the length of an interval, with either CostRule, because rows exist at nodes
@@ -50,7 +50,7 @@ struct Penalty {
   Kind kind = L1;          ///< kind of penalty
   double weight = 0.0;     ///< per unit of v (L1) or v^2, and per second if running
   std::string name = {};   ///< name by which the weight can be changed between solves
-  double threshold = 0.0;  ///< for Huber, in units of v
+  double threshold = 0.0;  ///< threshold of Huber, in units of v
 };
 /// Deprecated name.
 using SlackCost [[deprecated("use Penalty::SlackCost; removed in 0.4")]] = Penalty::SlackCost;
@@ -159,7 +159,7 @@ struct Term {
     least_squares,  ///< 1/2 (r - ref)' W (r - ref) with r the formula
   };
 
-  /// Where a term applies.
+  /// Part of the phase to which a term applies.
   enum class Domain {
     running,      ///< within its window
     phase_start,  ///< once, at x+ of the first instant

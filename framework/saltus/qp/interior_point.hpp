@@ -50,7 +50,7 @@ class InteriorPoint {
   /// After a numerical failure, solves once more from the other kind of start.
   QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
-    newton_.reset();  // before the first attempt only: the second one keeps the lifts of the first
+    newton_.reset();  // only before the first attempt: the second one keeps the lift d of the first
     certificates_.best_multiple = 0.0;
     const QpResult first = attempt(system, options, deadline, warm);
     if (first.status != QpStatus::numerical_failure) return first;

@@ -35,8 +35,8 @@ struct CertificateSpace {
 /// rows. The radius must be at least the first value, and at least the second one times the size
 /// that v has or that a single row requires.
 inline constexpr double certified_radius = 1e8, certified_multiple = 1e5;
-/// The multiple if every attempt to find an optimum has broken down. The size then includes that of
-/// the sides.
+/// Replaces certified_multiple after every attempt to find an optimum has broken down. The size of
+/// v then includes the size of the sides.
 inline constexpr double certified_multiple_at_end = 1e3;
 
 /// Cheap test whether these multipliers can pass is_infeasible(). It estimates lambda'beta - y'e

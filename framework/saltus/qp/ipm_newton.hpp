@@ -62,13 +62,13 @@ class NewtonStep {
 
  private:
   static constexpr double stiff_weight = 1e11;
-  // H loses a fraction 1e-16 / lift of its digits. The refinement converges at the larger rate of
-  // that and of lift times the stiffness of H.
+  // H loses a fraction 1e-16 / lift of its accuracy. The convergence rate of the refinement is the
+  // larger of this fraction and of lift times the stiffness of H.
   static constexpr double lifts[] = {1e-12, 1e-10, 0.0, 1e-14, 1e-8};
   static constexpr int levels = std::size(lifts);
   static constexpr int refinements = 8;
-  // Error of a step: that of its products relative to the multipliers, or these units of the other
-  // equations.
+  // Thresholds for the error of a step: the largest error of its products relative to the
+  // multipliers. In the other equations, one of the units below counts as `accurate`.
   static constexpr double accurate = 1e-3, very_accurate = 1e-6, worthwhile = 0.5;
   static constexpr double stationarity_unit = 1e-10, equality_unit = 1e-9;
 

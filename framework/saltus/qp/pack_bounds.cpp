@@ -54,7 +54,7 @@ void Packing::bounds(int k) {
   }
   if (equal > 0 && p.parts == 1) add_bound_rows(k, 0, true, 0, entries);
   if (equal > 0 && p.parts > 1) {
-    // The inputs then have a separate Hessian.
+    // With several parts, the inputs have a separate Hessian.
     add_bound_rows(k, 0, true, 0, s.nx);
     if (ok) add_bound_rows(k, 0, true, s.nx, entries);
   }

@@ -8,7 +8,8 @@
 
 namespace saltus::qp {
 
-// Adds the equalities or the inequalities of a group. Returns true if the group has others.
+// Adds the equalities or the inequalities of a group. Returns true if the group also has rows of
+// the other kind.
 bool Packing::add_group(int k, int g, bool equalities) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];

@@ -244,7 +244,7 @@ void Packing::dynamics(int k) {
   }
 }
 
-// The step from a fixed start is known: it moves b and g.
+// A fixed start is known: its contribution is added to b and g.
 void Packing::vectors(int k) {
   const Stage& s = qp.stages[k];
   PackedStage& p = to.stages[k];

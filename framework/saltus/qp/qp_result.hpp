@@ -49,8 +49,8 @@ struct QpResult {
   double violation = 0.0;  ///< largest violation of a hard row, bound or equality at the point
 };
 
-// Assignment of the variables and rows of a sparse program to stages. A transcription knows it; a
-// pattern does not show it.
+// Assignment of the variables and rows of a sparse program to stages. A transcription provides it,
+// because it cannot be derived from the sparsity patterns.
 
 /// Assignment of variables and rows of a sparse program to stages. Variables and rows are indices
 /// into the sparse program. Each appears here exactly once.

@@ -130,8 +130,8 @@ SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, i
                           out + j * ldo, out + j * ldo, ldo);
 }
 
-/// Like multiply() if each group of four columns of B is nonzero in rows in_force[0] to
-/// in_force[1].
+/// Like multiply(), for a B whose columns, in groups of four, are nonzero only in rows in_force[0]
+/// to in_force[1].
 SALTUS_INLINE void multiply_within(int rows, int columns, const int* in_force, const double* A,
                                    int lda, const double* B, int ldb, double* out, int ldo) {
   const int vectors = padded(rows) / lanes;
@@ -376,8 +376,8 @@ struct RiccatiStage {
       flow_transposed_with_runtime_copies<update>(s, n, x, out);
   }
 
-  // Subtracts from `count` columns of M, those of the inputs from `first` on, the contributions of
-  // the `further` eliminated inputs from `behind` on.
+  // Updates `count` columns of M, which belong to the inputs from `first` on. Subtracts the
+  // contributions of the `further` eliminated inputs from `behind` on.
   static void subtract_eliminated_inputs(SweepStage& s, int first, int count, int behind,
                                          int further) {
     const int column = s.nx + first, ld = padded(s.nx + s.nu);
@@ -581,8 +581,8 @@ struct RiccatiKernel {
                    double*);
 };
 
-/// For stages of these sizes. With `copies_inputs`, only for stages whose inputs are copied to the
-/// last states of the next stage, as with costs or bounds on input changes.
+/// Kernel for stages of these sizes. With `copies_inputs`, only for stages whose inputs are copied
+/// to the last states of the next stage, as with costs or bounds on input changes.
 template <int NX, int NU, int NN, bool copies_inputs = false>
 constexpr RiccatiKernel riccati_kernel() {
   using S = RiccatiStage<NX, NU, NN, copies_inputs>;

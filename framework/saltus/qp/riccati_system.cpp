@@ -20,7 +20,7 @@ namespace {
 constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
 constexpr double equality_weight_per_weight = 10.0;
 // Largest accepted residual of violated rows after one solve and after all solves. The next weight
-// aims at wanted_rest. Smaller residuals than least_miss are no violation.
+// aims at wanted_rest. Residuals below least_miss do not count as violations.
 constexpr double largest_rest = 1e-3, largest_rest_of_all = 1e-6, wanted_rest = 1e-6;
 constexpr double least_miss = 1e-9;
 // Proximal term added to the Hessian of a step, never to the problem.

@@ -11,9 +11,9 @@ namespace saltus::qp {
 namespace {
 
 // rho and delta, in units of the data, in the order of attempts. An early pivot of this size loses
-// a relative precision of 1e-16 over its size. Refinement recovers it if it converges, which fails
-// if rho or delta exceeds the entry that it is added to (1/w of an active row). Hence neither the
-// largest nor the smallest value always works.
+// a relative precision of 1e-16 divided by its size. Refinement recovers it if it converges, which
+// fails if rho or delta exceeds the entry that it is added to (1/w of an active row). Hence neither
+// the largest nor the smallest value always works.
 constexpr std::array regularisations{1e-12, 1e-14, 1e-10, 1e-8, 1e-6};
 // Backward error at which a solution is accepted.
 constexpr double accurate = 1e-13;

@@ -8,7 +8,7 @@
 
 namespace saltus::qp {
 
-/// Patterns as in SparseQp. The Hessian pattern must contain the whole diagonal.
+/// The patterns are those of a SparseQp. The Hessian pattern must contain the whole diagonal.
 std::unique_ptr<NewtonSystem> make_sparse_newton(const SparsityPattern& hessian,
                                                  const SparsityPattern& rows);
 

@@ -78,8 +78,8 @@ std::unique_ptr<QpSolver> make_sparse_qp_solver(const SparsityPattern& hessian,
 class NewtonSystem {
  public:
   virtual ~NewtonSystem() = default;
-  /// Forgets what earlier runs have learned, so that the same start always gives the same steps.
-  /// Call it before the first factor() of a run.
+  /// Discards data of earlier runs, so that the same start always gives the same steps. Call it
+  /// before the first factor() of a run.
   virtual void restart() {}
   /// Takes H and J. The bounds determine which variables are fixed, which rows are equalities and
   /// which sides exist; the gradient and the bound values are not read. Returns false if the

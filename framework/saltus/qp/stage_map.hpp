@@ -62,7 +62,7 @@ class StageMap {
   /// From now on the row entries come from `rows`. `qp` must be the program that is filled later;
   /// it keeps only the entries that belong to no stage. Both must outlive the map.
   void write_directly(SparseQp& qp, DirectRows& rows);
-  /// For direct rows, if only the values of a given start have changed since the last fill().
+  /// Updates a given start, with direct rows. Nothing else may have changed since the last fill().
   void restart(const VectorXd& row_sides) noexcept;
 
   // For the program of the last fill(), which must have succeeded.

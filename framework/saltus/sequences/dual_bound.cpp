@@ -8,10 +8,10 @@
 namespace saltus {
 namespace {
 
-// Largest contributions of gradients over the boxes of their variables, in units of the cost. A
-// larger contribution of a state moves into the costate. (Multipliers of bounds stay; noise over
-// wide boxes moves.) For a larger contribution of an input, curvature is tried as a tighter limit.
-// All combinations are tried until the bound is sufficient.
+// Largest accepted contributions of gradients over the boxes of their variables, in units of the
+// cost. A larger contribution of a state is moved to the costate. This moves noise over wide boxes,
+// but not multipliers of bounds. For a larger contribution of an input, curvature is tried as a
+// tighter limit. All combinations are tried until the bound is sufficient.
 struct Allowance {
   double moving, holding;
 };
@@ -187,7 +187,8 @@ double dual_bound(const qp::StageQp& qp, const qp::StagePoint& point,
 
 bool proves_infeasible(const qp::StageQp& qp, const qp::StagePoint& point,
                        const std::vector<InputHold*>& holds) {
-  // First with the given costates, then with costates that remove the gradient of the states.
+  // The first pass uses the given costates, the second pass costates that remove the gradient of
+  // the states.
   for (const double moving : {infinity, 0.0}) {
     const DualBound bound = evaluate(qp, point, holds, false, {moving, 0.0});
     if (bound.value > rounding * bound.size) return true;

@@ -61,9 +61,9 @@ class ModeGraph {
   /// `name` appears in messages.
   explicit ModeGraph(std::string name = "modes");
 
-  // --- modes and transitions. check() reports unknown and contradictory names, so the order of
-  // these
-  // --- calls does not matter.
+  // --- modes and transitions ---------------------------------------------------------------
+  // The order of these calls does not matter: check() reports unknown and contradictory names.
+
   /// Appends a mode.
   template <int nx, int nu, int np, int nz>
   ModeGraph& mode(const Phase<nx, nu, np, nz>& phase) {
@@ -166,8 +166,8 @@ class ModeGraph {
 
   /// The problem of this sequence. Each phase is named after its mode and its position from 1.
   OptimalControlProblem problem(std::span<const int> path) const;
-  /// The same with phases that `edited` changes first, by their position from 0. With
-  /// `is_prefix`, omits conditions at the end and the total time.
+  /// The same after `edited` has changed the phases, which it receives with their positions from 0.
+  /// With `is_prefix`, omits conditions at the end and the total time.
   OptimalControlProblem problem(std::span<const int> path,
                                 const std::function<void(int, PhaseDefinition&)>& edited,
                                 bool is_prefix = false) const;

@@ -57,9 +57,9 @@ struct SetStage {
 class ModeStages {
  public:
   /// Transcribes every mode, and the end of a sequence of `phases` phases from the graph's start
-  /// time. reason() names what makes the problem unsuitable and is empty if it is suitable. A
-  /// suitable problem is convex, quadratic and, except for its end, time-invariant. It has fixed
-  /// durations, equal states in all modes and no jumps.
+  /// time. reason() states why the problem is unsuitable and is empty if it is suitable. A suitable
+  /// problem is convex, quadratic and, except for its end, time-invariant. It has fixed durations,
+  /// equal states in all modes and no jumps.
   ModeStages(const ModeGraph& graph, const IntegratorChoice& integrator, int phases);
   const std::string& reason() const { return reason_; }
   /// Transcribes the end again for a last phase that begins at this time, s. Throws DefinitionError

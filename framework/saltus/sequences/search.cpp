@@ -154,7 +154,7 @@ class Enumeration {
 
   void solve_whole(const Path& path, double prefix_bound) {
     if (graph_.total_time() && time_of(path).upper < graph_.total_time()->lower - same_instant) {
-      ++best_.infeasible;  // too short, which is a proof
+      ++best_.infeasible;  // too short: proved infeasible
       return;
     }
     Solution best;

@@ -26,8 +26,8 @@ struct SearchOptions {
 
   int phases = 0;   ///< exact number of phases, a horizon in samples; 0: see at_most
   int at_most = 0;  ///< maximum number of phases, one more than switches; 0: limited by time only
-  /// Relative optimality gap: the search ignores improvements below this fraction of the cost. For
-  /// convex problems at least twice `tolerance`.
+  /// Relative optimality gap: the search ignores improvements below this fraction of the cost. In
+  /// convex problems it must be at least twice `tolerance`.
   double gap = 1e-6;
   /// Smallest cost to which the gap is relative, in units of the cost. 0 selects the default 1e-6.
   /// In convex problems, 0 selects the larger of two values: 1e-6 times the largest cost
@@ -82,8 +82,8 @@ struct SequenceResult {
   std::vector<VectorXd> states, inputs;
 
   long nodes = 0;        ///< number of programs solved
-  long infeasible = 0;   ///< of these, infeasible programs
-  long unresolved = 0;   ///< of these, failed solves; the bound of their parent applies
+  long infeasible = 0;   ///< number of infeasible programs
+  long unresolved = 0;   ///< number of failed solves; the bound of their parent applies
   long reused = 0;       ///< leaves reused from the last tick
   long iterations = 0;   ///< total solver iterations
   double seconds = 0.0;  ///< wall-clock time, s

@@ -380,7 +380,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   const auto cut = [&] {
     return best.cost < infinity ? best.cost - relative_gap() * size_of(best.cost) : infinity;
   };
-  // First the rest of the last tick's sequence: it is feasible or nearly so.
+  // The rest of the last tick's sequence comes first, because it is feasible or nearly feasible.
   std::vector<int> wanted =
       best_.empty() ? best_ : std::vector<int>(best_.begin() + 1, best_.end());
   std::vector<Node> dive;  // at most one: the next child to process

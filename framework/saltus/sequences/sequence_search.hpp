@@ -60,16 +60,16 @@ class SequenceSearch {
   double time() const { return time_; }
 
  private:
-  // A dual point by stages, from which bounds for the next tick follow.
   struct Limit {  // bound on the state at the start of a phase: normal' x against side
     VectorXd normal;
     double side = 0.0, multiplier = 0.0;
   };
+  // A dual point by stages, from which bounds for the next tick follow.
   struct Dual {
     int depth = 0;                           ///< number of phases with fixed modes
     std::vector<VectorXd> costates;          ///< costates of the state at the end of phase k
     std::vector<double> values;              ///< L_k, for all phases but the first
-    std::vector<std::vector<Limit>> limits;  ///< with multipliers, all phases but the first
+    std::vector<std::vector<Limit>> limits;  ///< active limits of all phases but the first
   };
   struct Node {
     std::vector<int> path;

@@ -32,8 +32,8 @@ struct ControlCalls {
   std::function<bool(const HybridEvent&)> ends_phase = {};  ///< empty: every event does
 };
 
-// Fraction of a period. If less time is left to the end, the tick is skipped: its inputs could not
-// correct an error any more, and a least-time plan would delay the end.
+// Fraction of a period. If less time is left to the end, the tick is skipped: its inputs could no
+// longer correct an error, and a least-time plan would delay the end.
 constexpr double too_late = 0.01;
 
 // The input of the plant from time `start` until the next command.
@@ -217,7 +217,7 @@ class Loop {
       try {
         LoopLog::Plan plan = controller_.plan();
         if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
-      } catch (...) {  // formulas, as in the tick: nothing to keep
+      } catch (...) {  // a formula threw, as in the tick: no plan
       }
     }
     return true;
@@ -508,7 +508,7 @@ class FollowedPlant final : public LoopPlant {
   std::vector<std::pair<double, std::string>> phase_ends_;
 };
 
-// `plant` knows its current phase.
+// `plant` keeps its current phase.
 template <class Plant>
 LoopLog run_shrinking(ShrinkingHorizonController& controller, Plant& plant,
                       const LoopOptions& options,
@@ -595,7 +595,7 @@ LoopLog simulate_law(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions
   if (!law) throw DefinitionError("closed loop: the feedback law is empty");
   HeldInput held;
   const auto answer = [&](double t, const VectorRef& measured) {
-    held = HeldInput(1, plant.inputs());  // a later phase of the plant may have more of them
+    held = HeldInput(1, plant.inputs());  // a later phase may have more inputs
     HeldInput::Piece& piece = held.add();
     piece.start = t;
     piece.length = options.period;

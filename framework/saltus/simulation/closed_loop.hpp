@@ -99,7 +99,7 @@ class LoopController {
 /// functions of the options propagate.
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
-/// For a motion with an end. The plan determines when the plant enters its next phase, unless a
+/// Runs a motion with an end. The plan determines when the plant enters its next phase, unless a
 /// guard does. The run ends with the last phase of the plant. A tick less than a hundredth of a
 /// period before the end is skipped.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,

@@ -179,7 +179,7 @@ struct LoopLog {
   /// Hard constraints of the controller's problem that a sample of the motion violates by more than
   /// their tolerances, largest first: ends, path constraints and bounds. More samples per tick find
   /// shorter violations. A receding horizon has no end constraints to check. A feedback law has no
-  /// problem, so that its list is empty.
+  /// problem, so its list is empty.
   std::vector<LoopMiss> misses;
   /// False: the run ended before the motion of a shrinking horizon; constraints at its end are not
   /// checked. Runs that `until` ended count as complete.

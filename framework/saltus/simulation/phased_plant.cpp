@@ -165,8 +165,8 @@ double PhasedPlant::growth(const VectorRef& input) const {
          guard_rate(definition(), definition().dynamics, g.guard, argument(input)).value;
 }
 
-// On the guard or beyond it, the motion decides: it leaves, or returns first, like a bouncing ball
-// that rounding put below the ground.
+// On the guard or beyond it, the direction of motion decides. The motion leaves the phase, or it
+// returns first, like a bouncing ball that rounding put below the ground.
 bool PhasedPlant::is_leaving(const VectorRef& input) const {
   const double g = guard(input), rate = growth(input);
   return (g > 0.0 && rate >= 0.0) || (g == 0.0 && rate > 0.0);
@@ -321,7 +321,7 @@ void PhasedPlant::disturb(const VectorRef& change) {
   const bool has_guard = !definition().end_guards.empty();
   const bool was_before = has_guard && guard(u) <= 0.0;
   state_ += change;
-  // On the guard the motion decides at the start of the next piece.
+  // On the guard, the direction of motion decides at the start of the next piece.
   passed_guard_ = (passed_guard_ || was_before) && guard(u) > 0.0;
 }
 

@@ -151,8 +151,8 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem, const Integr
 
 // The plant of a problem with phases: it integrates their dynamics in order, with the jumps between
 // them. A phase ends where its guard crosses zero, or otherwise at a given time; a switch time is
-// then an input like others. The plant integrates the cost of the motion and records violations of
-// the problem's constraints.
+// then an input like any other. The plant integrates the cost of the motion and records violations
+// of the problem's constraints.
 
 /// A plant that runs through the phases of a problem. Members that take or need a phase throw
 /// DefinitionError if there is none, as after a move.

@@ -133,7 +133,8 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
   const Schedule& schedule = problem.schedule();
   const bool has_schedule = !schedule.events().empty();
   const auto scheduled_mode = [&](double t) {
-    // Slightly later: at an event, and if rounding puts a node before it, the new mode is active.
+    // Evaluated slightly later, so that at an event the new mode is active, even if rounding puts a
+    // node before the event.
     return has_schedule ? schedule.mode_at(t + same_instant) : std::string();
   };
   const auto add = [&](double t, VectorXd state, const VectorXd& input, const std::string& mode) {

@@ -338,7 +338,7 @@ class Checker {
             : fmt::format("{} state maps checked: finite, in agreement with differences", maps));
   }
 
-  // A complaint, or an empty string.
+  // An error message, or an empty string.
   static std::string finite_at(const NamedFunction& f, const VectorXd& z) {
     if (!f.function(z).allFinite()) return f.name + " has no finite value at the guess";
     if (!f.function.dense_jacobian(z).allFinite())
@@ -445,7 +445,7 @@ class Checker {
            fmt::format("{} rows are too many to factor; use fewer intervals", nlp.rows())});
       return;
     }
-    // At a point without symmetry: a dependency there holds everywhere.
+    // At a point without symmetry, because a dependency found there holds everywhere.
     VectorXd w = guess_;
     Random random(3);
     for (int i = 0; i < w.size(); ++i) {

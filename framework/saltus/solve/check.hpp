@@ -49,10 +49,11 @@ struct ProblemCheck {
 ///   be wrong);
 /// - jumps: maps between phases, the closing and resets are finite at the end of the guess, and
 ///   their derivatives are correct;
-/// - bounds: bounds that contradict each other, a start outside its bounds; - scaling: quantities
-/// without a nominal magnitude whose size is far from one; - ranks: equations that follow from
-/// others or contradict them; - integration: the integration error of the grid along a first
-/// solution; - reach: a first solve by the native solver satisfies the constraints.
+/// - bounds: bounds that contradict each other, a start outside its bounds;
+/// - scaling: quantities without a nominal magnitude whose size is far from one;
+/// - ranks: equations that follow from others or contradict them;
+/// - integration: the integration error of the grid along a first solution;
+/// - reach: a first solve by the native solver satisfies the constraints.
 ///
 /// `options` as for MultipleShooting; the default integrator is Runge-Kutta 4 in two steps, as in
 /// solve(). Takes about as long as a solve. Errors of the problem never throw.

@@ -1,5 +1,5 @@
-// Explains why a problem is infeasible, by how much, and what would help; and why a soft term is
-// violated at the optimum.
+// Explains why a problem is infeasible, by how much, and which changes would help. Also explains
+// why a soft term is violated at the optimum.
 //
 //     const Solution plan = solve(problem);
 //     if (plan.status == SolveStatus::infeasible) std::cout << explain(problem).text();
@@ -131,7 +131,7 @@ struct Explanation {
 
   /// Status of the elastic program. Other values explain something only if it is optimal.
   SolveStatus status = SolveStatus::invalid_problem;
-  /// Sum of the amounts over their nominal values.
+  /// Sum of the amounts divided by their nominal values.
   double relaxation = 0.0;
   std::vector<Shortage> shortages;  ///< largest first, relative to nominal values
   /// Violated soft terms of the optimum if nothing is infeasible, highest price first.

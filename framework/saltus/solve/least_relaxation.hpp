@@ -27,7 +27,7 @@ struct LeastRelaxation {
   std::vector<int> group;  ///< group in `program` of each entry of `asked`; -1: hard
   std::unique_ptr<ElasticProgram> program;  ///< relaxed program of `shooting`
   NlpResult result;                         ///< solution of `program`
-  double amount = infinity;                 ///< sum of the amounts over their nominal values
+  double amount = infinity;                 ///< sum of the amounts divided by nominal values
 
   /// True if the relaxation is a local minimum.
   bool ok() const { return is_success(result.status); }

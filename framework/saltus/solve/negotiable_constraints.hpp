@@ -21,7 +21,7 @@ struct NegotiableConstraint {
   bool has_phase = true;  ///< true if its name includes the phase
   std::string name;       ///< name of the term; of a state "state 1"
   int component = 0;      ///< row of the term, or state
-  double unit = 1.0;      ///< unit of the term over that of the rows
+  double unit = 1.0;      ///< unit of the term divided by that of the rows
   bool gives = true;      ///< true if it is negotiable
   ElasticGroup group;     ///< its rows and variables
   std::vector<shooting::GridPoint> points;  ///< nodes of the rows, then of the variables

@@ -137,7 +137,7 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
     std::vector<std::jthread> others;
     try {
       for (std::size_t t = 1; t < threads; ++t) others.emplace_back(work);
-      // no further thread is available: the existing ones do all starts
+      // no further thread is available: the existing ones process all starts
     } catch (const std::system_error&) {
     }
     work();

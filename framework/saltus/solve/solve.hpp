@@ -62,7 +62,7 @@ Solution solve(const OptimalControlProblem& problem, const Options& grid) {
 //                                                     {.durations = {1.0, 9.0}}});
 //     found.optima.front().cost;      // the best
 //
-// A local solver converges near its start. Optima that no start leads to stay unknown.
+// A local solver converges near its start. An optimum to which no start leads is not found.
 
 /// Result of several starts.
 struct SeveralSolutions {

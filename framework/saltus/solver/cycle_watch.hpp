@@ -12,7 +12,7 @@ namespace saltus {
 /// iterate that is close to an earlier one, with another one in between that is far from both.
 class CycleWatch {
  public:
-  /// Forgets all iterates.
+  /// Removes all iterates.
   void restart() { count_ = returns_ = 0; }
 
   /// Adds an iterate. Returns true after `most_returns` returns.

@@ -1,8 +1,8 @@
 // Affine rows g = J w + c between sides l <= g <= u, and bounds lower <= w <= upper. For every
 // lambda and every point that satisfies them,
 //
-//     sum_i min(r_i lower_i, r_i upper_i) + lambda'c  <=  lambda'g  <=  sum_k max(lambda_k l_k,
-//     lambda_k u_k),
+//     sum_i min(r_i lower_i, r_i upper_i) + lambda'c  <=  lambda'g
+//                                                     <=  sum_k max(lambda_k l_k, lambda_k u_k),
 //
 // where r = J'lambda. If the left side exceeds the right side, there is no such point (Farkas).
 // Candidates for lambda are the multipliers of the least violation,

@@ -24,7 +24,7 @@
 // Defined if the linear solver uses OpenBLAS; null with any other BLAS.
 extern "C" void openblas_set_num_threads(int threads) __attribute__((weak));
 
-// In the namespace saltus the plain name is the struct of options.
+// Short name of Ipopt's namespace.
 namespace coin = ::Ipopt;
 
 namespace saltus {
@@ -249,7 +249,7 @@ SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
   }
 }
 
-// True if Ipopt knows the option and accepts the value as a text, integer or number.
+// True if Ipopt has the option and accepts the value as a text, integer or number.
 bool set_named(coin::OptionsList& options, const std::string& name, const std::string& value) {
   if (options.SetStringValue(name, value)) return true;
   char* end = nullptr;
@@ -313,7 +313,7 @@ class IpoptSolver final : public Solver {
   static constexpr double interior = 0.1;
 
   // True if the solver stopped at a point that satisfies the constraints, with diverging
-  // multipliers. Those of constraints without an interior are not bounded.
+  // multipliers. Multipliers of constraints without an interior are unbounded.
   bool has_no_interior(const NlpResult& result) const {
     static constexpr double diverging = 1e10;
     if (result.status != SolveStatus::iteration_limit &&

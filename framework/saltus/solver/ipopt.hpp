@@ -27,9 +27,9 @@ struct IpoptOptions {
   bool adaptive_barrier = false;     ///< "adaptive" instead of "monotone" barrier updates
   double warm_start_barrier = 1e-6;  ///< initial barrier parameter of warm starts
   int print_level = 0;               ///< Ipopt's print level; 0: silent
-  /// Number of threads of the BLAS below the linear solver, if it can be set (OpenBLAS). The dense
-  /// blocks of optimal control problems are small, so that more threads mostly wait for each other.
-  /// 0: unchanged.
+  /// Number of threads of the BLAS that the linear solver uses, if it can be set (OpenBLAS). The
+  /// dense blocks of optimal control problems are small, so more threads would mostly wait for each
+  /// other. 0: unchanged.
   int blas_threads = 1;
   /// Further Ipopt options by name, applied after all of the above: {{"mu_init", "1e-2"}}. Numbers
   /// are written as text.

@@ -138,7 +138,7 @@ class NativeSolver final : public Solver {
   int left_after(const NlpResult& before) const {
     return std::max(0, options_.max_iterations - before.iterations);
   }
-  // True if the solver failed by itself and did not prove infeasibility.
+  // True if the solver failed, but not because of the time limit, an interruption or infeasibility.
   static bool has_given_up(SolveStatus status) {
     return !is_success(status) && status != SolveStatus::time_limit &&
            status != SolveStatus::interrupted && status != SolveStatus::infeasible;

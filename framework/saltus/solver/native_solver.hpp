@@ -49,7 +49,7 @@ struct QpMethod {
   template <class Make>
     requires std::constructible_from<MakeSolver, Make> &&
              (!std::same_as<std::remove_cvref_t<Make>, QpMethod>)
-  QpMethod(Make&& make) : make_solver(std::forward<Make>(make)) {}  // NOLINT: as a function was
+  QpMethod(Make&& make) : make_solver(std::forward<Make>(make)) {}  // NOLINT: implicit conversion
 
   /// True if a factory is set.
   explicit operator bool() const { return static_cast<bool>(make_solver); }
@@ -98,7 +98,7 @@ struct NativeSolverOptions {
                              ///< iterations
   double time_limit = 0.0;   ///< wall-clock limit in seconds; 0: none
   /// Exact or Gauss-Newton Hessian of the Lagrangian. If the program does not support the requested
-  /// one, the exact one is used, or else differences of first derivatives.
+  /// one, the exact one is used. If it supports neither, differences of first derivatives are used.
   Curvature curvature = Curvature::exact;
   /// Smallest eigenvalue after convexification, relative to the largest eigenvalue of its block.
   double convexity_floor = 1e-6;

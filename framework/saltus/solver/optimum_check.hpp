@@ -3,9 +3,9 @@
 //
 // The check uses the KKT matrix [H + Z/G, A'; A, -G/L] of the primal-dual equations. G are the
 // distances to the sides, Z and L the multipliers of bounds and inequality rows (Nocedal and
-// Wright, Numerical Optimization, 2nd ed., sec. 19.3). A side counts by its multiplier over its
-// distance. The result is therefore independent of units, and small multipliers of a barrier method
-// count correctly.
+// Wright, Numerical Optimization, 2nd ed., sec. 19.3). The weight of a side is its multiplier
+// divided by its distance. The result is therefore independent of units, and small multipliers of a
+// barrier method count correctly.
 #pragma once
 
 #include <vector>

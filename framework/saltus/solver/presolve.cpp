@@ -144,8 +144,8 @@ class Analysis {
   }
 
   // Writes a row as a sum over roots and returns its constant. Sets has_tiny_term_ if a coefficient
-  // is at the rounding level of the row. A variable in other units may be large enough for it, so
-  // that nothing can be concluded from such a row.
+  // is at the rounding level of the row. In other units, the variable may be large enough to make
+  // the term significant. Therefore nothing can be concluded from such a row.
   double reduce(int r, std::vector<Term>& terms) {
     terms.clear();
     has_tiny_term_ = false;
@@ -466,9 +466,10 @@ class Analysis {
   }
 
   // --- rows that an equality implies -------------------------------------------------------------
-  // On the set where x^2 + y^2 = 1 holds, sqrt(x^2 + y^2) is constant, although the two rows are no
-  // multiples of each other elsewhere. A row is implied by an equality with the same unknowns if,
-  // at points of that set, its sides hold and its slopes are a multiple of those of the equality.
+  // On the set where x^2 + y^2 = 1 holds, sqrt(x^2 + y^2) is constant, although the two rows are
+  // not multiples of each other elsewhere. A row is implied by an equality with the same unknowns
+  // if, at points of that set, its sides hold and its slopes are a multiple of those of the
+  // equality.
   struct Pair {
     int equality, row;
     const std::vector<int>* roots;  // key in the map of rows

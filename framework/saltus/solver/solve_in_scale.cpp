@@ -269,8 +269,8 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
   result.violation = relative_violation(program, nlp.point.w);
   const bool is_optimum = result.check.relative_gain() <= most_gain(solver) &&
                           result.violation <= std::max(most_violation, solver.tolerance());
-  // A solver that failed with short steps, or met the tolerance in the units of the program but not
-  // in its own, is at the optimum.
+  // The point is an optimum if the solver failed with short steps, or if it met the tolerance in
+  // the units of the program but not in its own scale.
   const bool has_stalled =
       nlp.status == SolveStatus::numerical_failure || nlp.status == SolveStatus::acceptable;
   if (is_optimum && has_stalled && nlp.kkt.scaled() <= solver.tolerance())

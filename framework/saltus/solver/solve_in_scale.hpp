@@ -26,16 +26,19 @@ double most_gain(const Solver& solver);
 /// Largest violation of an accepted optimum, relative to the size of the row.
 inline constexpr double most_violation = 1e-6;
 
-/// Solves the program as stated; only cost and rows with derivatives below 1e-2 or above 5e3 at the
-/// start are multiplied by powers of two. If the solver gives up, solves again with everything
-/// divided by its size (ProgramSize::to_one). If the result is no optimum of the program as stated,
-/// or its values show that the program was badly scaled, continues from it in scale, and solves
-/// again from the start in the scale of the start, which does not depend on units. Of several
-/// optima, returns the cheapest one; if none was found, the best result. If its cost can still
-/// decrease, solves up to three more times with the cost magnified. After a breakdown at a point
-/// that satisfies the rows, solves again from there in the scale of that point if it differs. A
-/// failure at a point that violates the rows is `infeasible` if is_proved_infeasible(). Otherwise,
-/// if step_towards_rows() reduces the violation, solves again from there.
+/// Solves the program as stated, except that cost and rows with derivatives below 1e-2 or above 5e3
+/// at the start are multiplied by powers of two. Of several optima, returns the cheapest one; if
+/// none was found, the best result. Further solves follow in these cases:
+/// - The solver gives up. The next solve divides everything by its size (ProgramSize::to_one).
+/// - The result is not an optimum of the program as stated, or its values show that the program was
+///   badly scaled. One solve continues from it in scale. Another one begins at the start in the
+///   scale of the start, which does not depend on units.
+/// - The cost can still decrease. Up to three more solves use a magnified cost.
+/// - The solver breaks down at a point that satisfies the rows. The next solve begins there in the
+///   scale of that point if it differs.
+/// - The solver fails at a point that violates the rows. The status is `infeasible` if
+///   is_proved_infeasible(). Otherwise, if step_towards_rows() reduces the violation, the next
+///   solve begins there.
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities = {});
 

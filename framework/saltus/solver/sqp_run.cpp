@@ -12,13 +12,13 @@ namespace {
 constexpr double shortest_step = 1e-7;   // shorter steps mean that the model is wrong
 constexpr double worthwhile_step = 0.1;  // below it a smaller trust region is tried first
 constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
-constexpr double trust_core = 0.1;  // shorter steps, in radii, are as without a trust region
+constexpr double trust_core = 0.1;  // shorter steps, in radii, do not depend on the trust region
 constexpr double trust_edge = 0.9;  // longer steps, in radii, count as limited by the trust region
-constexpr int exact_models = 8;     // tried in smaller trust regions before convexification
+constexpr int exact_models = 8;     // models in smaller trust regions before convexification
 constexpr double first_shift = 1e-4;  // in convexified models, relative to the largest entry
 constexpr int convex_models = 9;
-// Penalty weights of elastic mode, times the largest gradient and multiplier. They are small enough
-// not to leave large weights in the merit function, until the question is whether violations can be
+// Penalty weights of elastic mode, times the largest gradient and multiplier. They stay small, to
+// avoid large weights in the merit function. The largest weight decides whether violations can be
 // avoided at all.
 constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, largest_elastic_weight = 1e3;
 constexpr double largest_estimate = 1e3;  // larger estimates of multipliers are rejected
@@ -270,7 +270,7 @@ qp::QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
   return engine_.elastic->solve(model_.qp(), elastic_weight_, point, deadline_);
 }
 
-// True if neither the relaxed model nor therefore the program can reduce the violation.
+// True if the relaxed model, and therefore the program, cannot reduce the violation.
 bool SqpRun::is_stuck() {
   multiply(model_.qp().row_pattern, model_.qp().rows, next_.w - point_.w, rows_);
   rows_ += model_.constraints();

@@ -39,7 +39,7 @@ struct SqpEngine {
   SparsityPattern hessian_pattern;  ///< pattern of the program
   std::unique_ptr<qp::QpSolver> qp;
   std::vector<int> coupled;                          ///< variables coupled to others in the Hessian
-  std::unique_ptr<Convexification> convexification;  ///< for nonlinear programs
+  std::unique_ptr<Convexification> convexification;  ///< used for nonlinear programs
   std::unique_ptr<ElasticQp> elastic;                ///< created when first needed
   std::unique_ptr<BarrierEngine> barrier;            ///< created when first needed
 };

@@ -12,7 +12,7 @@ namespace saltus {
 namespace {
 
 constexpr int most_steps = 10;
-constexpr int most_rounds = 20;  // per step, to find the variables that it holds
+constexpr int most_rounds = 20;  // per step, to find the variables at bounds
 constexpr double enough = 0.5;   // required fraction of the violation
 // Keeps the factor finite if rows are dependent. The smaller value is tried first: it hardly
 // changes steps along small derivatives.

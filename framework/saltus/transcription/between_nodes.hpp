@@ -13,8 +13,8 @@ namespace saltus {
 
 /// Options of solve_refined().
 struct RefinementOptions {
-  double tolerance = 1e-6;    ///< for the largest violation between nodes, in the term's units
-  double integration = 1e-3;  ///< for Verification::Defect::sum
+  double tolerance = 1e-6;    ///< tolerance of the violation between nodes, in the term's units
+  double integration = 1e-3;  ///< tolerance of Verification::Defect::sum
   /// True keeps the input intervals: new nodes inside them only add constraint rows (Mesh::holds).
   /// Use it for a plan executed at the rate of the first grid.
   bool hold_inputs = false;

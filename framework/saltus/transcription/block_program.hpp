@@ -1,4 +1,5 @@
-// A sparse program assembled from small functions. It knows blocks and patterns, but no phases.
+// A sparse program assembled from small functions. It consists of blocks and patterns and does not
+// depend on phases.
 #pragma once
 
 #include <memory>
@@ -117,7 +118,7 @@ class BlockProgram : public NonlinearProgram {
   /// Number of outputs of a block.
   int block_outputs(int block) const { return blocks_[block].function.outputs(); }
   // Jacobian products without a sparse matrix, for programs whose solver stores its own matrices.
-  /// Evaluates values and derivatives at w. False if they do not exist.
+  /// Evaluates values and derivatives at w. Returns false if they do not exist.
   bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }
   /// Writes every Jacobian entry at w to its target, except for inactive rows. Returns false if the
   /// program cannot be evaluated; linear entries are written even then.

@@ -148,7 +148,7 @@ class Grid {
   void set_duration(int phase, double duration) { phases_[phase].duration = duration; }
 
   /// True if a window limit in phase time (s) is a node when the fixed phase lasts `duration`
-  /// seconds. This is so if it has a slot, lies outside the phase or coincides with a base node.
+  /// seconds: it has a slot, lies outside the phase or coincides with a base node.
   bool has_node_at(int phase, double limit, double duration) const;
 
   /// Throws DefinitionError with phase, term and event if a window names an event that is not in

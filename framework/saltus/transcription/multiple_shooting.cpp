@@ -171,8 +171,9 @@ void MultipleShooting::set_penalty_weight(std::string_view weight_name, double w
 
 namespace {
 
-// Checks of the solution that the program cannot make. First, whether phases end at the declared
-// crossing of their guard, because a plant leaves a phase at the first crossing.
+// The following functions check properties of the solution that are not part of the program. This
+// one checks whether phases end at the declared crossing of their guard, because a plant leaves a
+// phase at the first crossing.
 void apply_crossing_check(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
   const auto wrong =
@@ -217,7 +218,8 @@ void check_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
       describe(solution.status), check.descent, where);
 }
 
-// Values of a start that overflow: a cost of such numbers is not unbounded, but not computable.
+// Reports a start whose values overflow. The cost of such values is not unbounded; it cannot be
+// computed.
 void check_magnitudes(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.status != SolveStatus::unbounded &&
       solution.status != SolveStatus::evaluation_failed)
@@ -233,8 +235,8 @@ void check_magnitudes(MultipleShooting& shooting, const NlpPoint& start, Solutio
   }
 }
 
-// Explains failures that are due to an unbounded cost. They appear as whichever limit was reached
-// first, and the defects of such large numbers mean nothing.
+// Explains failures that are due to an unbounded cost. Solvers report the limit that they reached
+// first, and the defects of such large numbers have no meaning.
 void check_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
   constexpr double endless = 1e6;  // relative to the cost at the start
@@ -249,7 +251,7 @@ void check_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
         first, solution.cost);
 }
 
-// The residual meets the tolerance in the solver's scaling, but not in the problem's.
+// Reports a residual that meets the tolerance in the solver's scaling, but not in the problem's.
 void report_scale_mismatch(const ScaledResult& result, Solution& solution) {
   solution.status = SolveStatus::numerical_failure;
   const std::string miss =

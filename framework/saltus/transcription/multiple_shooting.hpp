@@ -21,8 +21,8 @@ class ShootingProgram;
 
 /// Options of the transcription.
 struct ShootingOptions {
-  int intervals_per_phase = 30;     ///< for every phase
-  std::vector<int> intervals = {};  ///< per phase; replaces intervals_per_phase
+  int intervals_per_phase = 30;     ///< number of intervals of every phase
+  std::vector<int> intervals = {};  ///< number per phase; replaces intervals_per_phase
   std::vector<Mesh> meshes = {};    ///< per phase; replaces both numbers of intervals
   IntegratorChoice integrator;      ///< required; see saltus/integrators/
   GridAccuracy accuracy = {};       ///< tolerances of the verification in solve()

@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-// Value of a guess. PhaseDefinition::check() has seen only the ends of the phase.
+// Value of a guess. PhaseDefinition::check() has evaluated it at the ends of the phase only.
 VectorXd value_of(const PhaseDefinition& phase, const char* what, const Guess& guess, int size,
                   double fraction) {
   VectorXd value = guess.at(fraction);

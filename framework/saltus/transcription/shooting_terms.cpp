@@ -109,8 +109,9 @@ void ShootingProgram::build_changes(int j) {
     }
 }
 
-// If the length of the paying interval is unknown, the cost of a slack is a function of both:
-// length(T) x slack, or half its square. Returns the block, or -1 if the length is known.
+// If the length of the paying interval (paying_interval()) is unknown, the cost of a slack is a
+// function of both: length(T) x slack, or half its square. Returns the block, or -1 if the length
+// is known.
 int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, bool is_quadratic) {
   const Term& term = problem_.phases()[instance.phase].terms[instance.term];
   if (term.domain != Term::Domain::running || layout_.duration(instance.phase) < 0) return -1;

@@ -33,7 +33,7 @@ class Trajectory {
     int phase = 0;          ///< index of the phase
     double start = 0.0;     ///< absolute time, s
     double length = 0.0;    ///< s, positive
-    VectorXd state;         ///< at the start of the interval
+    VectorXd state;         ///< state at the start of the interval
     VectorXd coefficients;  ///< input coefficients, see InputShape
     VectorXd end_state;     ///< state of the node at its end, before any jump
 
@@ -110,7 +110,7 @@ inline constexpr const char* change_of_inputs = "change of inputs";
 
 /// The solution of a problem.
 struct Solution {
-  /// Violation of a soft constraint. For a link or an integral, in the phase where it ends.
+  /// Violation of a soft constraint. `phase` of a link or an integral is the phase where it ends.
   struct SoftViolation {
     std::string phase, term;  ///< names
     double largest = 0.0;     ///< violation in the term's own units
@@ -191,7 +191,7 @@ struct Solution {
   int iterations = 0;    ///< solver iterations
   double seconds = 0.0;  ///< wall-clock time of the solver
   std::string method;    ///< integrator, cost rule, Hessian
-  NlpPoint point;        ///< for warm starts
+  NlpPoint point;        ///< primal-dual point for warm starts
   /// d cost / d x0: multipliers of the start in physical units. Positive where a larger start value
   /// increases the cost. Equal to the costates up to sign conventions.
   VectorXd start_multipliers;

@@ -19,7 +19,7 @@ class StageProgram final : public qp::QpSolver, private qp::DirectRows {
  public:
   StageProgram(ShootingProgram& program, QuadraticModel& model, const qp::MakeStageSolver& make);
 
-  /// Builds the model at w, see QuadraticModel. False if the program cannot be evaluated.
+  /// Builds the model at w, see QuadraticModel. Returns false if the program cannot be evaluated.
   bool linearise(const VectorXd& w, const VectorXd& lambda, Curvature curvature);
   /// Fills everything that is already known. solve() fills data that changes later.
   void fill() noexcept;

@@ -15,9 +15,9 @@
 namespace saltus {
 
 namespace {
-// Tolerance for equal times. Ends and starts of neighbours sum durations in different order, as do
-// times of callers. A few units in the last place, because clocks may count from an epoch while
-// intervals last milliseconds.
+// Tolerance for equal times, a few units in the last place. Ends and starts of neighbours sum
+// durations in a different order, as do times of callers. The tolerance is not larger, because
+// clocks may count from an epoch while intervals last milliseconds.
 double rounding(double t) {
   if (std::isinf(t)) return 0.0;
   return std::max(1e-12, 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t));

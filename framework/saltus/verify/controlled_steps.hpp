@@ -31,8 +31,7 @@ class ControlledSteps {
   /// Takes one step, at most to 1. Returns false if no step size succeeds.
   bool step();
 
-  /// Goes back to the start of the last step, from where the next one ends before the fraction
-  /// `theta` of it.
+  /// Goes back to the start of the last step. The next step ends before the fraction `theta` of it.
   void retry_before(double theta);
 
   /// True at the end of the interval.

@@ -61,7 +61,7 @@ double abs(double a) { return std::abs(a); }
 // cos over [lower, upper] has an extremum at every multiple of pi inside.
 Interval cos(const Interval& a) {
   using std::numbers::pi;
-  constexpr double far = 1e12;  // beyond it the precision is below a period
+  constexpr double far = 1e12;  // beyond it, rounding errors exceed a period
   if (!(a.upper - a.lower < 2.0 * pi) || std::abs(a.lower) > far) return {-1.0, 1.0};
   double lower = std::min(std::cos(a.lower), std::cos(a.upper));
   double upper = std::max(std::cos(a.lower), std::cos(a.upper));

@@ -46,8 +46,8 @@ struct Verification {
     std::string phase = {};  ///< name of the phase; empty: the whole problem
     std::string term = {};   ///< name of the term, state, link or integral
     double time = 0.0;       ///< time in seconds of the largest violation
-    double amount = 0.0;     ///< in the units of the term; 0: none
-    double tolerance = 0.0;  ///< in the same units
+    double amount = 0.0;     ///< violation in the units of the term; 0: none
+    double tolerance = 0.0;  ///< tolerance in the same units
 
     /// True if the violation exceeds its tolerance or is NaN.
     bool is_beyond() const { return !(amount <= tolerance); }
@@ -85,8 +85,8 @@ struct Verification {
   /// The cost by the verifier's own quadrature.
   struct Cost {
     bool compared = false;    ///< false: a phase could not be verified
-    double value = 0.0;       ///< in the user's units
-    double difference = 0.0;  ///< to the reported cost, relative to its contributions
+    double value = 0.0;       ///< cost in the user's units
+    double difference = 0.0;  ///< difference to the reported cost, relative to its contributions
   };
 
   Miss between_nodes;      ///< path constraints at all times

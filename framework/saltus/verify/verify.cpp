@@ -25,8 +25,8 @@ constexpr double step_tolerance = 1e-9;       // per step, relative to max(unit,
 constexpr double tightest_tolerance = 1e-13;  // tolerance of the open loop if errors grow
 constexpr double quadrature_share = 1e3;      // integrals need less accuracy than states
 constexpr int max_events = 1000;              // per interval
-// Peaks of rates that are narrower than the distance of the stages. A rate that exceeds its known
-// range by this fraction of a unit per interval is searched for.
+// Peaks of rates may be narrower than the distance of the stages. The search finds a rate that
+// exceeds its known range by this fraction of a unit per interval.
 constexpr double peak_tolerance = 1e-4;
 constexpr int most_retries = 100;      // per interval
 constexpr int most_peak_pieces = 200;  // per step and function
@@ -580,7 +580,7 @@ class Verifier {
         std::vector<double> y(flow.field.outputs(), 0.0);
         std::copy_n(x.data(), x.size(), y.data());
         if (!x.allFinite() || !flow.switches.start(flow.field, x) || !integrate(flow, y, false)) {
-          flow.undecided = false;  // the plan itself is decided
+          flow.undecided = false;  // true only of the open loop, not of the plan
           return;
         }
         std::copy_n(y.data(), x.size(), x.data());

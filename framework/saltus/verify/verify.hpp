@@ -20,16 +20,16 @@ struct Plan {
   struct Interval {
     int phase = 0;          ///< index of the phase
     double start = 0.0;     ///< absolute time in seconds
-    double length = 0.0;    ///< in seconds
-    VectorXd state;         ///< at the start
-    VectorXd coefficients;  ///< of the input; nu numbers, or 2 nu for linear inputs
-    VectorXd end_state;     ///< at the end, before a jump
+    double length = 0.0;    ///< length in seconds
+    VectorXd state;         ///< state at the start
+    VectorXd coefficients;  ///< coefficients of the input: nu numbers, or 2 nu for linear inputs
+    VectorXd end_state;     ///< state at the end, before a jump
 
     /// Absolute time of the end in seconds.
     double end() const { return start + length; }
   };
 
-  std::vector<Interval> intervals;   ///< in order of time
+  std::vector<Interval> intervals;   ///< intervals in order of time
   std::vector<VectorXd> parameters;  ///< p of each phase, including unknowns
   std::vector<double> starts;        ///< start of each phase, in seconds
   std::vector<double> durations;     ///< duration of each phase, in seconds
@@ -55,7 +55,7 @@ struct VerificationDetail {
     double scale = 1.0;
   };
 
-  Verification summary;             ///< as in Solution
+  Verification summary;             ///< result as in Solution
   std::vector<Interval> intervals;  ///< one per interval of the plan
   std::vector<Path> violated;       ///< largest multiple of its tolerance first
 };

@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Files of this project are small: more indicates an error (or a file that refers to itself).
+// Files of this project are small. Larger numbers indicate an error, or a file that refers to
+// itself.
 constexpr std::size_t max_depth = 16;
 constexpr std::size_t max_keys = 10000;
 

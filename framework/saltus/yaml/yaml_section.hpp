@@ -16,7 +16,7 @@ namespace saltus {
 struct YamlEntry {
   enum class Form { none, scalar, list, section };  ///< `none`: a key without a value
 
-  std::string key;                 ///< as in the file
+  std::string key;                 ///< name as in the file
   int line = 0;                    ///< line of the key, from 1
   Form form = Form::none;          ///< form of the value
   std::vector<std::string> items;  ///< one for a scalar, any number for a list
@@ -40,7 +40,7 @@ class YamlSection {
   YamlSection(const YamlEntry& entry, std::string source)
       : YamlSection(entry, std::move(source), "") {}
 
-  std::vector<std::string> keys() const;  ///< in the order of the file
+  std::vector<std::string> keys() const;  ///< names in the order of the file
   /// True if the key exists.
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Rejects all other keys and suggests the nearest known one.
