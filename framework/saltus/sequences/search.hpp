@@ -27,7 +27,7 @@ struct SearchOptions {
   int phases = 0;   ///< exact number of phases, a horizon in samples; 0: see at_most
   int at_most = 0;  ///< maximum number of phases, one more than switches; 0: limited by time only
   /// Relative optimality gap: the search ignores improvements below this fraction of the cost. In
-  /// convex problems it must be at least twice `tolerance`.
+  /// convex problems the search uses at least twice `tolerance`.
   double gap = 1e-6;
   /// Smallest cost to which the gap is relative, in units of the cost. 0 selects the default 1e-6.
   /// In convex problems, 0 selects the larger of two values: 1e-6 times the largest cost
