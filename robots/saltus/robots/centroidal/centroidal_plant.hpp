@@ -19,7 +19,7 @@ class CentroidalPlant {
     bool in_contact = false;  ///< true if wrenches act
   };
 
-  /// `integrator` should be much tighter than the controller's.
+  /// `integrator` should have a much smaller tolerance than the controller's.
   CentroidalPlant(double mass, const Vec<double, 9>& start, const IntegratorChoice& integrator);
 
   Foot left, right;  ///< both feet

@@ -20,9 +20,9 @@ struct DartOptions : Plant::Options {
   enum class Lcp { dantzig, pgs };
 
   /// Friction cone. DART bounds the two tangential forces of a contact separately, which gives a
-  /// square cone. `box`: each is at most friction times the normal force, together up to sqrt(2)
-  /// times that. `inscribed`: each is at most 1 / sqrt(2) of it, so no direction exceeds Coulomb
-  /// friction, and the axes have less.
+  /// square cone. `box`: each is at most friction times the normal force, and their resultant at
+  /// most sqrt(2) times that. `inscribed`: each is at most 1 / sqrt(2) of it, so no direction
+  /// exceeds Coulomb friction, but forces along the axes stay below it.
   ///
   /// `inscribed` does not hold for single samples of a foot that bounces or is being unloaded: the
   /// bounds use normal forces of a first pass, and the final ones may be much smaller.
@@ -34,7 +34,7 @@ struct DartOptions : Plant::Options {
 };
 
 /// Creates the plant. With `self_collision` the bodies need capsules (add_capsules). Throws
-/// InputError for detectors without capsules, all but Bullet and ODE.
+/// InputError for detectors without capsules (all except Bullet and ODE).
 __attribute__((visibility("default"))) std::unique_ptr<Plant> make_dart_plant(
     const FloatingRobot& robot, const DartOptions& options);
 

@@ -29,7 +29,7 @@ const char* named_urdf() {
   return named != nullptr && *named != '\0' ? named : nullptr;
 }
 
-// Redirects its output to the error stream, to keep the results clean.
+// Runs the script. Its output goes to the error stream, to keep the results clean.
 bool run(const fs::path& script, const fs::path& argument) {
   std::fflush(nullptr);
   const pid_t child = fork();

@@ -50,7 +50,8 @@ Points extreme_points(const Points& points) {
   return result;
 }
 
-// The smallest capsule around the points whose axis lies on the line through `centre` along `axis`.
+// The smallest capsule that encloses the points and has its axis on the line through `centre` along
+// `axis`.
 Capsule around(const Points& points, const Point& centre, const Point& axis) {
   Capsule capsule;
   for (const Point& p : points)
@@ -181,7 +182,7 @@ std::array<Part, 2> cut_in_two(const Points& points) {
   return best;
 }
 
-// Replaces the part whose cut saves most volume by its two halves, if it saves enough.
+// Cuts the part whose cut saves the most volume in two, if it saves enough.
 bool cut_one(std::vector<Part>& parts) {
   double least = worth_cutting;
   std::size_t which = parts.size();

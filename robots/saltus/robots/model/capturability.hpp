@@ -22,7 +22,7 @@
 
 namespace saltus::robots {
 
-/// Where and how fast feet can be placed. Contact frames are parallel; lengths are in m.
+/// Limits on the place and the duration of steps. Contact frames are parallel; lengths are in m.
 struct SteppingLimits {
   FootRectangle left, right;  ///< soles, each in its own contact frame
   std::vector<Point2> reach;  ///< corners of the region that a contact frame can reach, in the

@@ -231,7 +231,7 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
     throw InputError(fmt::format("{}: the mesh is an empty file; export it again", file.string()));
   const auto doubt = extension == "dae" ? xml_nesting_error(content) : std::nullopt;
   if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
-  // The text readers of Assimp can be made to read outside of their arrays.
+  // Malformed text can make readers of Assimp access memory beyond their arrays.
   constexpr int longest = 20;  // limit of the processor time, s
   const auto answer =
       isolated_call([&] { return corners_or_complaint(content, extension, file); }, longest);

@@ -55,12 +55,12 @@ class BalancePlanner {
   /// Changes made by plan_steps().
   struct StepChange {
     bool has_begun = false;   ///< True if a step has begun.
-    bool has_lifted = false;  ///< True if its foot stood before.
+    bool has_lifted = false;  ///< True if the foot of the step was on the ground before.
     bool has_target = false;  ///< True if step() has a new time and place.
   };
   /// Plans the next steps. A step whose lift-off is due begins.
   StepChange plan_steps(double t, const Estimate& measured);
-  /// The swing foot stands at `place` (m) from `t` on.
+  /// Records that the swing foot stands at `place` (m) from `t` on.
   void land(double t, const Vec<double, 3>& place);
   /// Plans the wrenches until the next tick.
   void plan_wrenches(double t, const Estimate& measured);
@@ -111,7 +111,7 @@ class BalancePlanner {
 };
 
 /// Controller of a biped, from sensor readings to joint commands. Call start() once, then update()
-/// once for all readings. After start() nothing allocates.
+/// once for each set of readings. After start() nothing allocates.
 class BalanceController {
  public:
   /// Parts of a BalanceController.

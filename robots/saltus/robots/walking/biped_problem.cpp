@@ -42,7 +42,8 @@ WholeBodyController::Options control_of(const BipedSettings& settings, double st
     const SensorOptions::Encoder& encoder = settings.plant.sensor.encoder;
     const double period = sample_period(encoder.rate, step);
     const double delay = step * std::round(encoder.delay / step);
-    // A difference of two readings is at least half a period old, and held until the next one.
+    // The difference of two readings lags by half a period at least and is held until the next
+    // reading.
     control.gains.velocity_age = delay +
                                  std::max(settings.plant.estimation.velocity_lag, 0.5 * period) +
                                  0.5 * (period - step);

@@ -74,7 +74,7 @@ struct Verdict {
   double settled_from = 0.0;  ///< time from which settling is measured, s
   double com_height_min = infinity, com_height_max = -infinity;  ///< m
   double angular_momentum_max = 0.0;                             ///< Nms
-  bool fell_before_push = false;  ///< true if the run says nothing about the push
+  bool fell_before_push = false;  ///< true if the run does not test the push
   std::optional<Body> body;       ///< whole body only
 
   /// Notes the first reason.
@@ -158,7 +158,7 @@ class BipedProblem {
   /// Pushes sorted by time. Default: those of the settings.
   virtual std::vector<Push> pushes() const;
 
-  /// Creates the problem's own planner, for the robot as its controllers know it.
+  /// Creates the problem's own planner. `nominal` is the controllers' model of the robot.
   virtual std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                                 const Scene& scene) const = 0;
   /// Contact schedule known at the start. Default: contacts of the scene.
@@ -184,16 +184,16 @@ class BipedProblem {
 /// Scene of the problem's posture.
 Scene initial_scene(const BipedProblem& problem, const RobotDescription& robot);
 
-/// Creates the planner of the settings: the problem's own or the capture-point controller. It knows
-/// the robot with the mass error of the settings.
+/// Creates the planner of the settings: the problem's own or the capture-point controller. Its
+/// model of the robot has the mass error of the settings.
 std::unique_ptr<Planner> make_planner(const BipedProblem& problem, const RobotDescription& robot,
                                       const Scene& scene);
 /// Creates the step planner of the problem, with the same mass error.
 std::unique_ptr<StepPlanner> make_step_planner(const BipedProblem& problem,
                                                const RobotDescription& robot, const Scene& scene);
 
-/// Creates the controller of the settings for any Robot. `body` is the robot as its controllers
-/// know it, `model` evaluates its dynamics, and `period` (s) is Robot::period(). Throws
+/// Creates the controller of the settings for any Robot. `body` is the controllers' model of the
+/// robot, `model` evaluates its dynamics, and `period` (s) is Robot::period(). Throws
 /// DefinitionError if the control period is not a multiple of `period`.
 BalanceController make_balance_controller(const BipedProblem& problem,
                                           const RobotDescription& robot, const FloatingRobot& body,

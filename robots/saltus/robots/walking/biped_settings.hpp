@@ -26,9 +26,9 @@ struct PlantSettings {
   enum class Sensors { ideal, measured };
 
   Choice choice = Choice::centroidal;  ///< simulated system and engine
-  /// Engine and ground. The controllers do not know the step in the ground. It begins `ground_edge`
-  /// (m) from the stance sole, on the side of the swing foot. The lifted swing foot extends to
-  /// 0.17 m.
+  /// Engine and ground. The controllers have no knowledge of the step in the ground. It begins
+  /// `ground_edge` (m) from the stance sole, on the side of the swing foot. The lifted swing foot
+  /// extends to 0.17 m.
   DartOptions engine{{.ground_edge = 0.18}};
   int delay_ticks = 0;               ///< delay of the torques, control periods
   MotorOptions motors;               ///< lag and rate limit of the torques
@@ -53,7 +53,8 @@ struct RobotChoice {
   double mass_error = 0.0;
 };
 
-/// A force on the robot for a limited time. Its direction is in world axes and has any length.
+/// A force on the robot for a limited time. Its direction is in world axes and need not be a unit
+/// vector.
 struct Push : Pulse {
   /// Towards the right, in the middle of the chest.
   Push() : Pulse{7.0, Vec<double, 3>(0.0, -1.0, 0.0), 2.4, 0.1} {}

@@ -12,8 +12,8 @@ Vec<double, 6> in_sole(const Eigen::Isometry3d& sole, const Vec<double, 6>& worl
   return w;
 }
 
-// Mean over the samples of (t - wrench_filter, t]. Summed anew, so that no rounding error
-// accumulates.
+// Mean over the samples of (t - wrench_filter, t]. Each sum is computed from scratch, so that no
+// rounding error accumulates.
 std::vector<Vec<double, 12>> filtered(const RunLog& log,
                                       const std::vector<Vec<double, 12>>& wrenches) {
   std::vector<Vec<double, 12>> means;

@@ -21,7 +21,7 @@ constexpr qp::RiccatiKernel tick_kernels[] = {
     qp::riccati_kernel<0, 12, 21, true>(), qp::riccati_kernel<21, 12, 21, true>(),
     qp::riccati_kernel<21, 12, 9>(),       qp::riccati_kernel<9, 0, 0>()};
 
-// A solver without time in a fraction of the ticks, in runs of one to five.
+// A solver that has no time in a fraction of the ticks. These ticks come in runs of one to five.
 class LateSolver final : public RealTimeSolver {
  public:
   LateSolver(std::unique_ptr<RealTimeSolver> solver, const PlannerSettings& settings)

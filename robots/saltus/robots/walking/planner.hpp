@@ -44,7 +44,7 @@ class Planner {
   /// contacts.hpp. The result is valid until the next tick.
   virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
                                   const Schedule& contacts) = 0;
-  /// Controller that counts and times the ticks.
+  /// The receding horizon controller, which counts and times the ticks.
   virtual RecedingHorizonController& controller() = 0;
 };
 /// Deprecated name.
@@ -58,8 +58,8 @@ struct PlannerSettings {
   int intervals = 15;                           ///< number of intervals of the horizon
   CostRule costs = CostRule::nodes;             ///< sums at the nodes, as in the paper
   double deadline = 0.0;                        ///< wall clock per tick, s; 0: none
-  /// For tests of the loop: this fraction of the ticks has no time to solve, in runs of one to
-  /// five.
+  /// For tests of the loop: fraction of the ticks in which the solver has no time. These ticks come
+  /// in runs of one to five.
   double missed_fraction = 0.0;
   int missed_seed = 1;  ///< seed of the missed ticks
 };

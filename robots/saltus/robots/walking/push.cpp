@@ -89,7 +89,7 @@ std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
   for (std::string text; std::getline(list, text, ';');)
     if (text.find_first_not_of(" \t\n") != std::string::npos)
       pushes.push_back(read_push(text, first));
-  // A first push with zero impulse means that there is none.
+  // Zero impulse means that there is no first push.
   const Push none = pushes.front();
   std::erase_if(pushes, [](const Push& push) { return push.impulse == 0.0; });
   if (pushes.empty()) pushes.push_back(none);

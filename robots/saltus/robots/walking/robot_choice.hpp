@@ -21,7 +21,7 @@ std::optional<std::filesystem::path> urdf_of(const RobotChoice& choice);
 /// Like urdf_of(), for the whole body. Throws InputError without a URDF.
 std::filesystem::path urdf_of_body(const RobotChoice& choice);
 
-/// The robot as its controllers know it, with the error of the mass.
+/// The controllers' model of the robot, with the mass error of the settings.
 RobotDescription nominal_robot(const RobotChoice& choice, RobotDescription robot);
 
 }  // namespace saltus::robots::walking

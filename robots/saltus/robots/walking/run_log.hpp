@@ -37,7 +37,7 @@ struct UnmetDecision : LoopLog::UnmetTick {
 
 /// Complete log of a run. `ticks` are those of the wrench planner. Their `violation` is the largest
 /// one of terms with penalty in the plan. `recording`, `plans`, `unmet` and `misses` are empty: the
-/// samples below replace the recording, and the planners of a biped are judged by their problem.
+/// samples below replace the recording, and the problem judges the planners of a biped.
 struct RunLog : LoopLog {
   /// Record of one step.
   struct Step {
@@ -109,7 +109,8 @@ struct RunLog : LoopLog {
   bool interrupted = false;                      ///< stopped early by the observer
   long control_calls = 0, control_failures = 0;  ///< calls and failures of the whole-body
                                                  ///< controller
-  /// True if the whole-body controller has failed: more unsolved programs than a fall causes.
+  /// True if the whole-body controller has failed: it left more programs unsolved than a fall
+  /// explains.
   bool control_failed() const {
     return static_cast<double>(control_failures) > 0.01 * static_cast<double>(control_calls);
   }

@@ -10,8 +10,8 @@
 namespace saltus::robots::walking {
 
 /// Largest share of the distance between ground and capture point that a helpful step may leave.
-/// Halving it does not yet recover the robot, but a step with less effect costs a standing robot
-/// its balance.
+/// A step that halves the distance does not yet recover the robot, but after a step with less
+/// effect a standing robot loses its balance.
 inline constexpr double helpful = 0.5;
 
 /// Decides once per tick from the capture point. The foot is placed at the capture point predicted

@@ -1,5 +1,5 @@
-// Step planners, which decide which foot steps, when and where: their interface, the situation that
-// they see in a tick, and the contacts that they plan.
+// Step planners, which decide which foot steps, when and where: their interface, the measured
+// situation in a tick, and the contacts that they plan.
 #pragma once
 
 #include <array>
@@ -44,9 +44,9 @@ struct StepSituation {
 };
 
 /// Planned steps, soonest first. Without steps the robot stays on its present feet. A step whose
-/// lift-off is due before the next tick begins and is then fixed. Its foot stays the first of all
-/// plans until it has landed; a plan without it keeps its time and place. All other steps may be
-/// withdrawn.
+/// lift-off is due before the next tick begins and is then fixed. Until its foot has landed, it
+/// stays the first step of every plan. If a plan omits it, its time and place do not change. All
+/// other steps may be withdrawn.
 struct StepPlan {
   /// One step: a foot lifts off and lands again. Absolute times, s.
   struct Step {
@@ -132,8 +132,8 @@ struct Step {
   Planner planner = Planner::formula;  ///< type of planner
   double duration = 0.6;               ///< time from the trigger to the landing, s
   double shortest = 0.3;               ///< shortest swing of the reactive planner, s
-  /// True if the formula knows the start of the push. No planner knows its size, direction or
-  /// duration, and the other planners have no knowledge of the push.
+  /// True if the planner `formula` uses the start time of the push. No planner uses its size,
+  /// direction or duration, and the other planners have no knowledge of the push.
   bool known = true;
   Trigger trigger = Trigger::push;     ///< trigger of a step
   Decision decide = Decision::always;  ///< step always, or only if it helps

@@ -37,7 +37,7 @@ class Clearance {
   Clearance(const FloatingRobot& robot, int most);
 
   /// Sets a posture in which the robot will stand. For pairs that are nearer in it than twice
-  /// `margin` (m), half of that distance is the one to `keep` from now on. Allocates.
+  /// `margin` (m), the distance to `keep` becomes half of that distance. Allocates.
   void stand(const WholeBodyState& state, double margin);
   /// Finds the pairs with the smallest distance extrapolated by `ahead` seconds at the present
   /// speed, nearest first, among those nearer than `range` (m). Does not allocate.

@@ -1,7 +1,7 @@
 // Rigid-body tree for simulators and whole-body controllers: a free base and the joints that have
 // motors. All other joints of the URDF are frozen, links that move together are merged into one
-// body, and massless frames are removed. Its collision capsules, and the interface to its equations
-// of motion.
+// body, and massless frames are removed. This file also defines its collision capsules and the
+// interface to its equations of motion.
 #pragma once
 
 #include <string>

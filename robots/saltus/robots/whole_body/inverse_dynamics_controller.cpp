@@ -353,13 +353,13 @@ void InverseDynamicsController::set_limits(const WholeBodyState& state) {
           (1.0 - (swings ? gains.swing_speed_margin : gains.speed_margin)) * fastest[i];
       const double back = approach_speed(state.q[i] - lower[i]);
       const double ahead = approach_speed(upper[i] - state.q[i]);
-      // The measured velocity is old. Extrapolate it with the acceleration of the last command.
+      // The measured velocity is delayed. Extrapolate it with the acceleration of the last command.
       const double speed = state.dq[i] + gains.velocity_age * command.joint_acceleration[i];
       limits.lower[i] =
           std::max((4.0 / T) * (-back - speed), gains.speed_approach * (-most - speed));
       limits.upper[i] =
           std::min((4.0 / T) * (ahead - speed), gains.speed_approach * (most - speed));
-      // Far above its largest speed, the lower bound of a joint may exceed the upper one.
+      // If a joint is far above its largest speed, its lower bound may exceed its upper bound.
       limits.upper[i] = std::max(limits.lower[i], limits.upper[i]);
     }
   limits.l1.setConstant(weights.limit_weight);

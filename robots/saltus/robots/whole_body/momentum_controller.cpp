@@ -79,7 +79,7 @@ class MomentumController final : public WholeBodyController {
       upper_[i] = robot.bodies[i + 1].position.upper;
     }
     qp::RiccatiOptions solver;
-    solver.tolerance = 1e-6;  // N and Nm, relative to hundreds of them
+    solver.tolerance = 1e-6;  // N and Nm; wrenches are of order 100
     solver.max_iterations = 40;
     solver_ = qp::make_riccati_solver(qp_, solver);
     pull_.setZero();

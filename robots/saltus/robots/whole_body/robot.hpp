@@ -1,5 +1,6 @@
-// Interface to a robot, simulated or real: sensors in, joint torques out. The state of the whole
-// body and the forces on its feet, which estimators compute from the readings.
+// Interface to a robot, simulated or real: sensors in, joint torques out. This file also defines
+// the state of the whole body and the forces on its feet, which estimators compute from the
+// readings.
 #pragma once
 
 #include <Eigen/Geometry>

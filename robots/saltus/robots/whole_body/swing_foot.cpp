@@ -32,8 +32,8 @@ bool stays_above(double h, double v, double a, double T) {
   return c >= 0.0 && (b >= 0.0 || 25.0 * b * b <= 40.0 * h * c);
 }
 
-// Longest time to the ground, at most T. If the landing is postponed while the foot descends, it
-// would dip below the ground. It then lands earlier and rests.
+// Longest time to the ground, at most T. If the landing is postponed while the foot descends, the
+// quintic would dip below the ground. The foot then lands earlier and rests.
 double time_down(double h, double v, double a, double T) {
   if (h <= 0.0 || stays_above(h, v, a, T)) return T;
   double down = 0.0;

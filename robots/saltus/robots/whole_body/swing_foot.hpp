@@ -29,9 +29,9 @@ class SwingFoot {
   /// True if the foot is swinging.
   bool is_under_way() const { return under_way_; }
 
-  /// Advances the reference to t, with the time to go from t on. The reference is about one call
-  /// ahead of the minimum-jerk trajectory (2 mm in mid-swing at 2 ms). Feet track with a lag, and
-  /// without the lead they land harder.
+  /// Advances the reference to t. The remaining time counts from t, not from the previous call. The
+  /// reference is therefore about one call ahead of the minimum-jerk trajectory (2 mm in mid-swing
+  /// at 2 ms). Feet track with a lag, and without the lead they land harder.
   void advance(double t);
   /// d twist / dt (angular | linear) that tracks the reference from the measured motion.
   Vec<double, 6> acceleration(const DynamicsModel::SoleMotion& sole) const;

@@ -66,8 +66,8 @@ class WholeBodyController {
     bool speed_limits = false;
     double speed_margin = 0.1;  ///< fraction of the largest speed
     double braking = 50.0;      ///< deceleration, rad/s^2
-    /// Speed margin of the swing leg. The impact with the ground accelerates its joints, more so
-    /// for a straight knee.
+    /// Speed margin of the swing leg. The impact with the ground accelerates its joints, especially
+    /// with a straight knee.
     double swing_speed_margin = 0.25;
     double speed_approach = 200.0;  ///< 1/s, rate at which a joint approaches its largest speed
     double velocity_age = 0.0;      ///< s, age of the joint velocities passed to control()
@@ -135,7 +135,7 @@ std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
 // momentum-based controllers for humanoid robots", 2016.
 //
 // Level 1 is a quadratic program over the wrenches f of the stance feet, within their cones:
-//   min |rate(f) - wanted|^2 + weights on |f - planned|^2 and of |tau(f)|^2.
+//   min |rate(f) - wanted|^2 + weights on |f - planned|^2 and on |tau(f)|^2.
 // Level 2 uses the Jacobians J and accelerations a of both feet, J_s of the stance feet, the
 // selection S of the joints, Lambda = J M^-1 S and N = I - Lambda^+ Lambda:
 //   tau(f) = Lambda^+ (J M^-1 (h - J_s' f) - dJ/dt nu + a) + N tau_0,
