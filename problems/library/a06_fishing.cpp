@@ -6,7 +6,8 @@
 //
 // Guess: the boat is out from 2.5 to 4, then for half a time unit in each unit until 7; the
 // populations are simulated. Each phase lasts at least 0.05, because a phase of zero length removes
-// its two switches. From phases of equal length solvers end with one trip less (1.3463).
+// its two switches. From phases of equal length, solvers converge to a plan with one trip fewer
+// (1.3463).
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem; the sequence from B. Stellato, S.
 // Ober-Bloebaum and P. Goulart, SwitchTimeOpt.jl (2017). Its switching times (2.44356, 4.12262,
 // ..., 6.46604) with 1.34543556 are optimal for a linearised model; in this model they cost

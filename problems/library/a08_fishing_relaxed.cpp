@@ -5,7 +5,7 @@
 //   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     0 <= w <= 1
 //
 // On the arc the effort stays 10 % below its bound. At the bound the third phase could replace the
-// second one on a coarser grid, and solvers could end with the shortest second phase.
+// second one on a coarser grid, and solvers could converge to a second phase of minimum length.
 // Guess: both populations at 1, no fishing, three phases of equal length.
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem, relaxed: 1.34408. Further digits were
 // computed independently.

@@ -75,7 +75,7 @@ ReferenceCase calcium_oscillation() {
           .switching_times = {4.69469454, 4.84379836},
           .switching_tolerance = 1e-5,
           .replay = 1e-6,              // four steps are accurate to 2e-7 in the spikes
-          .replay_from_start = false,  // errors grow beyond all digits until the end
+          .replay_from_start = false,  // errors grow until no digit is correct
           .derivatives = {.integrator = implicit_midpoint({.steps = 20})}};
 }
 

@@ -7,9 +7,9 @@
 // The state switches the mode at v = 10 m/s, accelerating and braking. The optimum is full throttle
 // (2 s), turbo (2/3 s), cruise at the speed limit (8 s), and the mirror image: T = 40/3. One
 // interval with a constant input is enough for each phase except the cruise, where the input is
-// free and could try to gain time. It cannot: with constant inputs the speed is linear between the
-// nodes, so a limit at the nodes holds between them. Bounds at collocation points of higher order
-// do not hold there and give 13.2366.
+// free. It cannot gain time there: with constant inputs the speed is linear between the nodes, so a
+// limit at the nodes holds between them. Bounds at collocation points of higher order do not hold
+// between these points and give 13.2366.
 // Guess: at each phase change the speed of the switch and another fifth of the way, linear between
 // them, no input, three seconds per phase.
 // Source: nosnoc, examples/pss_tutorial_example; nosbench, CARTIM.

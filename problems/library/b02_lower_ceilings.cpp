@@ -105,7 +105,7 @@ ReferenceCase low_ceiling_arcs() {
   c.exercises = "three phases of free duration, an arc with linearly dependent rows";
   c.problem = three_arcs;
   // With 20 intervals the sparse solver stopped 1.8e-4 s from the optimal switch on one of several
-  // processors: with dependent rows the step lengths depend on the last digits.
+  // processors: with dependent rows, rounding errors change the step lengths.
   c.options = {.intervals_per_phase = 18, .integrator = runge_kutta4()};
   c.optimum = 16.0 / 3.0;
   c.tolerance = 1e-8;  // tolerance of the solver; transcription and integration are exact

@@ -5,8 +5,8 @@
 //
 // The angle a is measured from the vertical. On the cycloid x = R (phi - sin phi), y = 10 - R (1 -
 // cos phi) it is proportional to time, a = phi / 2, and T = phi_T sqrt(R / g). The equation (phi_T
-// - sin phi_T) / (1 - cos phi_T) = 10 / 5 gives phi_T. A continuous piecewise linear input contains
-// the optimum.
+// - sin phi_T) / (1 - cos phi_T) = 10 / 5 gives phi_T. The optimal input is a continuous piecewise
+// linear one.
 // Guess: a straight line to the end, speed from 0 to 10 m/s, a from 0 to pi/2, two seconds.
 // Source: Bernoulli 1696; the numbers of the example in OpenMDAO Dymos, which finds 1.8016 s.
 #include <numbers>

@@ -6,7 +6,8 @@
 // On the singular arc D (1 + v / c) = m / h^2 with c = 1/2. The solver does not know this: the
 // thrust of the second phase is a free, continuous, piecewise linear function with few pieces,
 // because the cost is insensitive to it. The thrust stays 10 % away from its bounds. At a bound
-// this phase could replace its neighbours, and solvers could end with the shortest neighbours.
+// this phase could replace its neighbours, and solvers could converge to neighbours of minimum
+// length.
 // Guess: at rest on the ground with all fuel, half thrust on the arc, 0.05 per phase.
 // Source: COPS 3.0, rocket: 1.01283; data of Bryson, Dynamic Optimization. Further digits come from
 // a simulation with the singular feedback.

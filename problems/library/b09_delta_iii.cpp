@@ -4,7 +4,7 @@
 //   r' = v, v' = T/m u/|u| - mu r/|r|^3 + D/m, m' = -mdot   |u| = 1
 //   D = -1/2 rho S Cd |w| w, w = v - cross(omega, r), rho = 1.225 exp(-(|r| - Re) / 7200)
 //   t = 0, 75.2, 150.4, 261 s, free; empty boosters and stages are dropped there
-//   at last a = 24361140 m, e = 0.7308, i = 28.5, Omega = 269.8, argument of perigee 130.5 degrees
+//   end: a = 24361140 m, e = 0.7308, i = 28.5, Omega = 269.8, argument of perigee 130.5 degrees
 //
 // The five orbital elements are imposed through the angular momentum and the two components of the
 // eccentricity vector in the plane of the orbit, which are smooth. The thrust has the direction of
@@ -12,9 +12,9 @@
 // fixes the length.
 // Guess: a trajectory up and to the east, 30, 80, 150 and 200 km high and 1, 2, 4.5 and 8 km/s fast
 // at the ends of the phases, with the masses of the burn, thrust pitched over by 5, 25, 55 and 80
-// degrees, and 650 s for the second stage. From rest on the ground the intervals fall into the
-// Earth. With vertical thrust Ipopt needed 40 iterations, or did not finish in 500, depending on
-// the processor of its linear algebra.
+// degrees, and 650 s for the second stage. If the guess is at rest on the ground, the simulated
+// intervals fall into the Earth. With vertical thrust Ipopt needed 40 iterations, or did not finish
+// in 500, depending on the processor and its linear algebra.
 // Source: Benson 2005, Betts 2010; PSOPT examples, launch, 7529.661 kg; the optimum was computed
 // independently.
 #include <cmath>

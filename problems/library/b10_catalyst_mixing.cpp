@@ -5,7 +5,7 @@
 //   x(0) = (1, 0), t along the tube
 //
 // On the arc the mixture stays 5 % away from its bounds. At a bound this phase could replace its
-// neighbours, and solvers could end with the shortest neighbours.
+// neighbours, and solvers could converge to neighbours of minimum length.
 // Guess: the constant start, an even mixture on the arc, a third of the tube per phase.
 // Source: COPS 3.0, catmix: -0.0480556; further digits were computed independently.
 #include "problems/library/cases.hpp"

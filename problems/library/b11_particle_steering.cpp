@@ -2,7 +2,7 @@
 // time. The input is the direction of the thrust.
 //
 //   min T   x'' = 100 cos u, y'' = 100 sin u, |u| <= pi/2
-//   at rest in the origin first; y = 5, x' = 45, y' = 0 at last
+//   start: at rest in the origin; end: y = 5, x' = 45, y' = 0
 //
 // x is free and appears nowhere, so the state is (y, x', y'). Linear tangent law: tan u decreases
 // linearly in time from tan u0 to -tan u0, which gives T and u0 in closed form.

@@ -4,7 +4,7 @@
 //   max x(2)   x' = V cos g, y' = V sin g, V' = 1/2 - sin g   from rest in the origin, y(2) = 0.1
 //
 // Acceleration is in units of gravity; g is the angle of the path above the horizontal. At rest the
-// direction has no effect on the position but on the speed, so the flight begins with g = -pi/2.
+// direction affects the speed but not the position, so the flight begins with g = -pi/2.
 // Guess: a straight line to (1, 0.1) and speed 1, horizontal flight.
 // Source: Bryson, Dynamic Optimization, "maximum range"; Becerra, PSOPT examples, 1.712314.
 #include <numbers>

@@ -4,7 +4,8 @@
 //   h(0) = 1, v(0) = -0.783, m(0) = 1, h(tf) = v(tf) = 0   in units of lunar gravity
 //
 // For 0 <= T <= 1.227 the minimum principle permits no other order. The two conditions at the
-// ground determine both durations, so nothing is left to optimise, and the solver has to find that.
+// ground determine both durations, so nothing is left to optimise: the solver only has to find
+// these durations.
 // Guess: the constant start, 0.5 for the coast and 0.5 for the burn.
 // Source: J. Meditch, On the problem of optimal thrust programming for a lunar soft landing, IEEE
 // TAC 9 (1964); data of Becerra, PSOPT examples, and of dymos (0.3953). Closed form: Tsiolkovsky's

@@ -40,7 +40,8 @@ OptimalControlProblem problem() {
   };
   Phase<4, 2> ride{"ride", Rider{}, exactly(horizon)};
   ride.keep("mountains", above, at_least(0.01))
-      .allow("mountains", 1e-2)  // at the mountains of 3 and 8, which linear inputs cannot follow
+      .allow("mountains",
+             1e-2)  // the mountains of height 3 and 8, which linear inputs cannot follow
       .minimise("cost",
                 [](const auto&, const auto& x, const auto& u) {
                   return 100.0 * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) +
@@ -82,7 +83,7 @@ ReferenceCase alp_rider() {
           .optimum = 2030.856,
           .digits = 7,
           .tolerance = 1e-4,           // linear inputs cost 7e-5 more than the optimum
-          .between_nodes = 1e-2,       // at the mountains of 3 and 8
+          .between_nodes = 1e-2,       // at the mountains of height 3 and 8
           .replay = 1e-3,              // two steps of order four, for rates of 10 per second
           .replay_from_start = false,  // x3 and x4 grow by e^40
           .derivatives = {.intervals = 40, .integrator = implicit_midpoint({.steps = 4})}};

@@ -4,8 +4,8 @@
 //   r_ref = (t/2, 0), v_ref = (1/2, 0) until t = 1, then (1/2, (t - 1)/2) and (0, 1/2)
 //   (r, v)(0) = (0, 0, 1/2, 0), (r, v)(2) = (1/2, 1/2, 0, 1/2)
 //
-// The input has no cost. It is singular, v'' follows from the costs, except for a bang of 0.05 s at
-// the corner and a very short one at each end. The program is a convex quadratic program.
+// The input has no cost, so it is singular: v'' follows from the costs, except for a bang of 0.05 s
+// at the corner and a very short one at each end. The program is a convex quadratic program.
 // Guess: the constant start, no input.
 // Source: Becerra, PSOPT examples, "two-phase path tracking robot", whose coarse grids give
 // 1.042568 and 1.042533; the optimum was computed independently.
@@ -23,7 +23,7 @@ struct Robot {  // x = (r, v)
 };
 
 OptimalControlProblem problem() {
-  const Vec<double, 4> weights{200, 200, 1000, 1000};  // the cost has half of them
+  const Vec<double, 4> weights{200, 200, 1000, 1000};  // the cost has a factor of 1/2
   const auto state = [](const auto&, const auto& x) { return x; };
 
   Phase<4, 2> along_x{"along x", Robot{}, exactly(1.0)};

@@ -60,7 +60,7 @@ ReferenceCase pendulum_on_cart() {
           .exercises = "nonlinear dynamics, an interpolated guess among local minima, node costs",
           .source = "acados, pendulum_on_cart; optimum computed independently",
           .problem = problem,
-          // Ten steps of order eight per interval: the replay finds them exact to 1e-11.
+          // Ten steps of order eight per interval: the replay confirms an accuracy of 1e-11.
           .options = {.intervals_per_phase = 20, .integrator = runge_kutta8({.steps = 10})},
           .optimum = 2242.166366,
           .digits = 9,

@@ -29,7 +29,7 @@ double end_time(double push_end, double landing, double touchdown);
 /// Judges a run. CoM height and angular momentum must stay within limits. The robot must rest at
 /// the target from `rest_after` past the last landing or the end of the last push, whichever is
 /// later. In whole-body runs no planted foot may slip by `planted_slip`. The reason is the first
-/// cause; for a fall it names both.
+/// cause. For a fall, it names the fall and the first cause.
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

@@ -126,7 +126,7 @@ std::string change_of_step(const OptimalControlProblem& problem, const ProblemCh
 
 }  // namespace
 
-// Without the limits that the robot already exceeds, which no plan could satisfy.
+// Omits the limits that the robot already exceeds, because no plan could satisfy them.
 std::vector<PhaseDefinition::ComponentBounds> PushRecoveryExplanations::limits_that_hold(
     const UnmetDecision& unmet) const {
   std::vector<PhaseDefinition::ComponentBounds> all{{2, limits_.height}};

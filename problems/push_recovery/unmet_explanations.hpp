@@ -10,8 +10,8 @@
 namespace saltus::push_recovery {
 
 /// Explanations of the wrench program include the verdict's limits on height and angular momentum,
-/// because forces alone could recover from nearly any push on paper. They propose changes of times,
-/// places, limits and the state after a push, but not of other measured values.
+/// because without these limits the model recovers from nearly any push. They propose changes of
+/// times, places, limits and the state after a push, but not of other measured values.
 class PushRecoveryExplanations final : public walking::UnmetExplanations {
  public:
   explicit PushRecoveryExplanations(const LimitsOnTheWay& limits) : limits_(limits) {}

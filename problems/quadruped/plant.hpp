@@ -3,7 +3,7 @@
 // A foot in the air moves as commanded until it touches the ground: the event "lands". In contact
 // it sticks, and its leg pushes the body with the commanded force, limited by friction and the
 // length of the leg. A leg that is commanded to swing in contact drags: it is a servo of finite
-// gain. It leaves the ground when it is commanded away from it: the event "lifts".
+// gain. It leaves the ground when it is commanded to move away from it: the event "lifts".
 #pragma once
 
 #include <array>

@@ -24,7 +24,7 @@ std::string head(const UnmetDecision& unmet) {
   return fmt::format("the program of {} {} at t = {:.4g} s:\n", unmet.decision, missed, unmet.time);
 }
 
-// Writes the sentences of Explanation::text(), with the words of the problem if it has any.
+// Writes the sentences of Explanation::text(), with the problem's own wording if it defines one.
 class Teller {
  public:
   Teller(const UnmetExplanations& words, const UnmetDecision& unmet, const Explanation& explanation)

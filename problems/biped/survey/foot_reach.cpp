@@ -125,7 +125,7 @@ class Fingerprint {
 std::uint64_t fingerprint(const robots::UrdfModel& model, const robots::RobotDescription& robot,
                           const robots::FloatingRobot& body) {
   Fingerprint print;
-  print.add("reach 2 ");  // version of the method: a new version searches again
+  print.add("reach 2 ");  // version of the method; a new version discards old results
   std::ifstream file(model.source(), std::ios::binary);
   print.add(std::string(std::istreambuf_iterator<char>(file), {}));
   print.add(robot.left_sole);

@@ -14,7 +14,7 @@ namespace saltus::survey {
 
 /// Reachable places of the origin of a contact frame, (forward, away from the other leg), m.
 /// Corners are in the order of the search directions. The polygons are inner approximations: the
-/// search reached each corner and the middle.
+/// search found a posture for each corner and for the middle.
 struct FootReach {
   std::vector<robots::Point2> from_foot;  ///< relative to the other foot, CoM above the midpoint
   std::vector<robots::Point2> from_com;   ///< relative to the CoM, other foot below the CoM

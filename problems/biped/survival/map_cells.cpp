@@ -130,7 +130,8 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
                 : verdict.recovered                           ? MapOutcome::recovered
                                                               : MapOutcome::not_recovered;
   row.reason = verdict.reason;
-  // Without a step, a hop does not count as a recovery. A bow does if the base ends upright.
+  // Without a step, a hop does not count as a recovery. Bending the body does if the base ends
+  // upright.
   if (cell.controller == MapController::none && verdict.recovered && verdict.body &&
       (verdict.body->feet_moved >= standing_move || verdict.body->tilt_end >= standing_tilt)) {
     row.outcome = MapOutcome::not_recovered;

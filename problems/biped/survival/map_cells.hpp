@@ -57,7 +57,7 @@ struct MapRow {
   bool stepped = false;    ///< a step was triggered
   int failed_solves = 0;   ///< control periods in which the solver failed
   double seconds = 0.0;    ///< wall clock, s
-  std::string known_from;  ///< "step 0.6": copied from that cell, as no step was triggered there
+  std::string known_from;  ///< "step 0.6": copied from that cell, because no step began there
 
   MapRow();
 };
