@@ -138,7 +138,8 @@ TEST(ProcessLimits, TooLittleForPythonGivesASentence) {
             "memory, and the limit is 300 MB (ulimit -v)");
 }
 
-// Without memory for the stack of another thread, as under a limit on the number of threads.
+// There is no memory for the stack of another thread. A limit on the number of threads has the same
+// effect.
 TEST(ThreadPool, ThrowsIfThreadsCannotStart) {
   if (test::sanitized) GTEST_SKIP() << "sanitizers need more address space";
   const End end = end_of([] {

@@ -134,7 +134,7 @@ TEST_F(VerbsTest, FilesAddedByVerbsBelongToTheRun) {
   const fs::path out = folder / "first";
   ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
   folder.file("first/mine.png", "mine");
-  // Stands in for a python3 with the required packages.
+  // Replaces a python3 that has the required packages.
   fs::create_directories(folder / "python");
   const std::string folder_name = folder.path();
   const fs::path writer = folder.file("writer",
@@ -211,7 +211,7 @@ TEST_F(VerbsTest, RerunNamesTheEntryThatDiffers) {
   EXPECT_EQ(difference(R"({"a": {}})", R"({"a": {"key": 1}})"), "differs first at a.key is new");
 }
 
-// A whole-body run that another version made without the whole body.
+// A run that wrote robot.json, compared with a run of another version that did not.
 TEST_F(VerbsTest, ComparesRobotsIfBothRunsHaveOne) {
   for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
   folder.file("one/robot.json", "{}");

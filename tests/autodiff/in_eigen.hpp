@@ -1,4 +1,5 @@
-// Scalars for the Eigen tests. The tests are two files because one takes 850 MB to compile.
+// Scalars for the Eigen tests. The tests are in two files, because a single file takes 850 MB to
+// compile.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -515,7 +515,7 @@ class Scripts(unittest.TestCase):
 
     @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
     def test_front_ends_receive_our_discretisation(self):
-        """One interval as a function maps states as the rows of the whole program do."""
+        """The function of one interval maps states in the same way as the rows of the whole program."""
         import numpy
         sys.path.insert(0, SCRIPTS)
         import peers

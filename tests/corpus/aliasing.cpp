@@ -1,5 +1,5 @@
 // Forcing whose period divides the grid's interval, and headings that turn many times within an
-// interval. A scheme cannot see either at the grid's nodes.
+// interval. A scheme cannot detect either at the grid's nodes.
 #include <cmath>
 #include <numbers>
 

@@ -5,7 +5,7 @@
 
 namespace saltus::corpus {
 
-/// Whether the solution claims second derivatives of a minimum.
+/// True if the solution claims that its second derivatives are those of a minimum.
 template <class S>
 bool claims_minimum(const S& solution) {
   if constexpr (requires { solution.curvature_checked; })
@@ -14,7 +14,7 @@ bool claims_minimum(const S& solution) {
     return solution.curvature == std::decay_t<decltype(solution.curvature)>::minimum;
 }
 
-/// Stated factor by which an error at the start grows. 0 if the solution states none.
+/// Stated factor by which an error at the start grows. Zero if the solution states none.
 template <class S>
 double stated_growth(const S& solution) {
   if constexpr (requires { solution.verification; })

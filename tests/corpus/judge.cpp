@@ -11,7 +11,7 @@
 namespace saltus::corpus {
 namespace {
 
-constexpr double promised_gain = 1e-3;  // relative; a KKT point promises less
+constexpr double promised_gain = 1e-3;  // relative; smaller at a KKT point
 constexpr double cost_agreement = 1e-3;
 constexpr double steady =
     1e3;  // amplification up to which an open-loop miss counts as an error of the plan
@@ -46,7 +46,7 @@ std::string describe(const char* kind, const Miss& miss) {
 
 struct Notes {
   bool unreported = false, imprecise = false;
-  bool is_coarse = false;  // exceeds the accuracy that the framework requires of itself
+  bool is_coarse = false;  // errors exceed the accuracy that the framework requires of itself
 };
 
 // Reason why the plan is wrong, or empty if it is right.
@@ -70,7 +70,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   }
   if (!(std::abs(check.cost - solution.cost) <=
         cost_agreement * std::max(std::abs(check.cost), std::abs(solution.cost)) + 1e-9)) {
-    // The judge does not know the part of the cost from soft terms.
+    // The judge does not compute the part of the cost from soft terms.
     if (instance.optimum == std::nullopt)
       return fmt::format("reported cost {:.6g}, cost along the plan {:.6g}", solution.cost,
                          check.cost);

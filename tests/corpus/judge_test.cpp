@@ -88,7 +88,7 @@ TEST(Judge, FindsAViolationBetweenTheNodes) {
 
 TEST(Judge, AcceptsAnInputAtItsBound) {
   // x' = u, |u| <= 1, min -x(1): active bounds balance the gradient. Where u is inside its bounds,
-  // nothing does.
+  // the gradient is not balanced.
   Twin<1, 1> twin("run", Integrators{}, exactly(1.0));
   twin.bound_input(0, between(-1.0, 1.0)).minimise_at_end("way", [](const auto&, const auto& x) {
     return std::decay_t<decltype(x[0])>(-x[0]);

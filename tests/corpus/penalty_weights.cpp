@@ -43,7 +43,7 @@ Instance reachable_end(Random& random) {
   instance.problem.start_at({0.0}).then(twin.phase).costs(CostRule::integrated);
   instance.options.intervals_per_phase = n;
   instance.phases = {twin.outside};
-  instance.is_kkt_judged = false;  // the judge knows the optimum
+  instance.is_kkt_judged = false;  // the known optimum is compared instead
   const double multiplier = target / gramian;
   if (kind == Penalty::L1) {
     instance.optimum =

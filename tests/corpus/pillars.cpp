@@ -42,8 +42,8 @@ Instance pillars(Random& random) {
   Instance instance;
   instance.options.intervals_per_phase = random.chance(0.5) ? 30 : random.integer(10, 60);
   const auto finish = [&](auto& twin, const VectorXd& start) {
-    // Most guesses start on the straight line or next to it. Without a guess, the search starts
-    // with the start state everywhere.
+    // Most guesses start on the straight line or next to it. Without a guess, the solver starts
+    // with the initial state at every node.
     if (random.chance(0.75)) {
       const double aside = random.chance(0.5) ? 0.0 : way * random.uniform(-0.2, 0.2);
       twin.phase.guess_state(Guess::trajectory([=](double f) {

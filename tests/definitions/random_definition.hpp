@@ -1,6 +1,6 @@
-// Random problems from a seed: phases, sizes, windows, terms, events, jumps, schedules, data, and
-// in one of four a mistake. random_definitions_test.cpp checks the properties that all of them must
-// have.
+// Random problems from a seed: phases, sizes, windows, terms, events, jumps, schedules and data.
+// One problem in four contains a mistake. random_definitions_test.cpp checks the properties that
+// all of them must have.
 #pragma once
 
 #include <cstdint>

@@ -76,8 +76,8 @@ bool is_sure_of_none(const Outcome& o) {
 bool is_proved_to_have_none(const Outcome& o) {
   return o.solution && o.solution->message.find("the constraints cannot all be satisfied") == 0;
 }
-// Optimal for the program. Path constraints may be violated between its nodes, which the status
-// reports.
+// True for an optimum of the program. Path constraints may be violated between its nodes, which the
+// status reports.
 bool is_sure_of_one(const Outcome& o) {
   return o.solution && (o.solution->status == SolveStatus::optimal ||
                         o.solution->status == SolveStatus::coarse_grid);
@@ -133,9 +133,9 @@ TEST(RandomDefinitions, GiveAMessageOrAStatusAndSolversAgree) {
     for (const auto& [what, count] : counts) fmt::print("{:6} {}\n", count, what);
 }
 
-// Convex problems that campaigns found, on which one solver ended without an optimum: riccati at
-// soft sides that are just reached (the first eight), Ipopt where the tolerance was met in the
-// units of the program only (the next three), or where the cost of the optimum is 4e-7.
+// Convex problems from campaigns in which one solver ended without an optimum. riccati failed at
+// soft sides that are just reached (the first eight). Ipopt failed where the tolerance was met only
+// in the units of the program (the next three), or where the optimal cost is 4e-7.
 TEST(RandomDefinitions, SolversAgreeOnProblemsThatCampaignsFound) {
   std::map<std::string, int> counts;
   for (const int seed : {201, 809, 1446, 1862, 1945, 2694, 3871, 4301, 2947, 3417, 3434, 442})

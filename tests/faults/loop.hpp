@@ -52,7 +52,7 @@ class FaultyLoop {
 
   /// Runs one tick and moves the plant until the next tick.
   const ControlTick& tick(Fault fault);
-  /// Inserts a mode change at a random time within the horizon. Forgets modes that are over.
+  /// Inserts a mode change at a random time within the horizon. Removes modes that have ended.
   void edit_schedule();
   /// Sets the target position, m.
   void aim(double position);

@@ -1,5 +1,5 @@
 """Programs that are stopped, killed, without disk space, or two in one folder: files on disk are complete, the exit
-status has the reason, and the next start resumes. Usage: process_faults_test.py SALTUS
+status gives the reason, and the next start resumes. Usage: process_faults_test.py SALTUS
 """
 
 import csv
@@ -106,7 +106,7 @@ class Stopped(unittest.TestCase):
         self.stop_at_random(MAP, signal.SIGINT, 4)
 
     def test_run_is_stopped_and_continued(self):
-        """A slow disk or a sleeping machine: stopped and continued."""
+        """Stops and continues a program, as a slow disk or a sleeping machine would."""
         process = self.start(RUN)
         for _ in range(5):
             time.sleep(self.random.uniform(0.0, 0.2))
@@ -281,7 +281,7 @@ class Stopped(unittest.TestCase):
         self.assertEqual(unreadable(self.out), [])
 
     def test_disk_is_full(self):
-        """No file may exceed 4 kB: the error is that of a full disk, with other wording."""
+        """No file may exceed 4 kB: the error is that of a full disk, with different wording."""
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 

@@ -110,8 +110,8 @@ TEST_P(HybridEdges, FindsTwoCrossingsWithinOneStep) {
   EXPECT_TRUE(below.events.empty());
 }
 
-// An interval of length zero is the identity. An event of a state behind a guard happens once, in
-// the next interval.
+// An interval of length zero is the identity. If the state is behind a guard, the event happens
+// once, in the next interval.
 TEST_P(HybridEdges, IntervalOfZeroLengthHasNoEvents) {
   const HybridSimulation sim =
       run(thrown(0.3), vec({0.5, 5.0, 0.0}), vec({0.0, 0.0, 0.01}), VectorXd(), "low");

@@ -192,8 +192,8 @@ TEST(ImplicitRungeKutta, FollowsAStiffBranchWithLongSteps) {
   EXPECT_EQ(explicit_scheme->value(w.data(), end.data()), IntegrationStatus::not_finite);
 }
 
-// Newton's method diverges where the rate saturates. It converges with shorter steps, several of
-// them: half of a step that works does not work directly.
+// Newton's method diverges where the rate saturates. Continuation through several shorter steps
+// converges; starting from half of the step is not enough.
 TEST(ImplicitRungeKutta, FindsStagesWithShorterSteps) {
   constexpr double rate = 1e3, start = 3.0;
   const IntervalProblem problem = autonomous(

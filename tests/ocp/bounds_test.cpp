@@ -43,7 +43,7 @@ TEST(Bounds, BoundsOfAnUnknownOutliveTheirPhase) {
   EXPECT_EQ(ocp.after(1).bounds_of_unknown("gain", 0), between(0.0, 1.0));
 }
 
-// Several threads evaluate it at once, as they do with formulas.
+// Several threads evaluate a soft bound at once, as they do with formulas.
 TEST(Bounds, SoftBoundsAreReentrant) {
   Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.bound_state(1, at_most(1.0), {}, soft("speed", 1.0));

@@ -21,7 +21,7 @@ FORBIDDEN = {
     "benchmarks": ("program", "tests", "docs", "examples"),
     "program": ("tests", "docs", "examples"),
     "tests/qp": ("problems", "program", "docs", "examples"),
-    # These see installed headers only, by their installed names.
+    # These folders use installed headers only, by their installed names.
     "examples": ("framework", "problems", "program", "benchmarks", "tests", "docs"),
     "docs": ("problems", "program", "benchmarks", "tests", "examples"),
 }

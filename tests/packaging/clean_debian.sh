@@ -50,7 +50,7 @@ command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get ins
 
 log=$folder/log
 began=$SECONDS
-processor_seconds() { # of this script and of all that it has run
+processor_seconds() { # of this script and of its child processes
   awk -v hz="$(getconf CLK_TCK)" '{ sub(/.*\) /, ""); printf "%d", ($12 + $13 + $14 + $15) / hz }' "/proc/$$/stat"
 }
 step() { printf '%s, %d s (%d s of processors): %s\n' "$release" $((SECONDS - began)) "$(processor_seconds)" "$*"; }
@@ -76,7 +76,7 @@ enter() {
   mounted+=("$root/proc")
   # Installs only the declared dependencies of packages.
   echo 'APT::Get::Assume-Yes "true"; APT::Install-Recommends "false"; Dpkg::Use-Pty "false";' >"$root/etc/apt/apt.conf.d/90clean"
-  echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fast" # nothing is lost with this file system
+  echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fast" # this file system can be made again
   if [[ -n $launcher ]]; then
     mkdir -p "$folder/cache" "$root/var/cache/compiler"
     mount --bind "$folder/cache" "$root/var/cache/compiler"
@@ -99,7 +99,7 @@ fresh_copy() {
   rm -rf "${folder:?}/$1"
   cp -a "$folder/clean" "$folder/$1"
 }
-put_sources() { # what git knows of, in the file system
+put_sources() { # copies the files that git tracks into the file system
   rm -rf "$root/src/saltus/"{framework,integrators,robots,problems,tests,benchmarks,examples,docs,python}
   mkdir -p "$root/src/saltus"
   (cd "$source_tree" && git ls-files -z | xargs -0 tar c) | tar x -C "$root/src/saltus" --no-same-owner
@@ -160,7 +160,7 @@ if [[ -n $sources ]]; then
 else
   mkdir -p "$root/src/debs"
   cp "$packages"/*.deb "$root/src/debs/"
-  wanted=() # the library's packages, and those that they need of ours
+  wanted=() # the packages of the library, and the Saltus packages that they need
   for component in ${components//;/ }; do
     name=libsaltus-$component-dev
     [[ $component != core ]] || name=libsaltus-dev
@@ -181,7 +181,7 @@ fi
 
 # ---- 2. use ----------------------------------------------------------------------------------------
 
-# The project of the page: its CMakeLists.txt with the components at hand, and the first problem.
+# The project of the page: its CMakeLists.txt with the available components, and the first problem.
 mkdir -p "$root/src/car"
 sed -n '/^# CMakeLists.txt$/,/^```$/{/^```$/!p}' "$page" >"$root/src/car/CMakeLists.txt"
 [[ $components == *ipopt* ]] || sed -i 's/ core ipopt)/ core)/; s/ saltus::ipopt)/)/' "$root/src/car/CMakeLists.txt"

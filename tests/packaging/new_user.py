@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Types the commands of the pages as a new user of an installed Saltus.
+"""Runs the commands of the pages as a new user of an installed Saltus.
 
 Usage: new_user.py SOURCES WORK [--icub-urdf FILE]
 
 SOURCES is a checkout or a copy of it: its README.md, docs/, problems/README.md and their files. The installed library
 and program are used, not those of SOURCES. WORK is created anew. Every command is printed with its minutes and
-processor time; the exit status is 1 if one of them does not do what its page says. `./saltus` on a page is the program
+processor time; the exit status is 1 if the result of one of them differs from its page. `./saltus` on a page is the program
 `saltus`.
 """
 

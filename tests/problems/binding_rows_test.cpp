@@ -110,7 +110,8 @@ MultipleShooting transcribe(const StepRecovery& s) {
   return shooting;
 }
 
-// Multipliers of the lower edge in y, summed over the rows that repeat it, by microseconds.
+// Multipliers of the lower edge in y, summed over the rows that repeat it. The key is the time in
+// microseconds.
 std::map<long, double> edge_multipliers(MultipleShooting& shooting, const VectorXd& lambda) {
   std::map<long, double> result;
   NonlinearProgram& nlp = shooting.nlp();

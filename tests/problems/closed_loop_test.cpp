@@ -76,9 +76,9 @@ TEST(ClosedLoop, LandingMayFallBetweenTicks) {
     ASSERT_TRUE(outcome.verdict.recovered) << late << ": " << outcome.verdict.reason;
     EXPECT_NEAR(outcome.log.touchdown, config.push.start + config.step.duration, 1e-9);
     if (late > 0.0) {
-      // With a few milliseconds of delay the robot moves only slightly: the predicted place of
-      // the foot, and half of that the target, shifts by omega x delay x distance to the sole's
-      // edge, 6.3 ms x 4.2 / s x 0.2 m = 5 mm at the most.
+      // A delay of a few milliseconds changes the motion only slightly. The predicted place of the
+      // foot shifts by omega x delay x distance to the sole's edge, 6.3 ms x 4.2 / s x 0.2 m = 5 mm
+      // at most. The target shifts by half of that.
       EXPECT_NEAR(outcome.verdict.angular_momentum_max, last.verdict.angular_momentum_max, 0.05);
       EXPECT_LT(
           (outcome.log.samples.back().gamma.head<3>() - last.log.samples.back().gamma.head<3>())
@@ -340,7 +340,7 @@ std::string complaint_about(const std::string& text) {
   return error_of<InputError>([&] { settings.apply({parse_set_argument(text)}); }, "no complaint");
 }
 
-// Earlier, such pushes were ignored and the run "recovered", or the run did not end.
+// Earlier versions ignored such pushes and the run "recovered", or the run did not end.
 TEST(Settings, RejectsImpossiblePushesAndTimes) {
   for (const char* text :
        {"push.duration=1e-7", "push.duration=1e300", "push.direction=[1e308, 1e308, 0]",

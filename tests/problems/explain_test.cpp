@@ -129,7 +129,7 @@ const Spoilt all[] = {
        term(p, 0, "ground").bounds = {exactly(0.4)};
        p.editable_phase(0).input_bounds = {{0, between(-4.0, 4.0)}};
      },
-     "ceiling", 0.75, std::nullopt},  // at most -4 takes 0.25 s to the landing speed
+     "ceiling", 0.75, std::nullopt},  // with -4 at most, the landing speed takes 0.25 s
     {"pushed_too_hard", "C09a",
      [](auto& p) {
        keep_upright(p);

@@ -20,7 +20,7 @@ constexpr double rounding = 1e-5;  // the URDF is written with six digits
 
 class OtherHumanoid : public testing::Test {
  protected:
-  // `write` first. Settings: key, value, key, value ...
+  // Call `write` first. Settings: key, value, key, value ...
   int run(const std::vector<std::string>& settings) {
     std::map<std::string, std::string> given{{"--plant", "dart"},
                                              {"--preset", "paper"},

@@ -1,4 +1,5 @@
-// The controllers do not know a push in advance, and the run reports pushes that no step can catch.
+// The controllers have no advance knowledge of a push, and the run reports pushes that no step can
+// catch.
 #include <gtest/gtest.h>
 
 #include <algorithm>

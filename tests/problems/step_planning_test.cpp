@@ -110,7 +110,7 @@ TEST(StepProblemTest, StepsOntoTheCapturePoint) {
   EXPECT_NEAR(s.place[0][1], std::min(0.31, 2.0 * 0.025 * grown), 0.01);
 }
 
-// The capture point is outside the sole with reserve of a plan with a step, but on the full sole.
+// The capture point is outside the reduced sole of a plan with a step, but inside the full sole.
 TEST(StepProblemTest, UsesTheWholeSole) {
   StepModel m = model();
   m.lent = 1e-6;

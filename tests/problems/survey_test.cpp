@@ -217,7 +217,7 @@ TEST(PostureSearch, ReachesTheRequestedFeetAndCentreOfMass) {
   EXPECT_FALSE(find_posture(model, robot, body, wish, {}).is_found());
 }
 
-// The search starts from the posture on both feet, also if other postures precede it.
+// The search starts from the posture on both feet, even if other postures precede it.
 TEST(FootReach, SearchesFromTheStandingPostureAndWritesAtomically) {
   namespace fs = std::filesystem;
   const robots::UrdfModel model = robots::UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");

@@ -56,8 +56,8 @@ Iterate started(const SparseQp& qp) {
 
 // --- starting points ----------------------------------------------------------------------------
 
-// min 1/2 v^2 with v >= 1. In between v = 1/2 misses by 1/2; slacks are shifted by 3/4, then by
-// half of the products over the multipliers, and multipliers likewise.
+// min 1/2 v^2 with v >= 1. The intermediate v = 1/2 violates the bound by 1/2. Slacks are shifted
+// by 3/4, then by half of the products divided by the multipliers, and multipliers likewise.
 TEST(LeastSquaresStart, MatchesMehrotra) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 1.0;
@@ -80,7 +80,7 @@ TEST(LeastSquaresStart, IgnoresInactiveBounds) {
   EXPECT_LT(point.lambda[1], 1e-9);
 }
 
-// v = 1/4 has 1/4 of room: multipliers are shifted by 3/8.
+// v = 1/4 is inside its bound by 1/4: multipliers are shifted by 3/8.
 TEST(LeastSquaresStart, InteriorPointShiftsMultipliers) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(-0.5));
   qp.lower[0] = 0.0;

@@ -204,11 +204,11 @@ RandomQpOptions with(double RandomQpOptions::*probability) {
 }
 INSTANTIATE_TEST_SUITE_P(
     RiccatiSolver, EveryKind,
-    ::testing::Values(
-        Kind{"Plain", plain}, Kind{"FreeStart", with(&RandomQpOptions::free_start)},
-        Kind{"EqualityRows", with(&RandomQpOptions::equality_rows)},
-        // Multipliers do not tell how a weakly active soft side is split into slack and violation.
-        Kind{"SoftRows", with(&RandomQpOptions::soft_rows), 5}),
+    ::testing::Values(Kind{"Plain", plain}, Kind{"FreeStart", with(&RandomQpOptions::free_start)},
+                      Kind{"EqualityRows", with(&RandomQpOptions::equality_rows)},
+                      // Multipliers do not determine how a weakly active soft side is split into
+                      // slack and violation.
+                      Kind{"SoftRows", with(&RandomQpOptions::soft_rows), 5}),
     [](const auto& kind) { return kind.param.name; });
 
 // Rows of one entry each in increasing columns are stored as entries. The same rows in reverse

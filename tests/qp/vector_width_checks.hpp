@@ -1,5 +1,5 @@
-// Checks for every vector width. They return plain numbers, so that the test needs no code of a
-// width before it knows that the machine supports it.
+// Checks for every vector width. They return plain numbers, so that the test runs no code of a
+// width before it has checked that the machine supports it.
 #pragma once
 
 namespace saltus::testing {

@@ -10,8 +10,8 @@
 namespace saltus::robots::walking {
 namespace {
 
-// Right foot, then left foot; the run ends before the second step. The robot stays in its initial
-// state.
+// The plan has a step of the right foot, then one of the left foot. The run ends before the second
+// step. The robot stays in its initial state.
 TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
   const RobotDescription robot = icub();
   StepPlan plan;

@@ -211,7 +211,7 @@ TEST_F(SyntheticProblem, RejectsAGroundStepUnderAFoot) {
   EXPECT_NO_THROW(simulate(problem, robot));
 }
 
-// On two feet the lever arms divide the weight; on one foot it carries all of it.
+// On two feet, the lever arms divide the weight. On one foot, that foot carries all of it.
 TEST(Scene, FootLoadsOfAStandingBody) {
   Scene scene;
   scene.swing = flat_sole({0.0, -0.2, 0.0});

@@ -184,7 +184,8 @@ TEST_F(Limbs, CapsulesOfTheFileMatchTheMeshes) {
   for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
     const auto& expected = fitted.bodies[b].capsules;
     ASSERT_EQ(robot.bodies[b].capsules.size(), expected.size()) << robot.bodies[b].name;
-    // The file is rounded to 0.1 mm; the search may end one iteration apart on other processors.
+    // The file is rounded to 0.1 mm; on other processors the search may take one iteration more or
+    // less.
     constexpr double same = 1e-3;
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const robots::Capsule& c = robot.bodies[b].capsules[i].capsule;

@@ -286,7 +286,7 @@ TEST_F(LimbsInBothEngines, LimbsStopAtEachOther) {
         clearance.update(plant->state());
         least = std::min(least, clearance.approach(0).distance);
       }
-      // MuJoCo's contacts yield: 5 Nm on the weight of an arm.
+      // MuJoCo's contacts are soft: limbs overlap slightly under a torque of 5 Nm.
       if (self_collision)
         EXPECT_GT(least, -0.005) << plant->name();
       else

@@ -178,12 +178,14 @@ TEST(Pushes, RandomPushesCoverTheirIntervals) {
     EXPECT_EQ(push.direction[2], 0.0);
     directions += push.direction;
   }
-  // Of a uniform one: five deviations of the mean, of the variance about as many.
+  // Values of a uniform distribution. The tolerances are five standard deviations for the mean and
+  // about as many for the variance.
   const double mean = sum / 1000.0, width = more.impulse[1] - more.impulse[0];
   EXPECT_NEAR(mean, 0.5 * (more.impulse[0] + more.impulse[1]), 5.0 * width / std::sqrt(12e3));
   EXPECT_NEAR(squares / 1000.0 - mean * mean, width * width / 12.0, 0.15 * width * width / 12.0);
   EXPECT_LT(directions.norm() / 1000.0, 5.0 / std::sqrt(1e3));
-  // The middle one begins near the middle: of 1000 sorted times in 2000 s it deviates by 32 s.
+  // The middle push begins near the middle: of 1000 sorted times in 2000 s, it has a standard
+  // deviation of 32 s.
   EXPECT_NEAR(pushes[500].start, 3000.0, 5.0 * 32.0);
 }
 

@@ -1,4 +1,4 @@
-// The closed form of the pendulum with flywheel against a linear program that knows only the
+// The closed form of the pendulum with flywheel against a linear program that uses only the
 // discretised dynamics, and against figures computed elsewhere.
 #include "tests/support/standing_bound.hpp"
 

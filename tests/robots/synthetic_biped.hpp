@@ -1,7 +1,8 @@
 // A biped that is not iCub, written as text: other names, other mass, boxes only.
 //
-// 47 kg, twelve joints in the legs and two in the trunk, every link a box. Left leg a little bent,
-// leaning so that the pelvis is above its sole; right leg bent more, so that its foot is lifted.
+// 47 kg, twelve joints in the legs and two in the trunk, every link a box. The left leg is slightly
+// bent and leans so that the pelvis is above its sole. The right leg is bent more, so that its foot
+// is lifted.
 #pragma once
 
 #include <fmt/format.h>

@@ -212,7 +212,7 @@ TEST(UserTasks, ReachesTheEndWithACustomPlant) {
   const LoopLog log = simulate_closed_loop(controller, plant, options);
   EXPECT_TRUE(log.ok()) << log.message;
   EXPECT_NEAR(plant.state()[0], 1.0, 1e-4);
-  // The result equals that of the plant that knows the phases.
+  // The result equals that of the plant with phases.
   ShrinkingHorizonController same = controller_of(problem, 0.04);
   PhasedPlant phased(problem, runge_kutta4());
   const LoopLog reference = simulate_closed_loop(same, phased, options);

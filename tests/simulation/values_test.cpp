@@ -1,6 +1,6 @@
-// Errors of public values that are empty, moved from, or asked for an invalid index or a NaN time.
-// Each access throws a DefinitionError, except for a tick, which never throws and uses the
-// fallback.
+// Errors of public values that are empty or moved from, or that are accessed with an invalid index
+// or a NaN time. Each access throws a DefinitionError, except for a tick, which never throws and
+// uses the fallback.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -99,7 +99,7 @@ TEST(EmptyTrajectory, RejectsEveryAccess) {
   Solution solution = solve(integrator());
   ASSERT_TRUE(solution.ok()) << solution.message;
   const Solution taken = std::move(solution);
-  expect_empty(solution.trajectory);  // NOLINT(bugprone-use-after-move): what this is about
+  expect_empty(solution.trajectory);  // NOLINT(bugprone-use-after-move): tested here
   Trajectory plan = taken.trajectory;
   const Trajectory other = std::move(plan);
   expect_empty(plan);  // NOLINT(bugprone-use-after-move)

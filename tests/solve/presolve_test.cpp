@@ -254,7 +254,7 @@ std::vector<Twice> twices() {
         problem.then(p);
       });
     });
-    // No multiples of each other, but constant where the circle is kept.
+    // The redundant rows are no multiples of the first one, but they are constant on the circle.
     add("circle kept in another form", [=](bool twice) {
       const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
       return in_phases(phases, start, [&](OptimalControlProblem& problem, int j) {

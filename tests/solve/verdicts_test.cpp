@@ -209,7 +209,7 @@ TEST(Verdicts, ViolatedLargeWeightIsInTheCost) {
 }
 
 // An L2 penalty on a limit that cannot be kept, for weights that hide all other numbers. With the
-// largest input of 1, the violation at time t is 2 - t. The start is given and not charged.
+// largest input of 1, the violation at time t is 2 - t. The start is given and not penalised.
 TEST(Verdicts, UnavoidableQuadraticPenaltyIsSolvedForAnyWeight) {
   const auto position = [](auto, auto x) { return x[0]; };
   for (const double weight : {1e6, 1e10, 1e12, 1e14}) {
@@ -291,8 +291,8 @@ TEST(Verdicts, StoppedSolveIsNotRestarted) {
 }
 
 // Forces of up to 2 N per kg are at their bounds for any mass. The guess of zero gives no magnitude
-// of a force, and the native solvers cycle in the units of large masses: they must notice that
-// (500 iterations is the limit).
+// of a force, and the native solvers cycle in the units of large masses: they must detect the cycle
+// (the limit is 500 iterations).
 OptimalControlProblem push(double mass) {
   Phase<2, 1> phase{"push",
                     [=](auto, auto x, auto u) {

@@ -1,5 +1,5 @@
-// A slow, dense solver of quadratic programs behind the qp::QpSolver interface. Tests of code that
-// uses this interface need it, because it is independent of the solvers of saltus/qp.
+// A slow, dense solver of quadratic programs behind the qp::QpSolver interface. Tests of code
+// behind this interface use it, because it is independent of the solvers of saltus/qp.
 #pragma once
 
 #include <memory>

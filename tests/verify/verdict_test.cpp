@@ -132,7 +132,7 @@ TEST(Verdict, ReportsAModerateGrowthOfErrors) {
       const bool misses = s.message.find("miss 'r' of phase 'a' by") != std::string::npos;
       EXPECT_EQ(misses, growth > 1.0) << growth << ": " << x << ", " << s.message;
       if (growth == 1e3) {
-        EXPECT_LT(std::abs(x), GridAccuracy{}.open_loop);  // said in the units of the end
+        EXPECT_LT(std::abs(x), GridAccuracy{}.open_loop);  // stated in the units of the end
       }
     }
 }
