@@ -110,7 +110,7 @@ def svg(rows, modes, channels, inputs):
         for row, text in enumerate(titles[name]):
             out.append(f'<text x="{left}" y="{top + 12 + row * LINE}" fill="{colour}">{html.escape(text)}</text>')
         if max(values) > min(values):
-            ends = dict.fromkeys((short(min(values), extent), short(max(values), extent)))  # one if both are printed alike
+            ends = dict.fromkeys((short(min(values), extent), short(max(values), extent)))  # one if printed alike
             out.append(f'<text x="{left + CELL}" y="{top + head - 6}" text-anchor="end" fill="#666" font-size="9">'
                        f"{' to '.join(ends)}</text>")
         out.append(f'<rect x="{left}" y="{top + head}" width="{CELL}" height="{PLOT}" fill="none" stroke="#ccc"/>')
@@ -220,7 +220,7 @@ def entry(path, times, pictures, typeset):
         if not line.startswith("//"):
             break
         head.append(line[2:].removeprefix(" "))
-    if not head:  # the header has the statement
+    if not head:  # the header contains the statement
         with open(path.replace(".cpp", ".hpp"), encoding="utf-8") as file:
             head = [line[2:].removeprefix(" ") for line in file.read().split("#pragma once")[0].splitlines()]
     blocks = re.split(r"\n\s*\n", "\n".join(head).strip("\n"))

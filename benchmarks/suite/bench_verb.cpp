@@ -1,4 +1,4 @@
-// This file executes `latency` and `answer`. Everything else is Python (suite/scripts), which has
+// This file executes `latency` and `answer`. Everything else is Python (suite/scripts), which calls
 // the other solvers. The scripts run with the interpreter of the peers' environment, or otherwise
 // with that of the system, which finds our solvers only.
 #include "benchmarks/suite/bench_verb.hpp"
@@ -48,7 +48,7 @@ constexpr const char* help =
     "  reproduce  repeats the tables of the pages and lists the differences\n"
     "  peers      installs other solvers into a separate Python environment\n";
 
-// `./saltus setup --with-peers` installs beside the program, `saltus bench peers` into the cache.
+// `./saltus setup --with-peers` installs next to the program, `saltus bench peers` into the cache.
 std::vector<fs::path> peer_folders() {
   std::vector<fs::path> folders{program_folder() / "peers"};
   try {

@@ -38,7 +38,7 @@ console.log(JSON.stringify(JSON.parse(require("fs").readFileSync(0)).map(typeset
 """
 FEWEST_SECTIONS = 3  # of a page with a table of contents
 INLINE_FORMULA = re.compile(r"(?<![\w$])\$(?=[^\s$])([^$`]*[^\s$])\$(?![\w$])")
-# The sidebar: groups in the order in which a newcomer asks, and their pages. Other pages join the last group.
+# The sidebar: groups in the order in which a newcomer needs them, and their pages. Other pages join the last group.
 DECISIONS = [f"framework/design/decisions/{area}.md" for area in
              ("formulas", "problems", "transcription", "solvers", "control", "robots", "program", "build")]
 GROUPS = {
@@ -265,7 +265,7 @@ class Page:
                 continue
             if line.lstrip().startswith("```"):
                 is_code = not is_code
-                # Doxygen knows few languages; it shows shell code unchanged.
+                # Doxygen supports few languages; it shows shell code unchanged.
                 out.append(re.sub(r"```(sh|yaml|cmake|json|text)$", "```", line))
                 continue
             if is_code or re.match(r"<!--.*-->$", line):

@@ -5,8 +5,8 @@ Usage: open_pages.py FOLDER [--pictures OUT] [PAGE...]
 
 FOLDER has the pages (.html); PAGE names some of them, by default all. The exit status is 1 if a page writes an error to
 the console, cannot load a file, shows a formula that is not typeset, is wider than the window, or has a sidebar of more
-than 40 entries. --pictures writes a picture of each page at each width to OUT. Without Chromium the script says so and
-ends with 77.
+than 40 entries. --pictures writes a picture of each page at each width to OUT. Without Chromium the script prints a
+message and exits with 77.
 """
 
 import base64

@@ -1,5 +1,5 @@
-"""ProxDDP of aligator. The package libaligator is a C++ library. aligator_program.cpp, some 100 lines that pass a
-program on, is compiled against it at first use and kept in the user's cache. ctypes calls the compiled library as C.
+"""ProxDDP of aligator. The package libaligator is a C++ library. aligator_program.cpp, about 100 lines that pass
+a program to it, is compiled against it at first use and kept in the user's cache. ctypes calls the compiled library as C.
 """
 
 import ctypes

@@ -12,7 +12,8 @@ import numpy as np
 from nonlinear_peers import CasadiNlp
 from peers import ITERATIONS, Answer, NotApplicable
 
-# It solves unscaled quadratic programs to 1e-7; scaled, and with tighter tolerances, some of them to 1e-8: measured.md.
+# It solves unscaled quadratic programs to 1e-7; scaled, and with tighter tolerances, some of them to 1e-8 (see
+# measured.md).
 COST_SCALE = 100.0
 
 

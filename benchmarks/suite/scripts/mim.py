@@ -64,7 +64,7 @@ class MimCsqp(_Crocoddyl):
         solver = mim_solvers.SolverCSQP(self.problem)
         solver.termination_tolerance = self.tolerance
         solver.eps_abs, solver.eps_rel, solver.max_qp_iters = 0.1 * self.tolerance, 0.0, PROGRAM_ITERATIONS
-        # With its defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6: measured.md.
+        # With its defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6 (see measured.md).
         solver.sigma, solver.remove_reg, solver.rho_update_interval = 1e-10, True, 100
         found, own_us = self.timed(solver, start)
         t = self.trajectory

@@ -98,7 +98,7 @@ class CasadiIpopt(CasadiNlp):
     name, plugin = "casadi-ipopt", "ipopt"
     about = "Ipopt with MUMPS of casadi's package, functions in CasADi's virtual machine"
 
-    def options(self, tolerance):  # as our interface to Ipopt
+    def options(self, tolerance):  # as in our interface to Ipopt
         return {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": tolerance,
                 "ipopt.dual_inf_tol": 1e3 * tolerance, "ipopt.compl_inf_tol": 1e3 * tolerance,
                 "ipopt.constr_viol_tol": min(1e-4, tolerance), "ipopt.max_iter": ITERATIONS,

@@ -64,7 +64,7 @@ def thread_us():
 
 
 def process_us():
-    """For solvers with threads of their own: no interrupt."""
+    """For multi-threaded solvers: no interrupt."""
     return 1e-3 * time.process_time_ns()
 
 
