@@ -32,7 +32,7 @@ void Measurement::count(double microseconds, const qp::QpResult& result, double 
   times_.push_back(microseconds);
   iterations_ += result.iterations;
   result_.iterations_max = std::max(result_.iterations_max, result.iterations);
-  // Not std::max, which would drop a NaN; infinity stays the largest.
+  // std::max would drop a NaN. Infinity stays the largest.
   if (!(residual <= result_.kkt_max)) result_.kkt_max = std::isnan(residual) ? infinity : residual;
   if (result.status != qp::QpStatus::optimal || !(residual <= accepted_residual))
     result_.failures.push_back({seed, result.status, residual});

@@ -18,7 +18,7 @@ namespace {
 class Dice {
  public:
   explicit Dice(unsigned seed) : generator_(seed) {}
-  // Not std::uniform_real_distribution: its numbers depend on the standard library.
+  // The numbers of std::uniform_real_distribution would depend on the standard library.
   double between(double low, double high) {
     return low + (high - low) * (static_cast<double>(generator_() >> 11) * 0x1.0p-53);
   }

@@ -157,7 +157,7 @@ def conventions():
 
 
 def shooting():
-    """Multiple shooting: nodes, intervals integrated from them, defects, and an event with a node of its own."""
+    """Multiple shooting: nodes, intervals integrated from them, defects, and an event with its own node."""
     figure, axes = new_axes(3.9, 10.6, 5.6)
     nodes = [0.0, 1.7, 3.4, 4.6, 5.1, 6.8, 8.5, 10.0]
     starts = [2.5, 3.15, 3.75, 3.6, 3.05, 2.75, 2.35]

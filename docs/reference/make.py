@@ -119,7 +119,7 @@ def slug(heading):
 
 
 class Formulas:
-    """The formulas of all pages: `$...$` within a line and blocks of ```math. Doxygen sees a mark for each."""
+    """The formulas of all pages: `$...$` within a line and blocks of ```math. Doxygen receives a mark for each."""
 
     def __init__(self):
         self.formulas = []  # (page, formula, is it displayed)

@@ -30,7 +30,7 @@ FUNCTION = re.compile(r"^(\s*)(?!return |using |friend )([\w:<>,&*\[\] ]+ \w+\([
 AS_MADE = re.compile(r"^(\s*)(\S.*=\s*(default|delete);.*)$")
 COPIES = re.compile(r"^(\s*)(?:(\w+)\(const \2&[^,)]*\)|(\w+)& operator=\(const \3&[^,)]*\))(?: noexcept)?;")
 MOVES = re.compile(r"^(\s*)(?:(\w+)\(\2&&[^,)]*\)|(\w+)& operator=\(\3&&[^,)]*\))(?: noexcept)?;")
-# Of types that carry derivatives or dependence; their operators need no comment.
+# Types that carry derivatives or dependence; their operators need no comment.
 ARITHMETIC = re.compile(
     r"^\s*(?:\[\[gnu::\w+\]\] )?(?:friend |static )?[\w:]+(?:<[^>]*>)?&? (?:operator[-+*/<>=!]+|sin|cos|tan|asin|acos"
     r"|atan|sinh|cosh|tanh|exp|log|sqrt|abs|min|max|atan2|hypot|pow|combine)\(")

@@ -161,8 +161,8 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   if (incumbent_ >= 0 && best >= 0 && candidates_[incumbent_].solution != nullptr &&
       candidates_[incumbent_].cost < candidates_[best].cost + settings_.hysteresis)
     best = incumbent_;
-  // A step that leaves more of the standing robot's violation would cost it its balance. With arms
-  // and trunk it can do more than its pendulum model.
+  // A standing robot would lose its balance by a step that leaves more of its violation. With arms
+  // and trunk, the robot can do more than its pendulum model.
   const Candidate& standing = candidates_.front();
   if (best > 0 && !walks() && standing.solution != nullptr && standing.solution->is_solved &&
       candidates_[best].solution->missed > helpful * standing.solution->missed)

@@ -21,8 +21,9 @@
 namespace saltus::push_recovery {
 namespace {
 
-// p of a phase: measured data, the places of the feet, and where the capture point comes to rest.
-// Rest: (side, forward, sideways), each in [-1, 1]; side -1 is the previous foot, 1 the last one.
+// p of a phase: measured data, the places of the feet, and the place where the capture point comes
+// to rest. Rest: (side, forward, sideways), each in [-1, 1]; side -1 is the previous foot, 1 the
+// last one.
 constexpr int feet_at = size_of<StepNow>, rest_at = feet_at + 2 * most_planned_steps,
               parameters = rest_at + 3;
 

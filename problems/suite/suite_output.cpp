@@ -10,7 +10,7 @@ namespace {
 
 constexpr const char* row = "{:<26} {:>20} {:>20} {:>8} {:>6} {:>8} {:>4} {:>7} {:<7} {}\n";
 
-// As many digits as are known, at most 14.
+// Number with all known digits, at most 14.
 std::string number(double value, int digits) {
   return fmt::format("{:.{}g}", value, digits > 0 ? std::min(digits, 14) : 6);
 }

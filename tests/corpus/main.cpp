@@ -1,5 +1,5 @@
-// The adversarial corpus: random problems of kinds that solvers often get wrong without notice,
-// checked by an independent judge.
+// The adversarial corpus: random problems of kinds for which solvers often give a wrong answer
+// without a warning, checked by an independent judge.
 //
 //     saltus_corpus                          the full set, seeds from 1 on
 //     saltus_corpus --gate                   the sample of the gate

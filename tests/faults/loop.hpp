@@ -59,7 +59,7 @@ class FaultyLoop {
   /// Changes the speed of the plant, m/s, but not that of the model.
   void strike(double speed);
 
-  /// Whether the last input was finite, within the bounds of its modes, and covered the tick.
+  /// True if the last input was finite, within the bounds of its modes, and covered the tick.
   bool input_is_sound() const { return input_is_sound_; }
   /// Number of edits that the schedule correctly refused as impossible.
   long refused() const { return refused_; }

@@ -241,7 +241,7 @@ Comparison under_control(const Case& c, const Law& law, std::uint64_t seed, std:
   const FirstTick base = first_tick(stated);
   Random random(seed);
   std::string why;
-  // Laws that need a solution get an empty one.
+  // Laws that need a solution receive an empty one.
   const std::optional<Transformed> t = law.apply(stated, Solution{}, random, why);
   if (!t || !t->is_same_plan) return {Found::not_applicable, why};
   what = t->what;

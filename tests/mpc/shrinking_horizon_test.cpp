@@ -1,4 +1,4 @@
-// Tests a shrinking horizon: the remaining problem equals a problem written by hand, and the plan
+// Tests a shrinking horizon: the remaining problem equals a directly defined problem, and the plan
 // continues from phase to phase.
 #include "saltus/mpc/shrinking_horizon.hpp"
 

@@ -100,7 +100,7 @@ TEST_P(Throwing, TickUsesTheFallbackOrThePreviousPlan) {
     EXPECT_NEAR(tick.input[0].input()[0], next, 1e-12);
     EXPECT_ANY_THROW(controller.report());  // outside the loop, the exception is passed on
     thrown = Thrown::nothing;
-    // No trace of it remains: the result equals that of a controller without the exception.
+    // The exception leaves no trace: the result equals that of a controller without it.
     RecedingHorizonController other = controller_for(GetParam());
     other.tick(0.0, tilted);
     other.tick(step, VectorXd::Constant(2, std::nan("")));

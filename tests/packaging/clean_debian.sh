@@ -231,7 +231,7 @@ inside_sh "cd /src/runs && saltus run push_recovery --out centroidal"
 step "saltus run push_recovery: $(ls "$root/src/runs/centroidal" | xargs)"
 ls "$root"/src/runs/centroidal/*.png "$root/src/runs/centroidal/summary.json" >/dev/null
 environment=
-if [[ -n $icub_urdf ]]; then # .../share/iCub/robots/iCubGazeboV2_5/model.urdf, with the meshes beside it
+if [[ -n $icub_urdf ]]; then # .../share/iCub/robots/iCubGazeboV2_5/model.urdf, with the meshes next to it
   mkdir -p "$root/src/share"
   cp -r "${icub_urdf%/robots/*}" "$root/src/share/"
   environment=SALTUS_ICUB_URDF=/src/share/iCub/robots/iCubGazeboV2_5/model.urdf

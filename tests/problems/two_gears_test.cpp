@@ -12,7 +12,7 @@
 namespace saltus::two_gears {
 namespace {
 
-// As written on the design page, apart from solve(), which also interprets the result.
+// The program of the design page, except for solve(), which also interprets the result.
 TEST(DesignProgram, SolvesAsWritten) {
   MultipleShooting shooting{problem(),
                             {.intervals_per_phase = 30, .integrator = cvodes({.tolerance = 1e-9})}};

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Files that are written whole or not at all, and processes that end with their parents."""
+"""Checks that files are written completely or not at all, and that processes end with their parents."""
 
 import os
 import signal

@@ -315,8 +315,8 @@ TEST_F(Controllers, LevelsATippedSole) {
           std::abs((ends.upper - ends.lower) * std::sin(tilt)) - gains.tipped_threshold;
       const double reserve =
           std::clamp(gains.tipped_reserve * lifted, 0.0, gains.most_tipped_reserve);
-      // To a tenth of a millimetre: the tolerance of the program, 1e-6 Nm, is far smaller for a
-      // force of 300 N.
+      // The tolerance is a tenth of a millimetre. That of the program, 1e-6 Nm, is far smaller for
+      // a force of 300 N.
       EXPECT_NEAR(std::abs(pressure - edge), on_corner ? reserve : 0.0, 1e-4) << tilt << " " << y;
     }
 }

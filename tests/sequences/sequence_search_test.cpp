@@ -251,8 +251,8 @@ TEST(SequenceSearch, BoundsOfTheLastTickHoldForAnyState) {
 }
 
 // Every second tick is stopped early. Unvisited leaves contain shifted data of the previous tick,
-// whose last phase is invented. Of 700 seeds, an earlier version used such data as a bound with two,
-// which are among these seeds. The other two seeds are arbitrary.
+// whose last phase is invented. Of 700 seeds, an earlier version used such data as a bound with
+// two, which are among these seeds. The other two seeds are arbitrary.
 TEST(SequenceSearch, BoundsHoldAfterStoppedTicks) {
   for (const int seed : {229, 230, 423, 424}) {
     Random random(seed);

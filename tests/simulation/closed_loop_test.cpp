@@ -441,8 +441,7 @@ TEST(ClosedLoop, DrivesACustomPlant) {
   EXPECT_THROW(simulate_closed_loop(up, plant, options), DefinitionError);
 }
 
-// A user-defined controller. It counts down from the state that it sees, at half the rate of its
-// ticks.
+// A user-defined controller. It counts down from the measured state, at half the rate of its ticks.
 class CountDown final : public LoopController {
  public:
   double period() const override { return step; }

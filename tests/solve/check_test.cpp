@@ -26,7 +26,7 @@ const auto position = [](auto, auto x) { return x[0]; };
 const auto speed = [](auto, auto x) { return x[1]; };
 const auto effort = [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; };
 
-// Like user code: speed squared times force, with an upper limit.
+// Speed squared times force, with an upper limit, as user code would define it.
 class Power final : public FunctionBody {
  public:
   enum class Mistake { none, derivative, pattern, second_derivative, not_a_number };

@@ -1,5 +1,5 @@
-// Verdicts do not depend on guesses, idle bounds, penalty weights or units, and a point that is not
-// optimal is not called optimal.
+// Verdicts do not depend on guesses, inactive bounds, penalty weights or units, and a point that is
+// not optimal is not called optimal.
 #include <gtest/gtest.h>
 
 #include <cmath>

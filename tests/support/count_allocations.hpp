@@ -1,6 +1,6 @@
 // Counts memory allocations from a point in a test on, to prove that a real-time path does not
-// allocate. Eigen's own check does not see std::vector; this counter sees both. A test that uses it
-// adds tests/support/count_allocations.cpp to its sources.
+// allocate. Eigen's own check does not detect allocations of std::vector; this counter detects
+// both. A test that uses it adds tests/support/count_allocations.cpp to its sources.
 #pragma once
 
 namespace saltus::testing {

@@ -1,5 +1,5 @@
 # A compilation that must fail: cmake -DADVICE=regex -DLINES=n -P refused.cmake -- COMPILER ...
-# Its first error has to match ADVICE, in fewer than LINES lines of output (0: any number).
+# Its first error must match ADVICE, in fewer than LINES lines of output (0: any number).
 set(command "")
 set(is_command FALSE)
 math(EXPR last "${CMAKE_ARGC} - 1")

@@ -9,8 +9,8 @@
 
 namespace saltus {
 
-/// The sparse form of the sizes in force at construction. Variables stage by stage: x, u, and for
-/// each soft row the violations t >= 0 of its lower and of its upper side. Rows stage by stage:
+/// The sparse form for the sizes at construction. Variables stage by stage: x, u, and for each soft
+/// row the violations t >= 0 of its lower and of its upper side. Rows stage by stage:
 ///
 ///     lower <= M v [+ t_lower - t_upper] <= upper  for each group,   A x + B u - x_next = -b.
 ///

@@ -231,7 +231,7 @@ TEST(Refinement, IsNotDoneWithoutAPlan) {
       << limited.message;
 }
 
-// Of two phases, one needs refinement.
+// Only one of two phases needs refinement.
 TEST(Refinement, RefinesOnlyWhereNecessary) {
   Phase<2, 1> phase = block(), after{"after", Cart{}, exactly(0.5)};
   phase.keep("ceiling", height, at_most(0.2));

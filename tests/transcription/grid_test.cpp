@@ -54,7 +54,7 @@ TEST(Grid, LawsHoldForAnyEventTimes) {
     for (int k = 0; k < size; ++k) {
       const Grid::Interval& interval = grid.interval(0, k);
       ASSERT_GE(interval.length0, 0.0);
-      // No tiny intervals: an interval is empty or longer than an instant.
+      // There are no tiny intervals: each one is empty or longer than an instant.
       ASSERT_TRUE(interval.is_empty() || interval.length0 > same_instant);
       ASSERT_NEAR(interval.offset0, covered, 1e-12);
       covered += interval.length0;

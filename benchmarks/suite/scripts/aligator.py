@@ -21,7 +21,7 @@ ITERATIONS = 1000
 LEAST_PENALTY = 1e-8  # its bounds
 SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "aligator_program.cpp")
 EIGEN = "/usr/include/eigen3"
-# No -march=native: the package aligns memory for the generic architecture, and both sides have to agree.
+# There is no -march=native, because the package aligns memory for the generic architecture, and both sides must agree.
 FLAGS = ["-std=c++20", "-O2", "-fPIC", "-shared", "-w", "-DALIGATOR_ENABLE_TEMPLATE_INSTANTIATION", "-DALIGATOR_WITH_PINOCCHIO"]
 REAL, WHOLE, PLACE = ctypes.c_double, ctypes.c_int, ctypes.c_void_p
 

@@ -1,5 +1,5 @@
-// A quadratic program in stages for ProxDDP of libaligator, which has no Python of its own: built
-// by aligator.py at first use.
+// A quadratic program in stages for ProxDDP of libaligator, which has no Python interface: built by
+// aligator.py at first use.
 #include <algorithm>
 #include <aligator/core/traj-opt-problem.hpp>
 #include <aligator/core/vector-space.hpp>

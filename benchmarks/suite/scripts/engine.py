@@ -101,7 +101,7 @@ def run_here(tasks, take, jobs=1):
 
 def run_on_cluster(tasks, take, address):
     """Runs the tasks on Dask workers, which may join or die: Dask reassigns their tasks. If the scheduler is lost,
-    pending results are lost and the error says so."""
+    pending results are lost and the error reports this."""
     try:
         from distributed import Client, as_completed
     except ImportError:

@@ -50,7 +50,7 @@ def one_at_a_time():
 
 @contextlib.contextmanager
 def patience():
-    """Limits a solve. Foreign code cannot be interrupted, so SIGPROF ends the process, which tells the engine. The
+    """Limits a solve. Foreign code cannot be interrupted, so SIGPROF ends the process, which notifies the engine. The
     limit counts processor time, which hardly depends on other load."""
     signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:

@@ -50,8 +50,8 @@ struct ContactCone {
     double torsional_friction = 0.0133;    // mu_z, m: |tz| <= mu_z fz
     bool corners = false;                  // limits the torsion to that of forces at the corners
     Bounds normal_force = between(10.0, 1000.0);  // limits of fz, N
-    /// Whether fz_min and fz_max appear as the last two rows, or only as
-    /// `ContactCone::normal_force` for a problem that bounds the input fz itself. An infinite side
+    /// True if fz_min and fz_max appear as the last two rows. Otherwise they appear only as
+    /// `ContactCone::normal_force`, for a problem that bounds the input fz itself. An infinite side
     /// never has a row.
     bool normal_force_rows = true;
   };

@@ -134,7 +134,7 @@ class UrdfModel {
   double total_mass_ = 0.0;
 };
 
-/// For each link, the smallest index among the links fixed to it, itself included.
+/// Smallest index among the links fixed to each link, itself included.
 std::vector<int> rigid_leaders(const std::vector<UrdfModel::Link>& links);
 
 }  // namespace saltus::robots

@@ -83,7 +83,7 @@ class RunRecorder {
   RunLog log_;
 };
 
-/// Runs the closed loop, with the pushes, until the recorder says that it is over.
+/// Runs the closed loop, with the pushes, until the recorder reports its end.
 void run_until_over(LoopController& controller, LoopPlant& plant, RunRecorder& recorder);
 
 /// Sum of the mean forces of all pushes over an interval, N.

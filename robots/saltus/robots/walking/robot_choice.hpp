@@ -14,8 +14,8 @@ namespace saltus::robots::walking {
 /// body), a missing URDF is an error. Throws InputError for missing or wrong entries of the files.
 RobotDescription robot_of(const RobotChoice& choice, bool needs_urdf = false);
 
-/// The URDF of the settings. Without it, the official model of iCub, if the set-up fetched it and
-/// no other robot is chosen. Otherwise none: the data come from the robot's file.
+/// The URDF of the settings. If there is none, the official model of iCub, provided that the set-up
+/// fetched it and no other robot is chosen. Otherwise nothing: the data come from the robot's file.
 std::optional<std::filesystem::path> urdf_of(const RobotChoice& choice);
 
 /// Like urdf_of(), for the whole body. Throws InputError without a URDF.

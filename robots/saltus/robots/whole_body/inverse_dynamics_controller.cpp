@@ -23,13 +23,13 @@ constexpr int left = 0, right = 1;
 constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4,
               clearance_group = 5;
 
-// Number of pairs of limbs with rows, and the distance below which they get one, m.
+// Largest number of pairs of limbs that have a row, and the distance below which they have one, m.
 constexpr int nearest_pairs = 6;
 constexpr double near = 0.15;
 
 // Torques above this share of the motor limit in the previous step have rows from the start.
 constexpr double near_effort = 0.7;
-// Accuracy of the rows, Nm. A torque without row that exceeds its limit by more gets one.
+// Accuracy of the rows, Nm. A torque without a row receives one if it exceeds its limit by more.
 constexpr double effort_tolerance = 1e-6;
 
 // A centre of pressure within this distance of the end of an edge, m, is moving to a corner.
