@@ -157,7 +157,7 @@ struct ProgramTest : testing::Test {
   std::string complaint;
 };
 
-TEST_F(ProgramTest, ListAndHelp) {
+TEST_F(ProgramTest, PrintsListAndHelp) {
   EXPECT_EQ(run({"list"}), 0);
   EXPECT_EQ(printed, "  hopper  a hopping mass\n  crash   throws\n  huge    needs memory\n");
   EXPECT_EQ(run({"help"}), 0);

@@ -122,7 +122,7 @@ TEST(ProcessLimits, OutOfMemoryInAThreadGivesASentence) {
   EXPECT_EQ(end.error, "saltus: not enough memory; a smaller problem needs less\n");
 }
 
-TEST(ProcessLimits, TooLittleForPythonGivesASentence) {
+TEST(ProcessLimits, TooLittleMemoryForPythonGivesASentence) {
   if (test::sanitized) GTEST_SKIP() << "sanitizers need more address space";
   EXPECT_EQ(python_limit_error(), "");
   const End end = end_of([] {

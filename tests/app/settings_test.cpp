@@ -447,7 +447,7 @@ TEST_F(SettingsTest, SchemaHasTheAllowedValues) {
   EXPECT_EQ(property("/properties/friction/deprecated"), true);
 }
 
-TEST_F(SettingsTest, ValuesForCompletion) {
+TEST_F(SettingsTest, ListsValuesForCompletion) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(settings.values_of("plant"), (Words{"centroidal", "dart"}));
   EXPECT_EQ(settings.values_of("stepping"), (Words{"true", "false"}));

@@ -15,7 +15,7 @@ using Scalars = ::testing::Types<double, Dual<double, 0>, Dual<double, 1>, Dual<
                                  Dual<double, 8>, Dual<double, 11>, Dual<Dual<double, 4>, 1>>;
 TYPED_TEST_SUITE(Laws, Scalars);
 
-TYPED_TEST(Laws, RingAndDivision) {
+TYPED_TEST(Laws, HoldForRingAndDivision) {
   using S = TypeParam;
   const S a = number<S>(0.7), b = number<S>(1.9), c = number<S>(-0.4);
   expect_same<S>(a + b, b + a);
@@ -42,7 +42,7 @@ TYPED_TEST(Laws, RingAndDivision) {
   expect_same<S>(d, ((a + 1.0) * 2.0 - 3.0) / 4.0);
 }
 
-TYPED_TEST(Laws, FunctionsAndTheirInverses) {
+TYPED_TEST(Laws, HoldForFunctionsAndTheirInverses) {
   using S = TypeParam;
   const S a = number<S>(0.7), b = number<S>(1.9);
   const double loose = 1e-12;  // third derivatives of the nested types amplify rounding

@@ -20,7 +20,7 @@ TYPED_TEST(InEigen, DynamicMatricesOnTheHeapAreNotMisaligned) {
   expect_same<S>(same(3, 0), sum, 1e-12);
 }
 
-TYPED_TEST(InEigen, ProductsOfMoreThanEightRows) {
+TYPED_TEST(InEigen, ProductsOfMoreThanEightRowsAreCorrect) {
   using S = TypeParam;
   Eigen::Matrix<double, 12, 9> m;
   Vec<S, 9> v;

@@ -57,7 +57,7 @@ void agrees_with_differences(const char* name, F f, std::initializer_list<double
 }
 
 // Unqualified calls inside namespace saltus compile for double and for duals.
-TEST(Math, FunctionsOfOneArgument) {
+TEST(Math, FunctionsOfOneArgumentMatchDifferences) {
   agrees_with_differences("sin", [](auto x) { return sin(x); }, {-2.0, 0.0, 0.7, 3.0});
   agrees_with_differences("cos", [](auto x) { return cos(x); }, {-2.0, 0.0, 0.7, 3.0});
   agrees_with_differences("tan", [](auto x) { return tan(x); }, {-1.0, 0.0, 0.7, 3.0});
@@ -75,7 +75,7 @@ TEST(Math, FunctionsOfOneArgument) {
   agrees_with_differences("cube", [](auto x) { return cube(x); }, {-2.0, 0.0, 0.7});
 }
 
-TEST(Math, Powers) {
+TEST(Math, PowersMatchDifferences) {
   for (int k = -3; k <= 4; ++k)
     agrees_with_differences("pow(x, int)", [k](auto x) { return pow(x, k); }, {-1.3, -0.5, 0.7, 2});
   for (int k = 0; k <= 4; ++k)
@@ -87,7 +87,7 @@ TEST(Math, Powers) {
   agrees_with_differences("pow(x, unsigned)", [](auto x) { return pow(x, 2u); }, {-1.0, 0.0, 2.0});
 }
 
-TEST(Math, FunctionsOfTwoArguments) {
+TEST(Math, FunctionsOfTwoArgumentsMatchDifferences) {
   for (double b : {-1.5, 0.4, 2.0}) {
     SCOPED_TRACE(b);
     const auto points = {-1.1, 0.3, 2.2};
@@ -112,7 +112,7 @@ TEST(Math, FunctionsOfTwoArguments) {
   agrees_with_differences("min(x^2, x)", [](auto x) { return min(x * x, x); }, {-1.0, 0.5, 2.0});
 }
 
-TEST(Math, Switches) {
+TEST(Math, SwitchesMatchDifferences) {
   agrees_with_differences("select", [](auto x) { return select(x, x * x, 3.0 * x); },
                           {-1.0, -0.01, 0.01, 2.0});
   agrees_with_differences("smooth_step", [](auto x) { return smooth_step(x, 0.3); },
@@ -140,7 +140,7 @@ void is(const char* name, F f, double x, Jet expected) {
   EXPECT_EQ(y.curvature, expected.curvature);
 }
 
-TEST(Math, ConventionsAtKinks) {
+TEST(Math, FollowsTheConventionsAtKinks) {
   is("abs(0)", [](auto x) { return abs(x); }, 0.0, {0, 0, 0});
   is("sqrt(0)", [](auto x) { return sqrt(x); }, 0.0, {0, 0, 0});
   is("sqrt(x^2) at 0", [](auto x) { return sqrt(x * x); }, 0.0, {0, 0, 0});

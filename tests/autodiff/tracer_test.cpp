@@ -70,7 +70,7 @@ TEST(Tracer, ConstantZerosAnnihilateAndConstantsFold) {
   EXPECT_EQ(min(Tracer(1.0), 2.0).constant(), 1.0);
 }
 
-TEST(Tracer, Powers) {
+TEST(Tracer, TracesPowers) {
   EXPECT_EQ(inputs(pow(x, 0)), Inputs{});
   EXPECT_EQ(pow(x, 0.0).constant(), 1.0);
   EXPECT_EQ(pairs(pow(x, 1)), Pairs{});
@@ -124,7 +124,7 @@ TEST(Tracer, ZerosOfConstantMatricesAreExact) {
   EXPECT_EQ(pairs(v.dot(m * v)), (Pairs{{0, 0}, {2, 1}}));
 }
 
-TEST(Tracer, HundredsOfInputs) {
+TEST(Tracer, TracesHundredsOfInputs) {
   Tracer sum;
   for (int i = 0; i < 300; ++i) sum += square(Tracer::input(i));
   EXPECT_EQ(inputs(sum).size(), 300u);

@@ -107,7 +107,7 @@ TEST(ClosedLoops, AreSolvedColdAndWarm) {
   }
 }
 
-TEST(QpFile, RoundTrip) {
+TEST(QpFile, RoundTripsAndRejectsInvalidFiles) {
   const std::filesystem::path file = std::filesystem::temp_directory_path() /
                                      ("saltus_qp_" + std::to_string(::getpid()) + ".json");
   Answerer answerer;

@@ -84,7 +84,7 @@ End set_up(long k) {
   return end;
 }
 
-TEST(OutOfMemory, DuringSetUpOfAController) {
+TEST(OutOfMemory, LeaksNothingDuringSetUpOfAController) {
   ASSERT_EQ(set_up(never), End::whole);  // allocates everything that exists once per process
   const long begin = made;
   ASSERT_EQ(set_up(never), End::whole);
@@ -112,7 +112,7 @@ TEST(OutOfMemory, DuringSetUpOfAController) {
 }  // namespace
 }  // namespace saltus::test
 #else
-TEST(OutOfMemory, DuringSetUpOfAController) {
+TEST(OutOfMemory, LeaksNothingDuringSetUpOfAController) {
   GTEST_SKIP() << "the sanitizer replaces malloc, so the test cannot make it fail";
 }
 #endif

@@ -38,7 +38,7 @@ INSTANTIATE_TEST_SUITE_P(Orders, ArkodeMethods,
                                   std::to_string(param.param.order);
                          });
 
-TEST_P(ArkodeMethods, MeasuredOrderWithFixedSteps) {
+TEST_P(ArkodeMethods, HaveTheirOrderWithFixedSteps) {
   const InputShape shape = InputShape::linear;
   const VectorXd w = coupled_point(shape);
   const auto reference = runge_kutta8({.steps = 60})->make(coupled_problem(shape));
@@ -97,7 +97,7 @@ TEST_P(ArkodeMethods, FixedStepSensitivitiesMatchTheSteps) {
   }
 }
 
-TEST(Arkode, StiffVanDerPol) {  // D01
+TEST(Arkode, SolvesStiffVanDerPol) {  // D01
   const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                   .order = 5,
                                   .tolerance = 1e-11,
@@ -109,7 +109,7 @@ TEST(Arkode, StiffVanDerPol) {  // D01
   EXPECT_LE(relative_error(end[1], -8.92809701024858e-4), 1e-9);
 }
 
-TEST(Arkode, Robertson) {  // D02
+TEST(Arkode, SolvesRobertson) {  // D02
   for (const int order : {3, 4, 5}) {
     const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                     .order = order,
@@ -123,7 +123,7 @@ TEST(Arkode, Robertson) {  // D02
   }
 }
 
-TEST(Arkode, RobertsonSensitivities) {  // D02
+TEST(Arkode, MatchesRobertsonSensitivities) {  // D02
   const auto integrator = arkode({.method = ArkodeOptions::Method::DiagonallyImplicit,
                                   .order = 5,
                                   .tolerance = 1e-11,

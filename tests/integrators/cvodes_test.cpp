@@ -46,7 +46,7 @@ TEST_P(CvodesBothMethods, AgreesWithOrderEight) {
   }
 }
 
-TEST(Cvodes, StiffVanDerPol) {  // D01, both scalings
+TEST(Cvodes, SolvesStiffVanDerPol) {  // D01, both scalings
   const auto scheme = cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14});
   {
     const auto integrator = scheme->make(van_der_pol(1.0, 1e3));
@@ -64,7 +64,7 @@ TEST(Cvodes, StiffVanDerPol) {  // D01, both scalings
   }
 }
 
-TEST(Cvodes, Robertson) {  // D02
+TEST(Cvodes, SolvesRobertson) {  // D02
   const auto integrator =
       cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13})->make(robertson());
   const std::vector<std::pair<double, Eigen::Vector3d>> expected{
@@ -78,7 +78,7 @@ TEST(Cvodes, Robertson) {  // D02
   }
 }
 
-TEST(Cvodes, RobertsonSensitivities) {  // D02
+TEST(Cvodes, MatchesRobertsonSensitivities) {  // D02
   for (const auto order :
        {CvodesOptions::Sensitivity::staggered, CvodesOptions::Sensitivity::simultaneous}) {
     const auto integrator =

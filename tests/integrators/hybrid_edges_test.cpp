@@ -156,7 +156,7 @@ TEST_P(HybridEdges, GrazingIsReported) {
   EXPECT_NE(sim.message.find("mode 'low', event 'up'"), std::string::npos) << sim.message;
 }
 
-TEST_P(HybridEdges, StartOnAGuard) {
+TEST_P(HybridEdges, HandlesAStartOnAGuard) {
   const VectorXd p = vec({9.81, 0.8}), times = vec({0.0, 0.3});
   // Leaving the guard is not an event. Moving into it is an immediate event. Resting on it is
   // undecided.
@@ -176,7 +176,7 @@ TEST_P(HybridEdges, StartOnAGuard) {
 }
 
 // Whether a state is on a guard depends on the size of its coordinates, not on their sign.
-TEST_P(HybridEdges, StartOnAGuardAtANegativeCoordinate) {
+TEST_P(HybridEdges, HandlesAStartOnAGuardAtANegativeCoordinate) {
   for (const double floor : {3.0, -3.0}) {
     const auto height = [floor](const auto&, const auto& x) { return x[0] - floor; };
     Automaton<2, 0, 2> ball;
@@ -206,7 +206,7 @@ TEST_P(HybridEdges, RestDetectionIsIndependentOfUnits) {
   }
 }
 
-TEST_P(HybridEdges, StartBehindAGuard) {
+TEST_P(HybridEdges, HandlesAStartBehindAGuard) {
   const VectorXd p = vec({9.81, 0.8});
   // A shooting node just behind the jump of its predecessor: it moves back without a second jump.
   const HybridSimulation near = run(bouncing_ball(), vec({-1e-9, 2.0}), vec({0.0, 0.3}), p);

@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 const VectorXd ball_parameters = vec({9.81, 0.8});
 
-TEST_P(HybridSchemes, BouncingBall) {  // D07
+TEST_P(HybridSchemes, SimulateABouncingBall) {  // D07
   const HybridSimulation sim =
       run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0, 2.0, 3.0}), ball_parameters);
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -50,8 +50,8 @@ TEST_P(HybridSchemes, BouncingBall) {  // D07
   EXPECT_LE((sim.states.rightCols(3) - states).cwiseAbs().maxCoeff(), 1e-11);
 }
 
-TEST_P(HybridSchemes, BouncingBallSensitivities) {  // D07, at t = 1
-  Mat<double, 2, 4> expected;                       // h0, v0, g, e
+TEST_P(HybridSchemes, MatchTheSensitivitiesOfABouncingBall) {  // D07, at t = 1
+  Mat<double, 2, 4> expected;                                  // h0, v0, g, e
   expected << 1.38650222626302, 0.187257446225684, -0.0936287231128422, 2.42944691807002,  //
       3.98650222626302, 1.0, -0.593628723112842, 4.42944691807002;
   const HybridSimulation sim =
@@ -67,7 +67,7 @@ TEST_P(HybridSchemes, BouncingBallSensitivities) {  // D07, at t = 1
   EXPECT_LE((cut.derivative - expected).cwiseAbs().maxCoeff(), 1e-9) << cut.derivative;
 }
 
-TEST_P(HybridSchemes, SaltationMatrixOfTheBall) {  // D09: just after the impact
+TEST_P(HybridSchemes, MatchTheSaltationMatrixOfTheBall) {  // D09: just after the impact
   const double t1 = std::sqrt(2.0 / 9.81), v = -9.81 * t1;
   const double before = 1e-3, after = 1e-3;  // s; free fall on both sides is linear in x0
   const auto integrator = GetParam().choice->make(bouncing_ball());
@@ -83,7 +83,7 @@ TEST_P(HybridSchemes, SaltationMatrixOfTheBall) {  // D09: just after the impact
   EXPECT_LE((saltation - expected).cwiseAbs().maxCoeff(), 1e-10) << saltation;
 }
 
-TEST_P(HybridSchemes, SpringLegStance) {  // D11
+TEST_P(HybridSchemes, SimulateTheStanceOfASpringLeg) {  // D11
   const SpringLeg leg;
   const HybridSimulation sim = run(leg.problem(), vec({0.0, -1.0}), vec({0.0, 0.3}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -109,7 +109,7 @@ TEST_P(HybridSchemes, SpringLegStance) {  // D11
   EXPECT_NEAR(down.states(0, 1), -0.113669682251102, 1e-12);
 }
 
-TEST_P(HybridSchemes, SwitchOfSpeed) {  // A17: x' = 3 below, 1 above
+TEST_P(HybridSchemes, SimulateASwitchOfSpeed) {  // A17: x' = 3 below, 1 above
   const IntervalProblem problem = scalar_filippov(Ramp{3.0, 0.0}, Ramp{1.0, 0.0});
   const HybridSimulation sim = run(problem, vec({-1.0}), vec({0.0, 2.0}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -120,7 +120,7 @@ TEST_P(HybridSchemes, SwitchOfSpeed) {  // A17: x' = 3 below, 1 above
   EXPECT_NEAR(sim.derivative(0, 0), 1.0 / 3.0, 1e-12);
 }
 
-TEST_P(HybridSchemes, OscillatorWithExactSwitch) {  // A18
+TEST_P(HybridSchemes, SimulateAnOscillatorWithAnExactSwitch) {  // A18
   const double T = std::numbers::pi / 2;
   const HybridSimulation sim = run(oscillator(), vec({std::exp(-1.0), 0.0}), vec({0.0, T}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -130,7 +130,7 @@ TEST_P(HybridSchemes, OscillatorWithExactSwitch) {  // A18
   EXPECT_NEAR(sim.states(1, 1), 0.76149362060601, 1e-10);
 }
 
-TEST_P(HybridSchemes, FilippovCrossing) {  // A19
+TEST_P(HybridSchemes, CrossAFilippovSurface) {  // A19
   const HybridSimulation sim =
       run(scalar_filippov(Ramp{2.0, 0.0}, Ramp{0.2, 0.0}), vec({-1.0}), vec({0.0, 1.5}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -139,7 +139,7 @@ TEST_P(HybridSchemes, FilippovCrossing) {  // A19
   EXPECT_NEAR(sim.derivative(0, 0), 0.1, 1e-12);
 }
 
-TEST_P(HybridSchemes, FilippovEnteringSliding) {  // A19
+TEST_P(HybridSchemes, EnterFilippovSliding) {  // A19
   const HybridSimulation sim =
       run(scalar_filippov(Ramp{1.0, 0.0}, Ramp{-1.0, 0.0}), vec({-0.5}), vec({0.0, 1.5}));
   ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
@@ -151,7 +151,7 @@ TEST_P(HybridSchemes, FilippovEnteringSliding) {  // A19
   EXPECT_EQ(sim.end_mode, "sliding on 'zero'");
 }
 
-TEST_P(HybridSchemes, FilippovLeavingSliding) {  // A19
+TEST_P(HybridSchemes, LeaveFilippovSliding) {  // A19
   const IntervalProblem problem = scalar_filippov(Ramp{1.0, 1.0}, Ramp{-1.0, 1.0});
   for (const VectorXd& times : {vec({0.0, 1.5}), vec({0.0, 0.4, 1.0, 1.2, 1.5})}) {
     const HybridSimulation sim = run(problem, vec({0.0}), times);
@@ -167,7 +167,7 @@ TEST_P(HybridSchemes, FilippovLeavingSliding) {  // A19
   }
 }
 
-TEST_P(HybridSchemes, FilippovSpontaneousIsReported) {  // A19
+TEST_P(HybridSchemes, ReportASpontaneousFilippovSwitch) {  // A19
   const HybridSimulation sim =
       run(scalar_filippov(Ramp{-1.0, 0.0}, Ramp{1.0, 0.0}), vec({0.0}), vec({0.0, 1.5}));
   EXPECT_EQ(sim.status, IntegrationStatus::non_unique);

@@ -104,7 +104,7 @@ class RandomSystem {
 
 constexpr double margin = 0.01;  // s
 
-TEST(HybridRandom, DerivativesOfAThousandSystems) {
+TEST(HybridRandom, DerivativesOfAThousandSystemsMatchDifferences) {
   constexpr unsigned seed = 20261121;
   constexpr int wanted = sanitized ? 100 : 1000;  // the tests are not optimised under sanitizers
   Draw d;

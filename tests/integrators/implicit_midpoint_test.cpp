@@ -20,7 +20,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, MidpointBothShapes,
                            return param.param == InputShape::constant ? "constant" : "linear";
                          });
 
-TEST_P(MidpointBothShapes, SecondOrderInStateAndSensitivity) {
+TEST_P(MidpointBothShapes, HasSecondOrderInStateAndSensitivity) {
   const VectorXd w = coupled_point(GetParam());
   const auto reference = runge_kutta8({.steps = 60})->make(coupled_problem(GetParam()));
   const auto coarse = implicit_midpoint({.steps = 16})->make(coupled_problem(GetParam()));

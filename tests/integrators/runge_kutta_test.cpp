@@ -35,7 +35,7 @@ double measured_order(InputShape shape, bool eighth_order, int steps, bool of_se
   return std::log2(coarse / fine);
 }
 
-TEST_P(RungeKuttaBothShapes, FourthOrderInStateAndSensitivity) {
+TEST_P(RungeKuttaBothShapes, HasFourthOrderInStateAndSensitivity) {
   const double state = measured_order(GetParam(), false, 8, false);
   const double sensitivity = measured_order(GetParam(), false, 8, true);
   RecordProperty("order", std::to_string(state) + " " + std::to_string(sensitivity));
@@ -43,7 +43,7 @@ TEST_P(RungeKuttaBothShapes, FourthOrderInStateAndSensitivity) {
   EXPECT_NEAR(sensitivity, 4.0, 0.25);
 }
 
-TEST_P(RungeKuttaBothShapes, EighthOrderInStateAndSensitivity) {
+TEST_P(RungeKuttaBothShapes, HasEighthOrderInStateAndSensitivity) {
   VectorXd w = coupled_point(GetParam());
   const double state = measured_order(GetParam(), true, 2, false);
   const double sensitivity = measured_order(GetParam(), true, 2, true);
@@ -63,7 +63,7 @@ TEST_P(RungeKuttaBothShapes, DerivativesOfFirstAndSecondOrderAreExact) {
   }
 }
 
-TEST_P(RungeKuttaBothShapes, DerivativesWithoutTimeAndParameters) {
+TEST_P(RungeKuttaBothShapes, DerivativesWithoutTimeAndParametersAreExact) {
   IntervalProblem problem = coupled_problem(GetParam());
   problem.differentiate_parameter.clear();
   problem.differentiate_time = false;

@@ -31,7 +31,7 @@ struct Everything {
   }
 };
 
-TEST(MakeFunction, FunctorOfTimeStateAndInput) {
+TEST(MakeFunction, AcceptsAFunctorOfTimeStateAndInput) {
   const Function f = make_function<2, 1, 0>(Car{});
   EXPECT_EQ(f.inputs(), 4);
   EXPECT_EQ(f.outputs(), 2);
@@ -41,7 +41,7 @@ TEST(MakeFunction, FunctorOfTimeStateAndInput) {
   static_assert(outputs_of<2, 1, 0, Car> == 2);
 }
 
-TEST(MakeFunction, AllArguments) {
+TEST(MakeFunction, AcceptsAllArguments) {
   const Function f = make_function<2, 1, 1>(Everything{});
   EXPECT_EQ(f.jacobian_pattern(), pattern(3, 5,
                                           {{0, 0},
@@ -61,7 +61,7 @@ TEST(MakeFunction, AllArguments) {
   EXPECT_TRUE(report.ok) << report;
 }
 
-TEST(MakeFunction, LambdasOfEveryArityAndResult) {
+TEST(MakeFunction, AcceptsLambdasOfEveryArityAndResult) {
   EXPECT_EQ((make_function<2, 0, 0>([](const auto&, const auto& x) { return x[0] * x[1]; })(
                 Eigen::Vector3d(0, 2, 3)))[0],
             6.0);
@@ -105,7 +105,7 @@ TEST(MakeFunction, ZerosOfAModelMatrixAreZerosOfThePattern) {
 }
 
 // Dense and wide: Jacobian and Hessian need more directions than one pass has lanes.
-TEST(MakeFunction, ManyPasses) {
+TEST(MakeFunction, HandlesManyPasses) {
   const Function f = make_function<20, 5, 2>([](const auto& t, const auto& x, const auto& u,
                                                 const auto& p) {
     using S = std::decay_t<decltype(t)>;
@@ -150,7 +150,7 @@ TEST(MakeFunction, EvaluationDoesNotAllocate) {
   EXPECT_EQ(copied.size(), 5);
 }
 
-TEST(Structure, AffinityAndDependence) {
+TEST(Structure, ReportsAffinityAndDependence) {
   const Function f =
       make_function<2, 1, 1>([](const auto& t, const auto& x, const auto& u, const auto& p) {
         using S = std::decay_t<decltype(t)>;

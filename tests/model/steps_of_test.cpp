@@ -53,7 +53,7 @@ TEST(StepsOf, OmitsUnusedSteps) {
   EXPECT_EQ(steps.steps.back().operation, Operation::add);
 }
 
-TEST(StepsOf, FormulasOfFormulas) {
+TEST(StepsOf, RecordsFormulasOfFormulas) {
   const FormulaSteps inner = steps_of(make_function<1, 1, 0>(
       [](const auto&, const auto& x, const auto& u) { return x[0] / u[0]; }));
   FormulaSteps outer;

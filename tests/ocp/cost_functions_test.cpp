@@ -40,7 +40,7 @@ const Function residual = make_function<2, 1, 0>([](const auto& t, const auto& x
   return Vec<S, 2>{x[0] * x[1] + t, x[1] * x[1] * u[0]};
 });
 
-TEST(LeastSquares, WithFullWeightAndMovingReference) {
+TEST(LeastSquares, SupportsFullWeightsAndMovingReferences) {
   Mat<double, 2, 2> weight;
   weight << 2.0, 0.5, 0.5, 1.0;
   const Reference moving({0.0, 5.0}, Mat<double, 2, 2>{{0.0, 3.0}, {1.0, -2.0}});

@@ -47,30 +47,30 @@ class BadInput : public testing::Test {
   std::string urdf, printed, complaint;
 };
 
-TEST_F(BadInput, PostureOutsideTheLimitsOfAJoint) {
+TEST_F(BadInput, RejectsAPostureOutsideTheLimitsOfAJoint) {
   const std::string joint = R"(<joint name="l_elbow")";
   expect_refused({"--urdf", changed(joint, R"(upper="1.8500490071139892")", R"(upper="0.7")")},
                  "has joint \"l_elbow\" at 0.7928 rad, outside its limits 0.2618 to 0.7 rad");
 }
 
-TEST_F(BadInput, JointMissingFromTheUrdf) {
+TEST_F(BadInput, RejectsAJointMissingFromTheUrdf) {
   expect_refused({"--urdf", changed(R"(<joint name="l_knee")", "l_knee", "l_nee")},
                  "there is no movable joint \"l_knee\"; did you mean \"l_nee\"?");
 }
 
-TEST_F(BadInput, UrdfThatIsNotAFile) {
+TEST_F(BadInput, RejectsAUrdfThatIsNotAFile) {
   expect_refused({"--urdf", (folder / "none.urdf").string()}, "there is no such file");
   expect_refused({"--urdf", folder.path().string()}, "this is not a file");
   expect_refused({"--urdf", folder.file("text.urdf", "not a robot").string()},
                  "this is not a URDF");
 }
 
-TEST_F(BadInput, UnknownLinkToPush) {
+TEST_F(BadInput, RejectsAnUnknownLinkToPush) {
   expect_refused({"--push.link", "chast"}, "did you mean \"chest\"?");
 }
 
 // With a continuous knee joint, no reach can be computed.
-TEST_F(BadInput, LegsWithoutJointLimitsForTheStepPlanner) {
+TEST_F(BadInput, RejectsLegsWithoutJointLimitsForTheStepPlanner) {
   const std::string knee =
       changed(R"(<joint name="l_knee" type="revolute")", "revolute", "continuous");
   expect_refused({"--urdf", knee, "--step.planner", "ocp"},
@@ -79,7 +79,7 @@ TEST_F(BadInput, LegsWithoutJointLimitsForTheStepPlanner) {
 }
 
 // The loop counts engine steps. A period of zero steps caused a division by zero.
-TEST_F(BadInput, PeriodsThatAreNotMultiples) {
+TEST_F(BadInput, RejectsPeriodsThatAreNotMultiples) {
   expect_refused(
       {"--control.period", "0.0003"},
       "control.period (0.0003 s) must be a whole multiple of simulator.step_s (0.001 s)");

@@ -242,7 +242,7 @@ TEST(BodyOutput, RejectsALogOfAnotherRobot) {
   EXPECT_THROW(body_table(log, two_joints()), DefinitionError);
 }
 
-TEST(BodyOutput, RealRun) {
+TEST(BodyOutput, IsCompleteAfterARealRun) {
   const char* folder = std::getenv("SALTUS_BODY_RUN");
   const char* urdf = std::getenv("SALTUS_ICUB_URDF");
   if (folder == nullptr || urdf == nullptr)

@@ -70,23 +70,23 @@ TEST_F(Disturbed, RecoversWithMeasuredSensors) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.02);
 }
 
-TEST_F(Disturbed, HeavierNominalRobot) {
+TEST_F(Disturbed, RecoversWithAHeavierNominalRobot) {
   config.robot.mass_error = 0.03;  // with 0.05 the stance foot turns: a corner slips by 11 mm
   expect_recovery();
 }
 
-TEST_F(Disturbed, LighterNominalRobot) {
+TEST_F(Disturbed, RecoversWithALighterNominalRobot) {
   config.robot.mass_error = -0.05;
   expect_recovery();
 }
 
-TEST_F(Disturbed, SlipperyGround) {
+TEST_F(Disturbed, RecoversOnSlipperyGround) {
   config.plant.engine.friction = 0.4;
   expect_recovery();
 }
 
 // The foot touches the ground early or late. The landing is at the actual contact.
-TEST_F(Disturbed, UnexpectedGroundHeight) {
+TEST_F(Disturbed, RecoversOnGroundOfUnexpectedHeight) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
   for (const double height : {step, -step}) {
@@ -105,17 +105,17 @@ TEST_F(Disturbed, UnexpectedGroundHeight) {
 }
 
 // 120 N for 0.05 s and 30 N for 0.2 s.
-TEST_F(Disturbed, ShortHardPush) {
+TEST_F(Disturbed, RecoversFromAShortHardPush) {
   config.push.duration = 0.05;
   expect_recovery();
 }
 
-TEST_F(Disturbed, LongSoftPush) {
+TEST_F(Disturbed, RecoversFromALongSoftPush) {
   config.push.duration = 0.2;
   expect_recovery();
 }
 
-TEST_F(Disturbed, OtherPushShape) {
+TEST_F(Disturbed, RecoversFromAPushOfAnotherShape) {
   config.push.shape = PulseShape::half_sine;
   expect_recovery();
 }

@@ -330,7 +330,7 @@ MapRequest parse(const Words& words) {
   return parse_map_request(PushRecovery(config), words);
 }
 
-TEST(MapCommandLine, Defaults) {
+TEST(MapCommandLine, HasDefaults) {
   const MapRequest request = parse({});
   EXPECT_EQ(request.grid.directions.size(), 16u);
   EXPECT_EQ(request.grid.impulses.size(), 16u);

@@ -49,7 +49,7 @@ class OneStep : public ::testing::Test {
   qp::StagePoint point;
 };
 
-TEST_F(OneStep, FreeOptimum) {
+TEST_F(OneStep, ResidualVanishesAtTheFreeOptimum) {
   input_at(-0.5, 0.5);
   qp.stages[0].constant = 3.0;
   EXPECT_LT(residual().largest(), rounding);
@@ -74,7 +74,7 @@ TEST_F(OneStep, EachErrorShowsInItsComponent) {
   EXPECT_NEAR(residual().complementarity, 0.125, rounding);
 }
 
-TEST_F(OneStep, ActiveBound) {
+TEST_F(OneStep, ResidualVanishesWithAnActiveBound) {
   input_at(-0.25, 0.75);
   qp.stages[0].u_lower[0] = -0.25;
   point.stages[0].u_bound[0] = -0.5;
@@ -83,7 +83,7 @@ TEST_F(OneStep, ActiveBound) {
   EXPECT_NEAR(residual().feasibility, 0.125, rounding);
 }
 
-TEST_F(OneStep, ActiveRow) {
+TEST_F(OneStep, ResidualVanishesWithAnActiveRow) {
   input_at(-0.25, 0.75);
   row_at_least(-0.25);
   multiplier() = -0.5;
@@ -117,7 +117,7 @@ TEST_F(OneStep, CheapSoftRowIsViolated) {
   EXPECT_NEAR(residual().stationarity, 0.1, rounding);
 }
 
-TEST_F(OneStep, QuadraticPrice) {
+TEST_F(OneStep, ResidualVanishesWithAQuadraticPenalty) {
   row_at_least(-0.25);
   soften(0.3, 1.0);
   const double u = -0.95 / 3.0;  // 2 u + 1 = l1 + l2 (-1/4 - u)

@@ -212,7 +212,7 @@ TEST_F(SyntheticProblem, RejectsAGroundStepUnderAFoot) {
 }
 
 // On two feet, the lever arms divide the weight. On one foot, that foot carries all of it.
-TEST(Scene, FootLoadsOfAStandingBody) {
+TEST(Scene, FootLoadsCarryAStandingBody) {
   Scene scene;
   scene.swing = flat_sole({0.0, -0.2, 0.0});
   const double weight = 30.0 * standard_gravity;

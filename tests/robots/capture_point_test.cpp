@@ -69,7 +69,7 @@ TEST(CapturePoint, RestRemovesTheFlywheelContribution) {
   EXPECT_LT((on_a_step - still).norm(), exact);
 }
 
-TEST(CapturePoint, MarginsOfNSteps) {
+TEST(CapturePoint, MarginsOfNStepsMatchTheReference) {
   const double omega = pendulum_frequency(0.53);
   const robots::StepLimits point_foot{
       .longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.0};

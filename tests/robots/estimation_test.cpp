@@ -53,7 +53,7 @@ State some_state(Random& random) {
   return s;
 }
 
-TEST(ContactInertialState, ErrorRoundTrip) {
+TEST(ContactInertialState, ErrorRoundTripIsExact) {
   for (int seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const State truth = some_state(random);

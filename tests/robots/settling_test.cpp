@@ -161,14 +161,14 @@ std::string shown(bool terminal) {
   return all;
 }
 
-TEST(Progress, OneLinePerSimulatedSecondWithoutATerminal) {
+TEST(Progress, PrintsOneLinePerSimulatedSecondWithoutATerminal) {
   const std::string text = shown(false);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);  // at 0, 1, 2 and the end, 2.5 s
   EXPECT_EQ(text.find('\r'), std::string::npos);
   EXPECT_NE(text.find("t =  2.50 s"), std::string::npos);
 }
 
-TEST(Progress, OneLineOnATerminal) {
+TEST(Progress, RewritesOneLineOnATerminal) {
   const std::string text = shown(true);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
   EXPECT_EQ(text.front(), '\r');

@@ -76,7 +76,7 @@ TEST(UserTasks, OneRowInBracesIsAResult) {
   EXPECT_NEAR(plan.cost, 1.5, 1e-7);
 }
 
-TEST(UserTasks, BoundsPerRow) {
+TEST(UserTasks, BoundsApplyPerRow) {
   const Solution plan = solve(dash());
   ASSERT_TRUE(plan.ok()) << plan.message;
   // 1/2 int u^2 is 6 for u = 6 - 12 t, and 6 n^2 / (n^2 - 1) with n constant pieces.
@@ -91,7 +91,7 @@ TEST(UserTasks, BoundsPerRow) {
   EXPECT_EQ(wrong, "phase 'dash', term 'rows': the formula has 2 rows, but 3 bounds were given");
 }
 
-TEST(UserTasks, CostsAtTheStart) {
+TEST(UserTasks, CostsApplyAtTheStart) {
   for (const bool squares : {false, true}) {
     Phase<1, 1> phase{"move", Rate{}, exactly(1.0)};
     phase.track("effort", input, VectorXd::Ones(1)).reach("there", state, exactly({2.0}));
@@ -135,7 +135,7 @@ OptimalControlProblem two_moves(bool equal_lengths, bool as_square = false) {
   return problem;
 }
 
-TEST(UserTasks, CostsAndBoundsOverLinks) {
+TEST(UserTasks, CostsAndBoundsApplyOverLinks) {
   const Solution alone = solve(two_moves(false));
   ASSERT_TRUE(alone.ok()) << alone.message;
   EXPECT_NEAR(alone.durations[0], 1.0, 1e-5);

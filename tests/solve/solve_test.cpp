@@ -54,8 +54,9 @@ TEST(Solve, GridIntegratorSolverAndGuessAreReplaceable) {
   EXPECT_THROW(solve(race(), {.intervals = {24, 24}}), DefinitionError);
 }
 
-// min int x^2 + u^2 with x' = x + u from 1 in one second: sinh / (sqrt(2) cosh - sinh) at sqrt(2) in
-// closed form. The numbers of the README are those of this problem, and the default is the integral.
+// min int x^2 + u^2 with x' = x + u from 1 in one second: sinh / (sqrt(2) cosh - sinh) at sqrt(2)
+// in closed form. The numbers of the README are those of this problem, and the default is the
+// integral.
 TEST(Solve, CostRuleErrorsMatchTheReadme) {
   const auto dynamics = [](const auto&, const auto& x, const auto& u) {
     return std::decay_t<decltype(x)>{x[0] + u[0]};

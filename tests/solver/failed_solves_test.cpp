@@ -117,7 +117,7 @@ TEST(TimeLimit, EndsTheSolve) {
   EXPECT_EQ(s.status, SolveStatus::time_limit);
 }
 
-TEST(EvaluationFailed, OutsideADomain) {
+TEST(EvaluationFailed, IsReportedOutsideADomain) {
   Phase<1, 1> phase{"root",
                     [](const auto&, const auto& x, const auto& u) { return sqrt(x[0]) + u[0]; },
                     exactly(1.0)};

@@ -138,7 +138,7 @@ TEST(Ipopt, WithoutSecondDerivativesFallsBackToLimitedMemory) {
 
 // --- statuses -----------------------------------------------------------------------------------
 
-TEST(IpoptStatus, IterationLimit) {
+TEST(IpoptStatus, ReportsTheIterationLimit) {
   Rosenbrock program;
   const NlpResult result = run(program, {.max_iterations = 3});
   EXPECT_EQ(result.status, SolveStatus::iteration_limit);
@@ -155,7 +155,7 @@ TEST(IpoptStatus, TimeLimitIsWallClock) {
   EXPECT_LT(result.seconds, 1.0);  // one iteration needs a few evaluations
 }
 
-TEST(IpoptStatus, Infeasible) {
+TEST(IpoptStatus, ReportsInfeasibility) {
   Rosenbrock program;
   program.lower_.setZero();
   program.row_upper_[0] = -1.0;
@@ -190,13 +190,13 @@ TEST(IpoptStatus, InvalidOptionsAreAnInvalidProblem) {
   EXPECT_EQ(run(program, {.bound_relaxation = -1.0}).status, SolveStatus::invalid_problem);
 }
 
-TEST(IpoptStatus, EvaluationFailed) {
+TEST(IpoptStatus, ReportsAFailedEvaluation) {
   Rosenbrock program;
   program.fails = true;
   EXPECT_EQ(run(program).status, SolveStatus::evaluation_failed);
 }
 
-TEST(IpoptStatus, Unbounded) {
+TEST(IpoptStatus, ReportsAnUnboundedProgram) {
   class Slope final : public Rosenbrock {
     bool objective(const double* w, double& f) override {
       f = w[0] + w[1];

@@ -174,7 +174,7 @@ TEST(SqpStatus, InfeasibleNamesPhaseTermTimeAndAmount) {
   }
 }
 
-TEST(SqpStatus, IterationLimit) {
+TEST(SqpStatus, ReportsTheIterationLimit) {
   Rosenbrock program;
   const NlpResult r = sqp({.max_iterations = 2})->solve(program, point_at(-1.2, 1.0), false);
   EXPECT_EQ(r.status, SolveStatus::iteration_limit);
@@ -189,7 +189,7 @@ TEST(SqpStatus, TimeLimitIsWallClock) {
   EXPECT_LT(r.seconds, 1.0);
 }
 
-TEST(SqpStatus, EvaluationFailed) {
+TEST(SqpStatus, ReportsAFailedEvaluation) {
   Rosenbrock program;
   program.fails = true;
   EXPECT_EQ(sqp()->solve(program, point_at(-1.2, 1.0), false).status,

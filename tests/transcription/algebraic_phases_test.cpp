@@ -39,7 +39,7 @@ double algebraic(const PhaseDefinition& phase, const VectorXd& x) {
 
 // The reference of the test set, with 16 digits as printed there. Our results by CVODES and IDAS at
 // 1e-12, and by Radau IIA on intervals that grow from the fast start, agree with it.
-TEST(KnownAnswers, ChemicalAkzoNobel) {
+TEST(KnownAnswers, MatchForChemicalAkzoNobel) {
   const PhaseDefinition phase = akzo_nobel();
   const VectorXd known = (VectorXd(5) << 0.1150794920661702, 0.1203831471567715e-2,
                           0.1611562887407974, 0.3656156421249283e-3, 0.1708010885264404e-1)
@@ -81,7 +81,7 @@ TEST(KnownAnswers, ThePendulumKeepsItsEnergyAndLength) {
 }
 
 // Equals its ordinary form (problems/library/d02_robertson_kinetics.cpp has the numbers).
-TEST(KnownAnswers, RobertsonWithConservationOfMass) {
+TEST(KnownAnswers, MatchForRobertsonWithConservationOfMass) {
   const PhaseDefinition phase = robertson_with_conservation();
   const VectorXd p = phase.parameters.front().value;
   const Vec<double, 2> known{0.985172113861, 3.38639537898e-5};

@@ -142,7 +142,7 @@ OptimalControlProblem two_legs() {
   return ocp.start_at({0}).then(one).then(two);
 }
 
-TEST(TotalTime, FixedBoundedOrFree) {
+TEST(TotalTime, MayBeFixedBoundedOrFree) {
   for (const Bounds total : {exactly(6.0), at_most(6.0), between(2.0, 6.0)}) {
     OptimalControlProblem ocp = two_legs();
     MultipleShooting shooting(ocp.total_time(total),

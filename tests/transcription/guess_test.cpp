@@ -41,7 +41,7 @@ TEST(Guess, DefaultIsTheStartAndZeroInput) {
   EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 4)], 0.0);
 }
 
-TEST(Guess, Constant) {
+TEST(Guess, ConstantIsTheSameAtEveryNode) {
   const MultipleShooting shooting =
       with_guess(Guess::constant(Vec<double, 1>{7.0}), Guess::constant(Vec<double, 1>{-1.0}));
   for (int k = 0; k <= 10; ++k) EXPECT_NEAR(guessed_state(shooting, 0, k), 7.0, 1e-14);

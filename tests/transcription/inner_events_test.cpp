@@ -41,7 +41,7 @@ OptimalControlProblem switch_of_speed(double guess) {
   return ocp;
 }
 
-TEST(InnerEvents, OptimumThroughASwitch) {  // A17
+TEST(InnerEvents, FindTheOptimumThroughASwitch) {  // A17
   for (const auto& scheme : {runge_kutta4({.steps = 4}), gauss_legendre({.stages = 2, .steps = 2}),
                              cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14})})
     for (const double guess : {-5.0, -3.0, -1.1})
@@ -183,7 +183,7 @@ void expect_first_derivatives_match(NonlinearProgram& program, const VectorXd& a
   }
 }
 
-TEST(InnerEvents, DerivativesOfTheProgram) {
+TEST(InnerEvents, DerivativesOfTheProgramAreExact) {
   for (const auto parametrisation :
        {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
     MultipleShooting shooting(thrusted_ball(parametrisation),
@@ -192,7 +192,7 @@ TEST(InnerEvents, DerivativesOfTheProgram) {
   }
 }
 
-TEST(InnerEvents, SecondDerivativesOfTheProgram) {
+TEST(InnerEvents, SecondDerivativesOfTheProgramAreExact) {
   for (const auto& scheme : {runge_kutta4({.steps = 3}), gauss_legendre({.stages = 2})}) {
     MultipleShooting shooting(thrusted_ball(InputParametrisation::piecewise_linear),
                               {.intervals_per_phase = 4, .integrator = scheme});

@@ -35,7 +35,7 @@ OptimalControlProblem shared_drift(Bounds first_bounds, Bounds second_bounds, do
   return ocp;
 }
 
-TEST(Unknown, SharedByTwoPhasesIsOne) {
+TEST(Unknown, IsOneVariableIfTwoPhasesShareIt) {
   for (const double magnitude : {1.0, 40.0}) {
     MultipleShooting shooting(shared_drift(unbounded(), unbounded(), magnitude), ten);
     EXPECT_EQ(shooting.layout().parameter(0, 0), shooting.layout().parameter(1, 0));

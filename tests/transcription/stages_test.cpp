@@ -275,7 +275,7 @@ TEST_F(PushRecovery, DeclaresTheCommonResultantUnlessChangesAreCharged) {
   }
 }
 
-TEST_F(PushRecovery, StagesWithoutAllocation) {
+TEST_F(PushRecovery, FillsStagesWithoutAllocation) {
   for (const double change : {0.0, 1e-3}) {
     MultipleShooting problem = shooting(change, 10.0);
     qp::StageMap map(patterns(problem), problem.stages());

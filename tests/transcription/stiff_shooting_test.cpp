@@ -83,14 +83,14 @@ void expect_the_optimum_of_cvodes(const OptimalControlProblem& ocp,
   }
 }
 
-TEST(StiffShooting, VanDerPolWithMu1000) {
+TEST(StiffShooting, SolvesVanDerPolWithMu1000) {
   expect_the_optimum_of_cvodes(oscillator(), radau_iia({.stages = 3, .steps = 4}), 1e-7);
   const Solution explicit_plan =
       solved(oscillator(), runge_kutta8({.steps = 100}), *make_ipopt({.tolerance = 1e-7}));
   EXPECT_FALSE(explicit_plan.ok());
 }
 
-TEST(StiffShooting, BatchReactorWithAFastEquilibrium) {
+TEST(StiffShooting, SolvesABatchReactorWithAFastEquilibrium) {
   expect_the_optimum_of_cvodes(reactor(), radau_iia({.stages = 3, .steps = 4}), 1e-7);
 }
 
