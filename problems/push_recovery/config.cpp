@@ -38,7 +38,7 @@ void declare_weights(Settings& s, Weights& w) {
 void declare_presets(Settings& s, Config& config) {
   const std::vector<std::string> of_formula{"step.shortest_s=0.3", "whole_body.tipped_reserve=0"};
   // The planner by optimal control rarely needs short steps. Its plans load the corners of the
-  // stance sole, which would tip.
+  // stance sole, so the sole would tip without a reserve.
   const std::vector<std::string> of_ocp{"step.shortest_s=0.25", "whole_body.tipped_reserve=10"};
   const auto list = [](std::vector<std::string> values, const std::vector<std::string>& more) {
     values.insert(values.end(), more.begin(), more.end());

@@ -23,7 +23,8 @@ void set_measurement(const Planner::Measurement& measured, const Scene& scene, T
   data.omega = lipm_frequency(measured.gamma[2] - scene.stance.position[2]);
 }
 
-// Fits the motion through three points of the horizon; constant at the target without a plan.
+// Fits the motion through three points of the horizon. Without a plan, it is constant at the
+// target.
 void set_motion(const Scene& scene, double begin, double length, Tick<double>& data) {
   const robots::walking::StepPlan::Motion& motion = scene.motion;
   data.motion_begin = begin;

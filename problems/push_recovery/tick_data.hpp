@@ -22,8 +22,8 @@ struct Tick {
   Vec<S, hull_rows> hull_offsets = Vec<S, hull_rows>::Zero();
   S standing = 0.0;   ///< 1 while no step is planned, else 0
   S following = 0.0;  ///< 1 while steps follow a task, else 0
-  // The motion then, as polynomials of the time since `motion_begin` (s, absolute), constant first,
-  // m; else the constant at the target.
+  // Planned motion (m) as coefficients of polynomials of the time since `motion_begin` (s,
+  // absolute), constant first. Without a task, the constant is the target.
   S motion_begin = 0.0;
   Mat<S, 2, 3> com_motion = Mat<S, 2, 3>::Zero(), capture_motion = Mat<S, 2, 3>::Zero();
 

@@ -50,7 +50,7 @@ void approach(const DenseQp& p, DenseQpResult& r, VectorXd& slack) {
     kkt.bottomLeftCorner(me, n) = p.A;
     const auto solve = solver_of(kkt);
     VectorXd dz, dy, dw, ds;
-    // Newton step towards slack w = slack w - target.
+    // Newton step that reduces the products of slack and w by `target`.
     const auto direction = [&](const VectorXd& target) {
       VectorXd rhs(n + me);
       rhs << -dual - p.G.transpose() * (r.w.cwiseProduct(inside) - target).cwiseQuotient(slack),

@@ -94,8 +94,9 @@ ContactCone contact_cone(const ContactCone::Options& options = {});
 /// the normal force.
 int contact_cone_rows(const ContactCone::Options& options);
 
-// Usage inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`,
-// at most fixed_bounds<14>(). The exact zeros of the rows stay out of the sparsity pattern.
+// Usage inside a term, for w of any scalar: the formula returns `Vec<S, 14>(rows * w)`, where
+// `rows` is `cone.fixed<14>()`. Its upper bounds are `cone.fixed_bounds<14>()`. The exact zeros of
+// the rows stay out of the sparsity pattern.
 
 /// The rows A w of a contact cone, for the wrench w that starts at entry `first` of z. The function
 /// is affine with any number of rows. It is not written as a formula, which would be compiled for

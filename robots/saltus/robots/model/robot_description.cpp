@@ -16,7 +16,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-// True if the file gives this value. It may be missing if the URDF gives it.
+// True if the file contains this value. Only values from the URDF may be missing.
 bool gives(const YamlSection& section, const std::string& key, RobotDescription::Figures figures) {
   if (!section.has(key) && figures == RobotDescription::Figures::in_file)
     section.fail(key, "is missing; add it, or name the URDF, from which it can be computed");

@@ -32,7 +32,7 @@ Schedule one_foot_then_two(double landing = infinity, Side stance = Side::left, 
 Schedule two_feet_throughout(int events = 0);
 
 /// Updates the contacts from now on: present support, and as many planned steps as fit. A foot in
-/// the air lands by the first of them. Does not allocate.
+/// the air lands with the first of them. Does not allocate.
 void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
                        std::span<const StepPlan::Step> steps);
 

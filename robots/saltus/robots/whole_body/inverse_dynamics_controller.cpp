@@ -296,9 +296,9 @@ bool InverseDynamicsController::bound_torques_beyond() {
   return any;
 }
 
-// The ground supports a tipped sole only where it touches, independent of the requested wrench. A
-// wrench away from the loaded edge turns the sole back. A sole may stay on the middle of an edge.
-// On a corner it would rotate further as soon as the load moves.
+// The ground supports a tipped sole only where the sole touches it, independent of the requested
+// wrench. A wrench away from the loaded edge turns the sole back. A sole may stay on the middle of
+// an edge. On a corner it would rotate further as soon as the load moves.
 void InverseDynamicsController::keep_off_tipped_corners(qp::RowGroup& cone, int foot,
                                                         const Mat<double, 3, 3>& sole) const {
   if (gains.tipped_reserve == 0.0) return;

@@ -279,8 +279,8 @@ void MomentumController::finish(const WholeBodyState& state) {
   command_.limit_excess = limit_excess(state);
 }
 
-// At this acceleration the joint passes its limit in time T. Unlike the inverse-dynamics program,
-// no margin is kept.
+// Largest excess of a joint acceleration over the one that reaches the joint's limit in time T,
+// rad/s^2. Unlike the inverse-dynamics program, this controller keeps no margin.
 double MomentumController::limit_excess(const WholeBodyState& state) const {
   const double T = options_.limit_horizon;
   double most = 0.0;
