@@ -40,8 +40,7 @@ OptimalControlProblem problem() {
   };
   Phase<4, 2> ride{"ride", Rider{}, exactly(horizon)};
   ride.keep("mountains", above, at_least(0.01))
-      .allow("mountains",
-             1e-2)  // the mountains of height 3 and 8, which linear inputs cannot follow
+      .allow("mountains", 1e-2)  // linear inputs cannot follow the mountains of height 3 and 8
       .minimise("cost",
                 [](const auto&, const auto& x, const auto& u) {
                   return 100.0 * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) +
