@@ -116,7 +116,7 @@ def cases():
     for kind, key, value in [
         ("text instead of a number", "push.impulse", "seven"), ("empty number", "push.impulse", ""), ("blank number", "push.impulse", " "),
         ("an exponent without digits", "push.impulse", "1e"), ("decimal comma", "push.impulse", "7,5"), ("number out of range", "push.impulse", "1e400"),
-        ("a minus sign alone", "push.impulse", "-"), ("two points", "push.impulse", "1.2.3"), ("two signs", "push.impulse", "--7"),
+        ("a minus sign alone", "push.impulse", "-"), ("two decimal points", "push.impulse", "1.2.3"), ("two signs", "push.impulse", "--7"),
         ("NaN", "push.impulse", "nan"), ("YAML's NaN", "push.impulse", ".nan"), ("infinity", "push.impulse", "inf"), ("YAML's infinity", "push.impulse", ".inf"),
         ("hexadecimal", "push.impulse", "0x10"), ("digits in groups", "push.impulse", "1_000"), ("digits in another script", "push.impulse", "٧"),
         ("number with a unit", "push.impulse", "7 N s"), ("percentage", "push.impulse", "7%"), ("fraction", "push.impulse", "7/2"),
@@ -285,11 +285,11 @@ def cases():
         return {"r": make}
     run_json = b'{"problem": "push_recovery", "folder": "/", "saltus": {}}'
     for kind, files in {
-        "run.json cut off": {"run__json": run_json[:20]}, "run.json of another kind": {"run__json": b"[1, 2]"}, "run.json of bytes": {"run__json": b"\xff\xfe\0"},
+        "truncated run.json": {"run__json": run_json[:20]}, "run.json of another kind": {"run__json": b"[1, 2]"}, "run.json of bytes": {"run__json": b"\xff\xfe\0"},
         "run.json of an unknown problem": {"run__json": b'{"problem": "none", "folder": "/"}'}, "run.json with a number as the problem": {"run__json": b'{"problem": 7, "folder": "/"}'},
         "run.json 100,000 deep": {"run__json": b"[" * 100000 + b"]" * 100000},
         "run.json with a problem of 100,000 letters": {"run__json": b'{"problem": "' + b"p" * 100000 + b'", "folder": "/"}'},
-        "settings of another version": {"run__json": run_json, "config__yaml": b"push:\n  strength: 7\n"}, "settings cut off": {"run__json": run_json, "config__yaml": b"push: {"},
+        "settings of another version": {"run__json": run_json, "config__yaml": b"push:\n  strength: 7\n"}, "truncated settings": {"run__json": run_json, "config__yaml": b"push: {"},
     }.items():
         add(f"rerun: {kind}", ["rerun", "{d}/r", "--out", "{d}/out"], results(config__yaml=files.pop("config__yaml", b"plant: centroidal\n"), **files))
     for name in ("zero", "urandom"):
@@ -313,7 +313,7 @@ def cases():
         "a negative impulse": ["--impulses", "-3"], "a NaN impulse": ["--impulses", "nan"], "an infinite range": ["--impulses", "1:1:inf"], "a comma at the end": ["--impulses", "1,"],
         "an impulse twice": ["--impulses", "3,3,3"], "negative times": ["--step-times", "-0.6"], "an unknown controller": ["--controllers", "pid"], "a controller twice": ["--controllers", "mpc,mpc,x"],
         "no jobs": ["--jobs", "0"], "negative jobs": ["--jobs", "-2"], "a million jobs": ["--jobs", "1000000"], "jobs in words": ["--jobs", "many"], "an unknown plant": ["--plant", "gazebo"],
-        "a setting that the map varies": ["--set", "push.impulse=7"], "an unknown setting": ["--set", "push.impluse=7"], "an extra word": ["north"], "all of something": ["--all=3"],
+        "a setting that the map varies": ["--set", "push.impulse=7"], "an unknown setting": ["--set", "push.impluse=7"], "an extra word": ["north"], "--all with a value": ["--all=3"],
     }.items():
         few = [] if words[0] in ("--directions",) else ["--directions", "1"]
         few += [] if words[0] == "--impulses" else ["--impulses", "3"]
@@ -337,7 +337,7 @@ def cases():
 
     add = group("New projects")
     for kind, name in {
-        "empty name": "", "a blank": " ", "two points": "..", "a point": ".", "a path to an existing file": "../file", "begins with a dash": "-x", "begins with a digit": "7up", 
+        "empty name": "", "a blank": " ", "two dots": "..", "a dot": ".", "a path to an existing file": "../file", "begins with a dash": "-x", "begins with a digit": "7up", 
         "spaces": "my project", "quotes": 'a"b', "a semicolon": "a;b", "another alphabet": "имя", "terminal colour codes": "\x1b[31mx", "a name of 300 letters": "x" * 300, "not UTF-8": b"\xffx", "a name reserved by CMake": "test",
         "a CMake variable": "${HOME}",
     }.items():
@@ -369,7 +369,7 @@ def cases():
     for kind, listed, arrays in (
             ("no list", None, good), ("a list of words", b"a.npz,2,1,0,0,few,0,1,1\n", good), ("a truncated line", b"a.npz,2,1\n", good), ("more values than variables", line.replace(b"1,1\n", b"1,1,1\n"), good),
             ("a program in another folder", b"../" + line, good), ("a missing program", b"b" + line, good), ("P that is not square", line, {**good, "P": (5, 1)}), ("G too wide", line, {**good, "G": (2, 5)}),
-            ("h too long", line, {**good, "h": (9, 1)}), ("bounds too long", line, {**good, "lb": (9, 1)}), ("no P", line, {"q": (2, 1)}), ("nothing in it", line, {})):
+            ("h too long", line, {**good, "h": (9, 1)}), ("bounds too long", line, {**good, "lb": (9, 1)}), ("no P", line, {"q": (2, 1)}), ("an empty archive", line, {})):
         def make(path, listed=listed, arrays=arrays):
             path.mkdir()
             if listed is not None:
@@ -383,7 +383,7 @@ def cases():
     add("HOME is empty", bad, env={"HOME": ""})
     add("SALTUS_ICUB_URDF names a missing file", ["run", "push_recovery", "--plant", "dart", "--out", "{d}/out"], env={"SALTUS_ICUB_URDF": "/nowhere/model.urdf"})
     add("SALTUS_ICUB_URDF names a folder", ["run", "push_recovery", "--plant", "dart", "--out", "{d}/out"], env={"SALTUS_ICUB_URDF": "/tmp"})
-    add("SALTUS_ICUB_URDF names another file", ["run", "push_recovery", "--plant", "dart", "--out", "{d}/out"], env={"SALTUS_ICUB_URDF": "/etc/hostname"})
+    add("SALTUS_ICUB_URDF names a file that is not a URDF", ["run", "push_recovery", "--plant", "dart", "--out", "{d}/out"], env={"SALTUS_ICUB_URDF": "/etc/hostname"})
     add("the cache is a file", ["run", "push_recovery", "--plant", "dart", "--out", "{d}/out"], {"cache": b""}, env={"SALTUS_ICUB_URDF": None, "XDG_CACHE_HOME": "{d}/cache", "PIP_NO_INDEX": "1"})
     for name in ("C", "tr_TR.UTF-8", "xx_YY"):
         add(f"the language is {name}", bad, env={"LC_ALL": name, "LANG": name})
@@ -512,9 +512,9 @@ def cell(text):
 
 def page(outcomes):
     lines = ["# Bad input", "",
-             f"This page lists {len(outcomes)} kinds of user mistakes with the exit status and message of the program. A test checks it:",
-             "the program does not hang, does not end by a signal, reports no internal error, and leaves no partial file. Status 2",
-             "means bad input; DIR is the folder of the case, and long text is cut. `tests/faults/bad_inputs.py` makes the tables.", ""]
+             f"This page lists {len(outcomes)} kinds of user mistakes with the exit status and message of the program. A test checks that the",
+             "program does not hang, does not end by a signal, reports no internal error, and leaves no partial file. Status 2 means",
+             "bad input. DIR is the folder of the case, and long text is truncated. `tests/faults/bad_inputs.py` makes the tables.", ""]
     seen = None
     for outcome in outcomes:
         if outcome.case.group != seen:
