@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Writes the list of library problems in the gallery, from the first comments of their source files.
 
-The equations of a problem are typeset in the page. It has a checksum of the comment that they state: if the comment
-changes, the equations must be typeset again.
+The page contains the typeset equations of each problem and a checksum of the comment with these equations. If the
+comment changes, the equations must be typeset again.
 
 Usage: gallery.py GALLERY.md [--write] [--draw PROGRAM]
 
 The text between `<!-- problems: LETTER -->` and `<!-- end of problems -->` lists the files of problems/library whose
-names begin with LETTER: statement, equations, lines of code without comments, picture, and the time to solve from the
+names begin with LETTER: statement, equations, lines of code without comments, picture, and the solve time from the
 table of the page. Without --write the exit status is 1 if the page differs from the sources. --draw runs each problem
 with PROGRAM, the program saltus, and draws its trajectory to GALLERY/NAME.svg. The program mode_search next to it
 solves the problems whose sequence of modes is searched.
@@ -34,7 +34,7 @@ TIME = re.compile(r"^\| ([A-Z]\d\d)[a-z]? (\w+) \| [\d.]+ \| ([\d.]+) \|", re.MU
 # ---- pictures ------------------------------------------------------------------------------------
 
 CELL, GAP, PLOT, LINE = 164, 10, 64, 14  # pixels: width of a cell, space between cells, height of a plot and of text
-BESIDE, MOST_LETTERS = 16, 26  # letters of a title that fit next to the range of its values, and into a cell
+BESIDE, MOST_LETTERS = 16, 26  # number of letters of a title that fit next to the range of its values, and into a cell
 COLUMNS, MOST_CELLS = 4, 12
 # Arguments of mode_search for the problems that it solves, and the names of states and inputs in its table.
 SEARCHED = {
@@ -83,7 +83,7 @@ def svg(rows, modes, channels, inputs):
     columns = min(COLUMNS, len(shown))
     lines = -(-len(shown) // columns)
     titles = {name: textwrap.wrap(name, MOST_LETTERS) for name in shown}
-    rows_of_text = max(len(title) + (len(title[-1]) > BESIDE) for title in titles.values())  # the last has the range
+    rows_of_text = max(len(title) + (len(title[-1]) > BESIDE) for title in titles.values())  # the last line has the range
     head = rows_of_text * LINE + 4
     width, height = columns * (CELL + GAP) - GAP, lines * (head + PLOT + GAP) + 12
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '

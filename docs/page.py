@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Checks or updates what a page shows of its programs: their lines, output and pictures.
+"""Checks or updates the parts of its programs that a page shows: lines, output and pictures.
 
 Usage: page.py PAGE PROGRAMS [--write]
 
-PROGRAMS is the folder of the programs that PAGE names; their sources are in the folder with the name of
-PAGE without its ending. Without --write nothing is changed: the exit status is 1 if the page shows
+PROGRAMS is the folder of the programs that PAGE names. Their sources are in the folder with the name of
+PAGE without its extension. Without --write nothing is changed: the exit status is 1 if the page shows
 other lines or another output. With --write the page is updated and, if a program NAME_N writes tables
 to step_N, its picture is drawn into the folder; pictures need matplotlib.
 
@@ -30,14 +30,14 @@ def lines_of(page, file, first, last):
         lines = source.read().splitlines()
     begin = next((i for i, line in enumerate(lines) if first in line), None)
     if begin is None:
-        sys.exit(f"{page}: no line of {file} holds '{first}'")
+        sys.exit(f"{page}: no line of {file} contains '{first}'")
     alone = last in ("}", "};")
     end = next((i for i in range(begin, len(lines))
                 if (lines[i].strip() == last and lines[i].index(last) <=
                     len(lines[begin]) - len(lines[begin].lstrip()) if alone else last in lines[i])),
                None)
     if end is None:
-        sys.exit(f"{page}: no line of {file} behind '{first}' holds '{last}'")
+        sys.exit(f"{page}: no line of {file} after '{first}' contains '{last}'")
     shown = lines[begin:end + 1]
     margin = min(len(line) - len(line.lstrip()) for line in shown if line.strip())
     return "\n".join(line[margin:] for line in shown) + "\n"

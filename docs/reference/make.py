@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes the documentation as pages for a browser, without a network: guides, concepts, reference.
+"""Builds the documentation as pages for a browser: guides, concepts, reference. The pages need no network.
 
 Usage: make.py OUT
 
-OUT/html/index.html is the first page. Made by Doxygen from the public headers and the pages (.md) of the
-project; the exit status is 1 on any warning, a public name without a comment among them, on a link that leads
-nowhere, and on a formula that KaTeX rejects. Needs Debian's packages doxygen, doxygen-awesome-css, libjs-katex, nodejs.
+OUT/html/index.html is the first page. Doxygen builds the pages from the public headers and the Markdown pages of the
+project. The exit status is 1 on any warning (for example a public name without a comment), on a broken link, and on a
+formula that KaTeX rejects. Needs Debian's packages doxygen, doxygen-awesome-css, libjs-katex, nodejs.
 """
 
 import html.parser
@@ -46,14 +46,14 @@ GROUPS = {
         "docs/install.md": "compilers, components and packages, and how a project uses the library",
         "docs/tutorial.md": "six short programs, from one phase to a closed loop",
         "docs/running.md": "runs, settings, results, pictures, and Python"}),
-    "Problem formulation": ("The problem class as equations, and the words for it.", {
+    "Problem formulation": ("The problem class as equations, and its terms.", {
         "docs/formulation.md": "every symbol of the optimal control problem with its call",
         "docs/concepts.md": "modes, windows and events in pictures",
         "docs/glossary.md": "each term with its definition and its symbol in the code"}),
     "How-to": ("Answers to single questions, each with a program that the tests run.", {
         "docs/howto.md": "solvers, robots, events, own integrators and plants, warm starts, scaling, derivatives, export",
         "docs/troubleshooting.md": "each message with its cause and its remedy",
-        "docs/coming_from.md": "the same names in other frameworks, and an acados example line by line"}),
+        "docs/coming_from.md": "terms of other frameworks and their names in Saltus, and an acados example line by line"}),
     "Examples gallery": ("Programs and problems to start from.", {
         "docs/gallery.md": "every program and library problem with equations, picture, lines and time",
         "examples/README.md": "a separate project that uses the installed library",
@@ -75,13 +75,13 @@ GROUPS = {
                   "header.", {
         "docs/reference.md": "the names that each task needs, with an example",
         "docs/promise.md": "public headers, versions, threads and real time",
-        "docs/repeatability.md": "when two runs give the same digits",
+        "docs/repeatability.md": "when two runs give identical results",
         "docs/bad_inputs.md": "messages for 485 kinds of mistakes",
         "docs/migration.md": "old and new names",
         "CHANGELOG.md": "changes by version",
         "docs/third_parties.md": "packages and their licences"}),
     "Theory": ("The formulas behind the library, with their derivations.", {
-        "framework/design/conventions.md": "which value belongs to an event: the node before or after",
+        "framework/design/conventions.md": "conventions at events: which values belong to the time before and after an event",
         "framework/design/events.md": "events inside an interval, and derivatives through them",
         "framework/design/links.md": "constraints that join several instants",
         "framework/design/dae.md": "phases with algebraic states",
@@ -89,13 +89,13 @@ GROUPS = {
         "framework/design/riccati.md": "quadratic programs stage by stage",
         "framework/design/sequences.md": "search of the best order of modes, with its guarantee",
         "framework/design/switch_times.md": "free durations, and derivatives of an optimum"}),
-    "Contributing": ("How Saltus is developed, and why it is as it is.", {
+    "Contributing": ("How Saltus is developed, and the reasons for its design.", {
         "CONTRIBUTING.md": "folders, tests, style and releases",
         "framework/design/decisions.md": "index of the design decisions",
         **dict.fromkeys(DECISIONS, ""),
         "docs/faults.md": "behaviour of controllers, programs and readers when something fails",
         "docs/sanitizers.md": "tests under sanitizers and fuzzing",
-        "SECURITY.md": "treatment of files from elsewhere, and how to report a vulnerability"}),
+        "SECURITY.md": "treatment of untrusted files, and how to report a vulnerability"}),
 }
 PAGES = ["README.md", *(page for _, pages in GROUPS.values() for page in pages)]
 
@@ -172,7 +172,7 @@ class Formulas:
 
 
 class Page:
-    """A page in the form for Doxygen: headings with names, links to pages and headers, pictures next to it."""
+    """A page converted for Doxygen: headings with anchors, links to pages and headers, and pictures in its folder."""
 
     def __init__(self, name, names, headers, pictures, formulas, lacking):
         self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
@@ -213,7 +213,7 @@ class Page:
 
     @staticmethod
     def plain(text):
-        """Text without the marks that Doxygen replaces: commands, names without links, and dashes."""
+        """Escapes what Doxygen would replace: commands, names that it would link, and dashes."""
         text = re.sub(r"@|%(?! )", r"\\\g<0>", text)
         return re.sub(r"(?<![\w-])---?(?=[\w'])", r"\\\g<0>", text)
 
@@ -390,7 +390,7 @@ def run_doxygen(out, files, pictures):
 
 
 def break_long_words(folder):
-    """Lets a browser break the long names in tables at their marks, which makes columns narrower."""
+    """Lets a browser break long names in tables at punctuation, which makes columns narrower."""
     for name in os.listdir(folder):
         if name.startswith(("page_", "index")) and name.endswith(".html"):
             with open(os.path.join(folder, name), encoding="utf-8") as file:
@@ -465,7 +465,7 @@ class Links(html.parser.HTMLParser):
 
 
 def check_links(folder):
-    """Sentences on dead links between pages and on resources from a network."""
+    """One sentence per dead link between pages and per resource from a network."""
     pages, wrong = {}, []
     for name in sorted(os.listdir(folder)):
         if name.endswith(".html"):

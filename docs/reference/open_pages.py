@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens the pages that make.py made in a headless browser, at the widths of a desktop and of a telephone.
+"""Opens the pages from make.py in a headless browser, at the widths of a desktop and of a telephone.
 
 Usage: open_pages.py FOLDER [--pictures OUT] [PAGE...]
 

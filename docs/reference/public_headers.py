@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the public headers in a form for Doxygen to the folder OUT: OUT/saltus/core/types.hpp and so on.
+"""Converts the public headers for Doxygen and writes them to the folder OUT: OUT/saltus/core/types.hpp and so on.
 
 Usage: public_headers.py OUT
 
-The comments of the headers are written for readers of the source. For Doxygen these are rewritten, without changing
+The comments of the headers are written for readers of the source. For Doxygen they are rewritten without a change of
 line numbers:
 
 - the first comment of a header, `// One idea.`, documents the file;
@@ -77,7 +77,7 @@ def one_by_one(line, above):
 
 
 def begins_at(out):
-    """Index of the first line of the statement that the next line continues, after `template <...>` and `requires`."""
+    """Index of the first line of the next declaration, which includes preceding `template <...>` and `requires` lines."""
     at = len(out)
     while at > 0 and re.match(r"\s*(template\s*<.*>|requires .*)\s*$", out[at - 1]):
         at -= 1
@@ -147,10 +147,10 @@ def rewritten(name, lines):
         elif name in AUTODIFF and ARITHMETIC.match(line) and not is_said and "///" not in line:
             at = begins_at(out)
             if at < len(out):
-                out[at] = "/** As for numbers, including derivatives or dependence. */ " + out[at].strip()
+                out[at] = "/** Same as for numbers, with derivatives or dependence. */ " + out[at].strip()
                 out.append(line)
             else:
-                out.append("/** As for numbers, including derivatives or dependence. */ " + line.strip())
+                out.append("/** Same as for numbers, with derivatives or dependence. */ " + line.strip())
         elif function and shared and not is_said:
             out.append(f"{function[1]}/** {shared} */ {function[2]}")
         elif one_line := ON_ONE_LINE.match(line):
