@@ -7,7 +7,7 @@ using namespace saltus;
 namespace {
 
 struct Sledge {     // x = (position m, speed m/s), u = pull per mass, m/s^2
-  double friction;  // friction of the ground; the sledge never moves backwards
+  double friction;  // coefficient of the ground; valid for forward motion only
 
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
