@@ -17,7 +17,7 @@ int main() {
   const auto speed = [](auto, auto x) { return x[1]; };
   const auto clock = [](auto t, auto) { return t; };
 
-  // The duration is free, and so is the time of the shift.
+  // The duration and the time of the shift are free.
   Phase<2, 2> first{"first gear", Gear{6.0, 8.0}, between(0.5, 10.0)};
   first.bound_input(0, between(0.0, 1.0))
       .bound_input(1, exactly(0.0))

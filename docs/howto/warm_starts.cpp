@@ -13,12 +13,12 @@ int main() {
               std::abs(warm.cost - cold.cost) < 1e-7 ? "yes" : "no",
               warm.iterations < cold.iterations ? "yes" : "no");
 
-  // On another grid the trajectory is the guess; its multipliers do not fit.
+  // On another grid the trajectory is the guess, without multipliers.
   MultipleShooting finer{ride(), {.intervals_per_phase = 160, .integrator = runge_kutta4()}};
   const Solution refined = solve(finer, *solver, finer.guess_from(first.trajectory));
   std::printf("%.4f on 40 intervals, %.4f on 160\n", first.cost, refined.cost);
 
-  // Easier problems lead to a hard one.
+  // A sequence of easier problems leads to a hard one.
   Solution farther = first;
   for (double distance = 1.2; distance < 2.05; distance += 0.2)
     farther = solve(ride(distance), {.guess = farther.trajectory});
