@@ -36,8 +36,10 @@ else()
       message(FATAL_ERROR "SALTUS_COMPONENTS: there is no component '${component}'; there are ${SALTUS_ALL_COMPONENTS}")
     endif()
   endforeach()
-  foreach(component ${SALTUS_WANTED}) # adds the direct dependencies of the listed components
-    list(APPEND SALTUS_WANTED ${SALTUS_${component}_NEEDS})
+  foreach(pass RANGE 1 2) # direct and indirect dependencies: the depth of the table
+    foreach(component ${SALTUS_WANTED})
+      list(APPEND SALTUS_WANTED ${SALTUS_${component}_NEEDS})
+    endforeach()
   endforeach()
   list(REMOVE_DUPLICATES SALTUS_WANTED)
 endif()
