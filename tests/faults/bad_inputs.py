@@ -512,14 +512,15 @@ def cell(text):
 
 def page(outcomes):
     lines = ["# Bad input", "",
-             f"This page lists {len(outcomes)} kinds of user mistakes with the exit status and message of the program. A test checks that the",
-             "program does not hang, does not end by a signal, reports no internal error, and leaves no partial file. Status 2 means",
-             "bad input. DIR is the folder of the case, and long text is truncated. `tests/faults/bad_inputs.py` makes the tables.", ""]
+             f"This page lists {len(outcomes)} kinds of user mistakes with the exit status and message of the program. For each kind, a test",
+             "checks that the program does not hang, does not end by a signal, reports no internal error, and leaves no partial file.",
+             "Status 2 means bad input. DIR is the folder of the case, and long text is truncated. `tests/faults/bad_inputs.py` makes",
+             "the tables.", ""]
     seen = None
     for outcome in outcomes:
         if outcome.case.group != seen:
             seen = outcome.case.group
-            lines += ["", f"## {seen}", "", "| kind | status | sentence |", "| --- | --- | --- |"]
+            lines += ["", f"## {seen}", "", "| kind | status | message |", "| --- | --- | --- |"]
         lines.append(f"| {cell(outcome.case.kind)} | {outcome.status} | {cell(outcome.text)[:300]} |")
     return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
 
@@ -549,7 +550,7 @@ def main():
         for line in page(outcomes).splitlines():
             if line.startswith("| ") and line not in stated:
                 kind = line[: line.index(" | ", line.index(" | ") + 3)]
-                if kind + " | " not in stated:  # compare the status only; sentences may depend on the machine
+                if kind + " | " not in stated:  # compare the status only; messages may depend on the machine
                     print(f"not as {args.page} has it: {line}")
                     wrong.append(line)
     sys.exit(1 if wrong else 0)
