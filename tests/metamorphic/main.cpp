@@ -179,6 +179,7 @@ constexpr KnownChange known_changes[] = {
     {"maximum_range", "other_units", "", "another local optimum, also a KKT point", "cost"},
     {"van_der_pol", "other_units", "", "another local optimum, also a KKT point", "cost"},
     {"pendulum_on_cart", "other_units", "", "another local optimum, also a KKT point", "cost"},
+    {"tank_sequence", "other_units", "", "another of its many local optima", "cost"},
     {"alp_rider", "other_units", "", "not convex: converges from some scales only", "ok ->"},
     {"f8_aircraft", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"calcium_oscillation", "other_units", "ipopt", "Ipopt converges from one scale only"},
