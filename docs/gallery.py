@@ -6,6 +6,9 @@ comment changes, the equations must be typeset again.
 
 Usage: gallery.py GALLERY.md [--write] [--draw PROGRAM]
 
+The column Lines of the table of programs has the lines of code of the linked .cpp files. For a linked page it has the
+smallest and the largest number of its programs, which are in the folder with the name of the page.
+
 The text between `<!-- problems: LETTER -->` and `<!-- end of problems -->` lists the files of problems/library whose
 names begin with LETTER: statement, equations, lines of code without comments, picture, and the solve time from the
 table of the page. Without --write the exit status is 1 if the page differs from the sources. --draw runs each problem
@@ -29,6 +32,7 @@ import zlib
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SECTION = re.compile(r"(<!-- problems: (\w) -->\n).*?(<!-- end of problems -->)", re.DOTALL)
 EQUATIONS = re.compile(r"\[(\w+)\.cpp\]\([^\n]*<!-- (\w+) -->\n.*?(```math\n.*?\n```)", re.DOTALL)
+PROGRAMS = re.compile(r"^(\| \[[^|\n]*\) \| )[\w ,]+( \|)", re.MULTILINE)  # first column: links to programs or pages
 TIME = re.compile(r"^\| ([A-Z]\d\d)[a-z]? (\w+) \| [\d.]+ \| ([\d.]+) \|", re.MULTILINE)  # by `sparse`, ms
 
 # ---- pictures ------------------------------------------------------------------------------------
@@ -212,6 +216,24 @@ def code_lines(text):
     return sum(1 for line in text.splitlines() if line.strip() and not line.strip().startswith("//"))
 
 
+def file_lines(path):
+    with open(path, encoding="utf-8") as file:
+        return code_lines(file.read())
+
+
+def program_lines(folder, links):
+    """The numbers of lines of the linked programs, or the range of those of the programs of a linked page."""
+    shown = []
+    for link in re.findall(r"\]\(([^)]*)\)", links):
+        path = os.path.join(folder, link)
+        if path.endswith(".md"):
+            sizes = [file_lines(program) for program in glob.glob(path.removesuffix(".md") + "/*.cpp")]
+            shown.append(f"{min(sizes)} to {max(sizes)} each")
+        else:
+            shown.append(str(file_lines(path)))
+    return ", ".join(shown)
+
+
 def entry(path, times, pictures, typeset):
     with open(path, encoding="utf-8") as file:
         text = file.read()
@@ -263,11 +285,13 @@ def main(page, write, program):
     typeset = {name: (checksum, formulas) for name, checksum, formulas in EQUATIONS.findall(shown)}
     made = SECTION.sub(lambda match: match[1] + "\n"
                        + "\n".join(entry(path, times, pictures, typeset) for path in files(match[2])) + match[3], shown)
+    folder = os.path.dirname(os.path.abspath(page))
+    made = PROGRAMS.sub(lambda match: f"{match[1]}{program_lines(folder, match[1])}{match[2]}", made)
     if write:
         with open(page, "w", encoding="utf-8") as file:
             file.write(made)
     elif made != shown:
-        sys.exit(f"{page} differs from the sources of the library: docs/gallery.py {page} --write updates it")
+        sys.exit(f"{page} differs from the sources: docs/gallery.py {page} --write updates it")
 
 
 if __name__ == "__main__":
