@@ -207,7 +207,7 @@ std::vector<Duel> measure_against_hpipm(const fs::path& library, const Selection
   }
   run(warm_name, [&] { return warm(hpipm); });
   if (duels.empty())
-    throw InputError(fmt::format("no case has '{}' in its name; there are {}", selection.only,
+    throw InputError(fmt::format("no case has '{}' in its name; the cases are {}", selection.only,
                                  join_names(names)));
   return duels;
 }

@@ -50,7 +50,7 @@ LatencyReport measure_latency(const Selection& selection,
   }
   if (report.cases.empty()) {
     const std::string meant = nearest_name(selection.only, names);
-    throw InputError(meant.empty() ? fmt::format("no case has '{}' in its name; there are {}",
+    throw InputError(meant.empty() ? fmt::format("no case has '{}' in its name; the cases are {}",
                                                  selection.only, join_names(names))
                                    : fmt::format("no case has '{}' in its name; did you mean '{}'?",
                                                  selection.only, meant));

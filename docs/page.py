@@ -5,7 +5,7 @@ Usage: page.py PAGE PROGRAMS [--write]
 
 PROGRAMS is the folder of the programs that PAGE names. Their sources are in the folder with the name of
 PAGE without its extension. Without --write nothing is changed: the exit status is 1 if the page shows
-other lines or another output. With --write the page is updated and, if a program NAME_N writes tables
+different lines or output. With --write the page is updated and, if a program NAME_N writes tables
 to step_N, its picture is drawn into the folder; pictures need matplotlib.
 
 In the page, `<!-- code: FILE "FROM" "TO" -->` shows the lines of FILE from the first that contains FROM

@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
                       .input = sent[k % remembered]},
               robot);
   }
-  std::printf("controller: %d measurements in time, %d late and predicted, %d missing\n", in_time,
+  std::printf("controller: %d measurements on time, %d late and predicted, %d missing\n", in_time,
               predicted, without);
   return 0;
 }

@@ -118,8 +118,9 @@ const QpProblem& find_problem(const std::vector<QpProblem>& problems, const std:
   for (const QpProblem& p : problems) names.push_back(p.name);
   const std::string meant = nearest_name(name, names);
   throw InputError(
-      meant.empty() ? fmt::format("there is no problem '{}'; there are {}", name, join_names(names))
-                    : fmt::format("there is no problem '{}'; did you mean '{}'?", name, meant));
+      meant.empty()
+          ? fmt::format("there is no problem '{}'; the problems are {}", name, join_names(names))
+          : fmt::format("there is no problem '{}'; did you mean '{}'?", name, meant));
 }
 
 }  // namespace saltus::bench

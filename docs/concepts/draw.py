@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/concepts.md and of the theory pages as SVG files, which are the same each time.
+"""Draws the figures of docs/concepts.md and of the theory pages as SVG files. Every run writes identical files.
 
 Usage: draw.py FOLDER
 """

@@ -527,7 +527,7 @@ def main(out):
     for sentence in [*warnings, *wrong]:
         print(sentence, file=sys.stderr)
     if warnings or wrong or status:
-        sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} links or formulas that are wrong")
+        sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} broken links or formulas")
     print(f"documentation: {pages} pages, no warning, {links} links checked, {len(formulas.formulas)} formulas; "
           f"{os.path.join(out, 'html', 'index.html')}")
 

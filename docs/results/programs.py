@@ -35,7 +35,7 @@ def draw(module, *arguments):
          environment={**os.environ, "PYTHONPATH": PACKAGE, "PYTHONSAFEPATH": "1"})
 
 
-UNKNOWN = "kept, of an unknown version"
+UNKNOWN = "kept, from an unknown version"
 
 
 def read_bytes(path):

@@ -205,7 +205,7 @@ def chosen(arguments):
     known = [*ALL, "pictures"]
     unknown = [name for name in arguments.names if name not in known]
     if unknown:
-        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}", file=sys.stderr)
+        print(f"reproduce: there is no table {unknown[0]}; the tables are {', '.join(known)}", file=sys.stderr)
         sys.exit(2)
     quick = [name for name, table in ALL.items() if table.quick]
     return arguments.names or (quick if arguments.quick else known)

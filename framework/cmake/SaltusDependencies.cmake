@@ -33,7 +33,7 @@ else()
   set(SALTUS_WANTED core ${SALTUS_COMPONENTS})
   foreach(component ${SALTUS_WANTED})
     if(NOT component IN_LIST SALTUS_ALL_COMPONENTS)
-      message(FATAL_ERROR "SALTUS_COMPONENTS: there is no component '${component}'; there are ${SALTUS_ALL_COMPONENTS}")
+      message(FATAL_ERROR "SALTUS_COMPONENTS: there is no component '${component}'; the components are ${SALTUS_ALL_COMPONENTS}")
     endif()
   endforeach()
   foreach(pass RANGE 1 2) # direct and indirect dependencies: the depth of the table

@@ -50,7 +50,7 @@ const Target& target(const std::string& name) {
     if (one.name == name) return one;
     names.push_back(one.name);
   }
-  throw InputError(fmt::format("no reader '{}'; there are {}", name, join_names(names)));
+  throw InputError(fmt::format("no reader '{}'; the readers are {}", name, join_names(names)));
 }
 
 void run(const Target& target, Bytes bytes) {

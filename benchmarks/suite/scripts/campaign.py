@@ -178,7 +178,7 @@ def table_tasks(arguments):
         if name not in names:
             near = difflib.get_close_matches(name, names, 1, 0.4)
             raise CampaignError(f"there is no table '{name}'; "
-                                + (f"did you mean '{near[0]}'?" if near else f"there are {', '.join(names)}"))
+                                + (f"did you mean '{near[0]}'?" if near else f"the tables are {', '.join(names)}"))
     return [task_of(name, [name], TABLE) for name in arguments.names or names]
 
 
@@ -240,6 +240,6 @@ def write_map(records, folder):
         if os.path.exists(kept):
             with open(kept, encoding="utf-8") as file:
                 if file.read() != settings:
-                    raise CampaignError(f"'{folder}' contains a map with other settings; give another --folder")
+                    raise CampaignError(f"'{folder}' contains a map with different settings; give another --folder")
         write_text(kept, settings)
         write_text(table, text.getvalue())

@@ -40,7 +40,7 @@ def chosen(wanted, names, what, hidden=()):
             near = difflib.get_close_matches(word, names, 1, 0.4)
             raise MatrixError(f"there is no {what} '{word}'; "
                               + (f"did you mean '{near[0]}'?" if near
-                                 else f"there are {', '.join(names)}"))
+                                 else f"the {what}s are {', '.join(names)}"))
         picked.update(found)
     return [n for n in (*names, *hidden) if n in picked]
 

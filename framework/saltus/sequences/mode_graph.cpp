@@ -136,8 +136,8 @@ int ModeGraph::number_of(std::string_view mode) const {
     if (modes_[i].name == mode) return i;
   std::vector<std::string> names;
   for (const PhaseDefinition& m : modes_) names.push_back("'" + m.name + "'");
-  throw DefinitionError(fmt::format("modes '{}': there is no mode '{}'; there are {}", name_, mode,
-                                    fmt::join(names, ", ")));
+  throw DefinitionError(fmt::format("modes '{}': there is no mode '{}'; the modes are {}", name_,
+                                    mode, fmt::join(names, ", ")));
 }
 
 const PhaseDefinition& ModeGraph::mode(int i) const {

@@ -86,8 +86,9 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
                     "'{}' contains a map, but its settings ({}) are missing; choose another "
                     "--out",
                     folder.string(), map_settings)
-              : fmt::format("'{}' contains a map with other settings ({}); choose another --out",
-                            folder.string(), difference(there, settings)));
+              : fmt::format(
+                    "'{}' contains a map with different settings ({}); choose another --out",
+                    folder.string(), difference(there, settings)));
   } else if (fs::exists(stamp, error) && !fs::exists(path_, error)) {
     throw InputError(fmt::format("'{}' contains results of another kind; choose another --out",
                                  folder.string()));
@@ -129,8 +130,8 @@ void MapFile::read() {
     return;
   }
   if (!content.starts_with(head))
-    throw InputError(
-        fmt::format("'{}' has other columns: it was written by another version", path_.string()));
+    throw InputError(fmt::format("'{}' has different columns: it was written by another version",
+                                 path_.string()));
   std::istringstream stream(content.substr(head.size()));
   int number = 1;
   for (std::string line; std::getline(stream, line);) {

@@ -101,7 +101,7 @@ void refuse_varied(const std::vector<Assignment>& assignments) {
   for (const Assignment& a : assignments)
     if (std::find(varied.begin(), varied.end(), a.key) != varied.end())
       throw InputError(fmt::format(
-          "{}: the map varies {} by itself; see --impulses, --directions, --step-times and "
+          "{}: the map itself varies {}; see --impulses, --directions, --step-times and "
           "--controllers",
           a.location, a.key));
 }
