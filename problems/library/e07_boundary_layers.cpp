@@ -3,7 +3,7 @@
 //
 //   min int x^2 + e^2 u^2   x' = u   x(0) = x(1) = 1,  e = 1/100
 //
-// x = cosh((t - 1/2) / e) / cosh(1 / (2 e)), J = 2 e tanh(1 / (2 e)). The layers have the thickness
+// x = cosh((t - 1/2) / e) / cosh(1 / (2 e)), J = 2 e tanh(1 / (2 e)). The layers have thickness
 // e. A graded mesh of 60 intervals, 40 times shorter at the ends than in the middle, has ten in
 // each layer.
 // Guess: the constant start, no input.

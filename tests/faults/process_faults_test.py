@@ -306,7 +306,7 @@ class Stopped(unittest.TestCase):
 
     def test_little_address_space(self):
         """Allocations fail in the loader, in OpenBLAS, in Ipopt and in our code: nothing hangs, and each case ends with
-        a sentence."""
+        a message."""
         for megabytes in (50, 75, 100, 125, 150, 175, 200, 225, 250, 300, 350, 400, 500, 700, 1000):
             for words in (SOLVE, SOLVE + ["--solver", "sparse"], SOLVE + ["--solver", "riccati"], ["list"]):
                 with self.subTest(megabytes=megabytes, words=words):

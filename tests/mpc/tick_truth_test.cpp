@@ -130,7 +130,7 @@ TEST_P(TickTruth, UselessStepsAreNotCalledOptimal) {
   }
 }
 
-// A plan cut off by the time limit is checked on the program too, and keeps the reason.
+// A plan cut short by the time limit is also checked against the program, and keeps its reason.
 TEST_P(TickTruth, InterruptedPlansAreChecked) {
   const ControllerOptions options;
   RecedingHorizonController controller =

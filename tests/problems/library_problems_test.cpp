@@ -216,7 +216,7 @@ TEST_F(LibraryProblems, RegulatorRecedesAndStepsOnRequest) {
       << complaint;
   EXPECT_EQ(summary().at("horizon"), "receding");
   const nlohmann::json counted = summary().at("provenance");
-  int made = 0;  // plans of their own tick; the program decides whether a step is optimal
+  int made = 0;  // plans computed in their own tick; the program decides whether a step is optimal
   for (const char* name : {"optimal", "feasible", "step"}) made += counted.at(name).get<int>();
   EXPECT_EQ(made, 4);
   const auto ticks = table_of(folder / "ticks.csv");

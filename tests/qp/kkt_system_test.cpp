@@ -25,7 +25,7 @@ using saltus::testing::program_with_groups;
 using saltus::testing::random_qp;
 
 constexpr int programs = 40;
-constexpr double rounding = 1e-13;  // some hundred operations, relative to their largest terms
+constexpr double rounding = 1e-13;  // a few hundred operations, relative to their largest terms
 
 struct Point {
   template <KktSystem System>

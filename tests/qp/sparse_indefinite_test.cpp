@@ -60,7 +60,7 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
     const VectorXd right = random.vector(n + m);
     VectorXd x = right;
     factor.solve(x.data());
-    // Backward stable with a pivot threshold of 0.01: some thousand roundings.
+    // Backward stable with a pivot threshold of 0.01: a few thousand roundings.
     EXPECT_LT((saddle.dense * x - right).norm(), 1e-12 * (size * x.norm() + 1.0)) << trial;
   }
 }

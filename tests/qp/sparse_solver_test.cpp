@@ -19,7 +19,7 @@ namespace {
 using namespace testing;
 
 constexpr int seeds = 250;  // per kind; the comparison of both back-ends solves thousands
-// A product of 1e-8 on each of some hundred sides would leave 1e-6 in the cost.
+// A product of 1e-8 on each of a few hundred sides would leave 1e-6 in the cost.
 constexpr qp::QpOptions options{.tolerance = 1e-10};
 constexpr double required = 1e-8;  // relative error of cost; scaled residual
 

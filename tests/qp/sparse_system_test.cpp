@@ -146,7 +146,7 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
     system.evaluate(a.v.data(), a.y.data(), a.lambda.data(), a.dv.data(), a.dy.data(),
                     a.side.data());
     const double rounding =
-        1e-15 * (300.0 + dense.g.lpNorm<Eigen::Infinity>());  // some ten products
+        1e-15 * (300.0 + dense.g.lpNorm<Eigen::Infinity>());  // about ten products
     EXPECT_LT(difference(head(a.dv, n), dense.H * v + dense.g + dense.E.transpose() * y -
                                             dense.G.transpose() * lambda),
               rounding);
@@ -156,7 +156,7 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
     system.add_transposed(a.lambda.data(), a.dv.data());
     EXPECT_LT(difference(head(a.dv, n), dense.G.transpose() * lambda), rounding);
 
-    // Weights from far inside a side to directly on it.
+    // Weights of rows from far inside their bounds to directly on them.
     VectorXd w(m);
     for (Eigen::Index i = 0; i < m; ++i) w[i] = random.log_uniform(1e-10, 1e8);
     fill(a.side, w);

@@ -14,7 +14,7 @@ using namespace testing;
 
 constexpr int seeds = 300;
 
-// Rounding of sums of some ten products, with multipliers as their largest factors.
+// Rounding of sums of about ten products, with multipliers as their largest factors.
 double rounding(const PrimalDualPoint& point) {
   return 1e-14 * (1.0 + point.lambda.lpNorm<Eigen::Infinity>() + point.z.lpNorm<Eigen::Infinity>());
 }

@@ -110,8 +110,8 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheGivenTime) {
   EXPECT_EQ(force_settling(log, 2.0).planned[0], infinity);
 }
 
-// The log of a whole body contains planned forces, and measured ones as filtered means. The torques
-// and all other forces never settle.
+// The log of a whole-body run contains planned forces and filtered means of the measured forces.
+// The torques and all other forces never settle.
 TEST(Settling, WholeBodyHasPlannedAndMeasuredForces) {
   RunLog log = landing_at(2.0);
   for (std::size_t i = 0; i < log.samples.size(); ++i) {

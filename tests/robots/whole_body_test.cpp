@@ -153,7 +153,7 @@ TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
     forces.head<3>() += point.cross(own);
     forces.segment<3>(3) += own;
     const VectorXd expected = testing::solver_of(model->mass_matrix())(forces);
-    // The step is of first order, 70 rad/s^2 per s; accelerations are some hundreds.
+    // The step is of first order, 70 rad/s^2 per s; accelerations are a few hundred.
     ASSERT_GT(expected.cwiseAbs().maxCoeff(), 100.0);
     EXPECT_LT((rate - expected).cwiseAbs().maxCoeff(), 2e-4) << trial;
   }

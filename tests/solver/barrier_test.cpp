@@ -117,7 +117,7 @@ TEST_P(Newton, StagedStepsMatchTheSparseFactor) {
   EXPECT_EQ(sparse.shift(), riccati.shift());
   ASSERT_TRUE(sparse.solve(rw, rr, dw, dlambda));
   ASSERT_TRUE(riccati.solve(rw, rr, dw_by_stages, dlambda_by_stages));
-  const double of_steps = 1e-7;  // refined to 1e-10 of the terms, times the condition
+  const double of_steps = 1e-7;  // refined to 1e-10 of the terms, times the condition number
   EXPECT_LT((dw - dw_by_stages).cwiseAbs().maxCoeff(), of_steps * (1.0 + dw.cwiseAbs().maxCoeff()));
   EXPECT_LT((dlambda - dlambda_by_stages).cwiseAbs().maxCoeff(),
             of_steps * (1.0 + dlambda.cwiseAbs().maxCoeff()));
@@ -126,7 +126,7 @@ TEST_P(Newton, StagedStepsMatchTheSparseFactor) {
   if (sparse.shift() != 0.0) return;
   ASSERT_TRUE(by_stages->load(qp) && by_stages->factor(weights, row_weights));
   by_stages->solve(rw, rr, dw_by_stages, dlambda_by_stages);
-  const double unrefined = 1e-2;  // measured below 3e-3: regularisations times the condition
+  const double unrefined = 1e-2;  // measured below 3e-3: regularisations times the condition number
   EXPECT_LT((dw - dw_by_stages).cwiseAbs().maxCoeff(),
             unrefined * (1.0 + dw.cwiseAbs().maxCoeff()));
 }

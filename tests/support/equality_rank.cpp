@@ -10,7 +10,7 @@ namespace saltus {
 namespace {
 
 // Rows have a largest entry of 1. Rounding leaves entries below this tolerance in place of zeros
-// after some hundred operations. The margin allows for data of nine digits.
+// after a few hundred operations. The margin allows for data of nine digits.
 constexpr double rank_tolerance = 1e-9;
 
 // Rows over (x, u) with their right-hand sides.

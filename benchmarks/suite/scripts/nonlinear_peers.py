@@ -54,7 +54,7 @@ class CasadiNlp:
         return {}
 
     def prepare(self, program):
-        """The functions under the names that are compiled."""
+        """The functions to compile, by name."""
         return program.functions
 
     def row_multipliers(self, found):

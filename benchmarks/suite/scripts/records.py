@@ -116,7 +116,7 @@ def write(path, records, order):
 
 
 def without_times(line):
-    """The part on which all machines of one kind and any number of workers must agree, byte by byte."""
+    """The part of a line that must be identical on all machines of one kind, for any number of workers."""
     return {key: value for key, value in line.items() if key != "times"}
 
 

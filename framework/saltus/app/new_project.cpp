@@ -79,7 +79,7 @@ void write_files(const fs::path& templates, const fs::path& folder, const Marks&
   }
 }
 
-// The CMake options that find the library, or a sentence if it is not installed.
+// The CMake options that find the library, or a message if it is not installed.
 std::string how_to_build(const std::string& name, const fs::path& folder) {
   const fs::path prefix = program_folder().parent_path();
   bool is_installed = false;

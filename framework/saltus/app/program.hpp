@@ -29,7 +29,7 @@ enum class ExitStatus {
   internal_error = 1,  ///< unexpected error; please report it
   bad_input = 2,       ///< a file, key, flag or value is invalid; nothing was written
   solver_failed = 3,   ///< a solver failed; the results written so far name it and the reason
-  not_applicable = 4,  ///< not applicable to this problem; a sentence explains why
+  not_applicable = 4,  ///< not applicable to this problem; a message explains why
   differs = 5,         ///< a comparison found a difference, or a check found a defect
 };
 
@@ -74,7 +74,7 @@ void declare_log_formats(Settings& settings, LogFormats& formats);
 std::string validate_formats(const LogFormats& formats);
 
 /// Writes run.mat and run.mcap from the tables of the folder as requested, with the Python package,
-/// and prints the names of the files. If a Python package is missing, prints a sentence to the
+/// and prints the names of the files. If a Python package is missing, prints a message to the
 /// error stream. Returns true if all requested files exist. Throws InputError if files cannot be
 /// written.
 bool write_logs(const LogFormats& formats, const std::filesystem::path& results);

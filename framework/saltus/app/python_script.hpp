@@ -21,8 +21,8 @@ bool run_python_module(std::string_view module, const std::filesystem::path& res
 bool run_python_script(std::string_view script, const std::filesystem::path& results,
                        std::string_view what);
 
-/// A sentence if process limits leave too little memory for python3 and its packages, otherwise
-/// empty. With less memory numpy's OpenBLAS would wait forever.
+/// An error message if process limits leave too little memory for python3 and its packages,
+/// otherwise empty. With less memory numpy's OpenBLAS would wait forever.
 std::string python_limit_error();
 
 }  // namespace saltus

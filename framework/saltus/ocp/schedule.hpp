@@ -125,8 +125,8 @@ struct Event {
 };
 
 /// Modes in order and the events between them. Event times do not decrease. Modes may repeat, event
-/// names may not. If an edit throws DefinitionError, the schedule is unchanged. Edits do not
-/// allocate without an error.
+/// names may not. If an edit throws DefinitionError, the schedule is unchanged. Edits
+/// allocate only if they throw.
 class Schedule {
  public:
   Schedule();
@@ -249,7 +249,7 @@ class JointSchedule {
   Window during(int i, const std::string& mode) const;
 
   /// The joint schedule of (from, to]. It excludes events before and after. Simultaneous events of
-  /// several parts become one event with the name of the first. Does not allocate without an error.
+  /// several parts become one event with the name of the first. Allocates only if it throws.
   /// Throws DefinitionError if the events exceed the capacity, or if two events at different times
   /// have the same name.
   const Schedule& join(double from, double to);

@@ -107,7 +107,7 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
 }
 
 /// True if d = v / |v| satisfies E d = 0, G d >= 0 (hard sides) and either H d = 0 and g'd < 0, or
-/// d'H d < 0. The tolerance lets the cost fall at least until v has the size 1 / nearly_zero.
+/// d'H d < 0. The tolerance lets the cost fall at least until v has size 1 / nearly_zero.
 /// Checked only if |v| has diverged.
 template <class System>
 bool is_unbounded(System& system, const AlignedArray& v, CertificateSpace& w) {

@@ -47,7 +47,7 @@ Integrator& IntegratorPlant::integrator() const {
   return *integrator_;
 }
 
-// Converts exceptions of formulas to a sentence.
+// Converts exceptions of formulas to a message.
 bool IntegratorPlant::integrate(double length) {
   const std::size_t known = events_.size();
   try {

@@ -86,7 +86,7 @@ VectorXd estimate_sizes_from_rows(const NonlinearProgram& program, const VectorX
                                   const std::vector<int>& quantity_of, VectorXd sizes);
 
 /// Sizes of the values of quantities and of the derivatives of cost and rows at the sampled points.
-/// Variables without a quantity have the size 1.
+/// Variables without a quantity have size 1.
 class ProgramSize {
  public:
   /// The program must outlive this object, and its data must not change meanwhile.

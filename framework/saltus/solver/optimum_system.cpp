@@ -399,8 +399,8 @@ void OptimumSystem::check() {
       weak_bounds_.push_back(i);
 }
 
-// An active weak side must not gain a multiplier of either sign, and an inactive one must not be
-// approached or left: both would happen for one sign of theta only.
+// The multiplier of an active weak side must not change, and neither must the distance to an
+// inactive one: either change would be possible for one sign of theta only.
 std::string OptimumSystem::one_sided(const OptimumRates& rates,
                                      const OptimumMovement& moved) const {
   const NonlinearProgram& p = *program_;

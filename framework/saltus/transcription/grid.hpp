@@ -36,8 +36,8 @@ struct ProblemData {
 };
 
 /// Throws DefinitionError with the item if a size is wrong, a number is invalid or an event of a
-/// window is missing. Contradictory bounds are detected on the grid only. Does not allocate without
-/// an error.
+/// window is missing. Contradictory bounds are detected on the grid only. Allocates only if
+/// it throws.
 void check(const OptimalControlProblem& problem, const ProblemData& data);
 
 // Node positions of a phase before events add nodes: equal intervals or a graded mesh.

@@ -67,8 +67,8 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// Stages of nlp(): one per node of a phase, with the interval that begins there.
   qp::StageStructure stages() const;
 
-  // --- data of the next solve. Names and sizes are checked before any change. Setters do not
-  // allocate without an error. ---
+  // --- data of the next solve. Names and sizes are checked before any change. Setters
+  // allocate only if they throw. ---
   /// Sets the start time (s) and the state.
   void start_at(double t, const VectorRef& state);
   /// Sets the start time only. The grid moves; the state is unchanged.

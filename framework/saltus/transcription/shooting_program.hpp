@@ -32,8 +32,8 @@ class ShootingProgram final : public BlockProgram {
   /// Data of the next solve.
   const ProblemData& data() const { return data_; }
   /// Applies the data of the next solve. Throws DefinitionError without a change if a number is
-  /// invalid or bounds contradict each other. Updates only differences from data(). Does not
-  /// allocate without an error.
+  /// invalid or bounds contradict each other. Updates only differences from data(). Allocates
+  /// only if it throws.
   void commit(const ProblemData& next);
   /// Sets every penalty weight of this name. Returns false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);

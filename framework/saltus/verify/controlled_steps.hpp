@@ -45,7 +45,8 @@ class ControlledSteps {
   const double* coefficient(int power) const { return polynomial_.data() + power * n_; }
   /// y inside the last step, theta in [0, 1].
   void state_at(double theta, double* y) const;
-  /// True once the field was found to be stiff; later intervals start with the implicit scheme.
+  /// True once the field has been found to be stiff; later intervals start with the implicit
+  /// scheme.
   bool is_implicit() const { return implicit_; }
   /// True if the explicit scheme was used.
   bool was_explicit() const { return was_explicit_; }

@@ -14,7 +14,7 @@ constexpr double no_truncation = 0.0;      // for finite series
 // Equals 50 doublings. A larger norm leaves no correct digit.
 constexpr double largest_norm = 1e15;
 
-// c += scale a b. Skips zeros in `a`, which has mostly zeros.
+// c += scale a b. Skips zeros in `a`, which is mostly zeros.
 void add_product(double scale, const RowMajorMatrix& a, const RowMajorMatrix& b,
                  RowMajorMatrix& c) {
   const Eigen::Index n = a.rows();

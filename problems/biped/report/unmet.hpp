@@ -12,7 +12,7 @@ namespace saltus::robots::walking {
 /// Unmet decisions as text and as data.
 struct UnmetReport {
   nlohmann::ordered_json json;  ///< a list: decision, time, violation, and explanation
-  std::string text;             ///< some lines per decision, empty if there is none
+  std::string text;             ///< a few lines per decision; empty if there are none
 };
 
 /// Explains every decision, each within a time limit in s (0: explains none).

@@ -16,10 +16,10 @@ inline constexpr const char* map_settings = "config.yaml";  ///< settings of all
 /// line counts.
 class MapFile {
  public:
-  /// Creates both files, or continues an existing map. A map without cells is created again.
+  /// Creates both files, or continues an existing map. A map without cells is recreated.
   /// `settings`: all settings except those of the cell, as YAML. Throws InputError if the folder
-  /// cannot be used, or contains a map with other settings (the message names the first difference)
-  /// or of another version, or if another process uses it.
+  /// cannot be used, if another process uses it, or if it contains a map with different settings
+  /// (the message names the first difference) or from a different version.
   MapFile(const std::filesystem::path& folder, const std::string& settings);
   ~MapFile();
   MapFile(const MapFile&) = delete;
