@@ -20,6 +20,7 @@ import re
 import subprocess
 import sys
 
+DIRECTIVE = re.compile(r"\s*#(?:include|define|undef|if|ifdef|ifndef|elif|else|endif|pragma|error)\b")
 BASE = "46ff7616"  # subjects of older commits are not checked
 LIMITS = os.path.join("tests", "packaging", "language_limits.txt")
 MOST_COLUMNS, MOST_WORDS, LONGEST_SUBJECT = 120, 30, 72
@@ -51,7 +52,7 @@ def comments(text):
     """(line, text, is it a doc comment) of each comment; consecutive lines of a comment are joined."""
     found, begin, words, kind = [], 0, [], None
     for number, line in enumerate(text.split("\n"), 1):
-        match = re.match(r"\s*(///|//|#)(?![!<])\s?(.*)$", line)
+        match = None if DIRECTIVE.match(line) else re.match(r"\s*(///|//|#)(?![!<])\s?(.*)$", line)
         trailing = None if match else re.search(r"(?:^|\s)(///<|//|#)\s+(.*)$", line)
         if match and match[1] == kind and not (words and words[-1].endswith(".") and kind == "//" and not match[2]):
             words.append(match[2].strip())
