@@ -306,6 +306,35 @@ TEST(TickStatus, OptimumOfATinyCostIsRight) {
     }
 }
 
+// For large states, rounding stops the solvers of the models before they reach their tolerance.
+TEST(TickStatus, AnOptimalPlanIsReportedAsAnOptimum) {
+  for (const double size : {1.0, 1e6, 1e8})
+    for (const double weight : {1.0, 1e6}) {
+      const Units unit{size, size, weight};
+      Phase<2, 1> phase{"pendulum", PendulumIn{unit}, exactly(10 * step)};
+      phase.minimise("cost", [weight](auto, auto x, auto u) {
+        return weight * (x[0] * x[0] + 0.1 * u[0] * u[0]);
+      });
+      OptimalControlProblem ocp("pendulum");
+      const VectorXd start = Vec<double, 2>{0.5 * size, 0.0};
+      ocp.start_at(start).then(phase);
+      for (const bool is_sparse : {false, true}) {
+        SCOPED_TRACE(::testing::Message() << size << ", " << weight << ", " << is_sparse);
+        MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+        RealTimeIterationOptions iteration;
+        if (is_sparse) iteration.qp = sparse_qp();
+        auto solver = make_real_time_iteration(shooting.nlp(), iteration);
+        RecedingHorizonController controller(std::move(shooting), std::move(solver),
+                                             {.period = step});
+        for (int k = 0; k < 10; ++k) {
+          if (controller.tick(0.0, start).provenance != Provenance::optimal) continue;
+          const Solution plan = controller.report();
+          EXPECT_TRUE(plan.ok()) << plan.message;
+        }
+      }
+    }
+}
+
 TEST(TickStatus, ChecksTolerances) {
   for (ControllerOptions options :
        {ControllerOptions{.optimality = 0.0}, ControllerOptions{.feasibility = std::nan("")}})

@@ -360,6 +360,9 @@ void RecedingHorizonController::check_plan() noexcept {
     tick_.provenance = is_optimal ? Provenance::optimal : Provenance::feasible;
     if (tick_.status == SolveStatus::step_taken)
       tick_.status = is_optimal ? SolveStatus::optimal : SolveStatus::feasible;
+    // Rounding may stop a solver at an optimum.
+    if (is_optimal && tick_.status == SolveStatus::numerical_failure)
+      tick_.status = SolveStatus::optimal;
   }
   tick_.check = seconds_since(begin);
 }
