@@ -63,8 +63,8 @@ bool is_below(int resource, rlim_t enough) {
 
 // Runs before the initialisers of shared libraries, so neither their functions nor the environment
 // nor the heap can be used.
-[[gnu::no_sanitize("address", "undefined", "thread")]] void start_with_one_thread(int, char** argv,
-                                                                                  char** env) {
+__attribute__((no_sanitize("address", "undefined", "thread"))) void start_with_one_thread(
+    int, char** argv, char** env) {
   if (!is_below(RLIMIT_AS, RLIM_INFINITY) && !is_below(RLIMIT_DATA, RLIM_INFINITY) &&
       !is_below(RLIMIT_NPROC, 1024))
     return;
