@@ -102,6 +102,22 @@ TEST(UrdfModel, SumsTheMass) {
   EXPECT_EQ(knee.effort, 30.0);
 }
 
+// Children of a link are sorted by the names of their joints, whatever their order in the file.
+TEST(UrdfModel, OrdersLinksByTheTree) {
+  const auto joint = [](const std::string& name, const std::string& from, const std::string& to) {
+    return fmt::format(
+        "<joint name=\"{}\" type=\"continuous\"><parent link=\"{}\"/><child "
+        "link=\"{}\"/></joint>\n",
+        name, from, to);
+  };
+  std::string text = "<robot name=\"tree\">\n";
+  for (const char* name : {"foot", "arm", "leg", "root"}) text += link(name, "1", "0 0 0");
+  text += joint("c", "root", "arm") + joint("z", "leg", "foot") + joint("b", "root", "leg");
+  const robots::UrdfModel model = robots::UrdfModel::parse(text + "</robot>\n", "robot.urdf");
+  EXPECT_EQ(model.link_names(), (std::vector<std::string>{"root", "leg", "foot", "arm"}));
+  EXPECT_EQ(model.moving_joint_names(), (std::vector<std::string>{"b", "z", "c"}));
+}
+
 TEST(UrdfModel, FollowsTheJointsToTheCentreOfMass) {
   const robots::UrdfModel model = robots::UrdfModel::parse(one_leg(), "robot.urdf");
   // Straight: body at 0.2, leg at -0.25 of the hip; the sole 0.504 below it.

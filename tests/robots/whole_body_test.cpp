@@ -2,6 +2,8 @@
 // file named by SALTUS_ICUB_URDF.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
@@ -21,6 +23,24 @@ TEST_F(WholeBody, HasItsMotorsAndTotalMass) {
   for (const robots::FloatingRobot::Body& b : robot.bodies) mass += b.mass;
   EXPECT_NEAR(mass, 33.0617, 1e-3);
   EXPECT_NEAR(mass, urdf->total_mass(), 1e-12);
+}
+
+// The order of the configuration file has no effect.
+TEST_F(WholeBody, OrdersJointsByTheTreeOfTheUrdf) {
+  std::vector<std::string> joints;  // those with motors
+  for (const std::string& joint : urdf->moving_joint_names()) {
+    const auto has_name = [&](const auto& driven) { return driven.name == joint; };
+    if (std::ranges::any_of(description.joints, has_name)) joints.push_back(joint);
+  }
+  EXPECT_NE(joints.front(), description.joints.front().name);
+  ASSERT_EQ(static_cast<int>(joints.size()), robot.joints());
+  std::ranges::reverse(description.joints);
+  const robots::FloatingRobot again = robots::floating_robot(*urdf, description);
+  for (int i = 0; i < robot.joints(); ++i) {
+    const std::string& joint = joints[static_cast<std::size_t>(i)];
+    EXPECT_EQ(robot.joint_index(joint), i) << joint;
+    EXPECT_EQ(again.joint_index(joint), i) << joint;
+  }
 }
 
 TEST_F(WholeBody, HasVisualShapes) {

@@ -90,7 +90,8 @@ struct RobotDescription {
   std::optional<Mirror> mirror;           // for postures that are mirror images of others
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // floating link; for the whole body only
-  /// For the whole body only, in the order of torques; all others are frozen
+  /// For the whole body only, in the order of the file; all others are frozen. Positions and
+  /// torques have another order, see FloatingRobot::joint_index().
   std::vector<Joint> joints;
   /// For the whole body only: shapes that replace those fitted to the meshes
   std::vector<LinkCapsule> capsules;

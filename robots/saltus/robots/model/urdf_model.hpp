@@ -1,7 +1,8 @@
 // URDF model: masses, frames, joints and feet of a robot.
 //
-// Read through urdfdom, checked once, kept as plain data. Links are ordered such that every parent
-// precedes its children; each link holds the joint to its parent. Units: m, kg, rad.
+// Read through urdfdom, checked once, kept as plain data. Each link holds the joint to its parent.
+// Links are in the order of the tree, depth first: every parent precedes its children, and urdfdom
+// sorts the children of a link by the names of their joints. Units: m, kg, rad.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -94,11 +95,11 @@ class UrdfModel {
   const std::string& name() const { return name_; }
   /// File that the model was read from.
   const std::string& source() const { return source_; }
-  /// Links, in the order of the file.
+  /// Links, in the order of the tree (not of the file).
   const std::vector<Link>& links() const { return links_; }
-  /// Names of all links, in the order of the file.
+  /// Names of all links, in the order of links().
   std::vector<std::string> link_names() const;
-  /// Names of the joints that are not fixed, in the order of the file.
+  /// Names of the joints that are not fixed, in the order of links().
   std::vector<std::string> moving_joint_names() const;
   /// Total mass of all links, kg.
   double total_mass() const { return total_mass_; }

@@ -48,9 +48,10 @@ struct FloatingRobot {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the body's frame
   };
 
-  std::string name;             ///< name of the robot
-  std::string source;           ///< file of the URDF
-  std::vector<Body> bodies;     ///< the base first, every parent before its children
+  std::string name;    ///< name of the robot
+  std::string source;  ///< file of the URDF
+  /// The base first, every parent before its children: the order of UrdfModel::links().
+  std::vector<Body> bodies;
   Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
   double total_mass = 0.0;      ///< kg
   /// Pairs of bodies whose capsules must not touch: all but neighbours. The smaller index comes
@@ -59,8 +60,8 @@ struct FloatingRobot {
 
   /// Number of moving joints.
   int joints() const { return static_cast<int>(bodies.size()) - 1; }
-  /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest
-  /// name.
+  /// Index i of the joint that leads to bodies[i + 1]: its place in all vectors of positions,
+  /// velocities and torques. Throws InputError that suggests the nearest name.
   int joint_index(const std::string& joint) const;
   /// Index of the body of this name. Throws InputError that suggests the nearest name.
   int body_index(const std::string& body) const;

@@ -12,7 +12,8 @@
 
 namespace saltus::robots {
 
-/// Positions and velocities of a FloatingRobot, joints in its order.
+/// Positions and velocities of a FloatingRobot. Joints have the order of its bodies, see
+/// FloatingRobot::joint_index().
 struct WholeBodyState {
   Eigen::Isometry3d base = Eigen::Isometry3d::Identity();  ///< pose of the base in the world
   Vec<double, 6> base_twist = Vec<double, 6>::Zero();      ///< (angular rad/s | linear m/s of the
@@ -47,8 +48,8 @@ class Robot {
  public:
   /// Latest readings of all sensors.
   struct Readings {
-    double time = 0.0;                                         ///< s
-    VectorXd q;                                                ///< joint positions, rad
+    double time = 0.0;  ///< s
+    VectorXd q;         ///< joint positions, rad, in the order of FloatingRobot::joint_index()
     bool has_new_positions = false;                            ///< True if `q` is new.
     Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
     Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
@@ -61,7 +62,7 @@ class Robot {
 
   /// Commands to all joints.
   struct Commands {
-    VectorXd torques;  ///< Nm
+    VectorXd torques;  ///< Nm, in the order of FloatingRobot::joint_index()
   };
 
   virtual ~Robot() = default;
