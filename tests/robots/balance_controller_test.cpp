@@ -47,6 +47,28 @@ TEST_F(RecordedRun, MatchesTheRecording) {
   EXPECT_EQ(c.statistics().failures, 0);
 }
 
+// The clock of a robot need not begin at zero. Both controllers receive the same rounded times,
+// because rounding decides at thresholds.
+TEST_F(RecordedRun, IsIndependentOfTheZeroOfTheClock) {
+  constexpr double zero = 1e6;  // s
+  BalanceController from_zero = controller(), shifted = controller();
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    Robot::Readings late = lines[k].readings, early = late;
+    late.time += zero;
+    early.time = late.time - zero;
+    if (k == 0) {
+      from_zero.start(biped.start, early);
+      shifted.start(biped.start, late);
+    }
+    if (k % 10 == 0) shifted.prepare(late.time);
+    EXPECT_EQ(shifted.update(late).torques, from_zero.update(early).torques) << k;
+    EXPECT_EQ(shifted.last().has_landed, from_zero.last().has_landed) << k;
+    EXPECT_EQ(shifted.last().time, late.time) << k;
+  }
+  EXPECT_TRUE(shifted.planner().stands(Side::right));
+  EXPECT_GE(shifted.planner().planner().controller().statistics().prepared_ahead, 23);
+}
+
 TEST_F(RecordedRun, PartsRunAtSeparateRates) {
   BalanceController c = controller();
   c.start(biped.start, lines.front().readings);

@@ -399,7 +399,6 @@ class EstimatedRobot {
   }
   const robots::BaseEstimator& base() const { return estimator_.base(); }
 
- private:
   static robots::walking::PlantSettings settings_with(const robots::SensorOptions& sensors) {
     robots::walking::PlantSettings settings;
     settings.engine.step = dt;
@@ -408,6 +407,7 @@ class EstimatedRobot {
     return settings;
   }
 
+ private:
   robots::Plant* engine_;
   robots::walking::SimulatedRobot robot_;
   robots::SensorEstimator estimator_;
@@ -532,6 +532,34 @@ TEST_F(Estimated, AssumesContactUntilTheFirstForceReading) {
   for (int k = 0; k < 300; ++k) {
     plant.step();
     ASSERT_TRUE(plant.base().stands(robots::Side::left)) << k;
+  }
+}
+
+// The clock of a robot need not begin at zero. The first readings have no force yet.
+TEST_F(Estimated, IsIndependentOfTheZeroOfTheClock) {
+  robots::SensorOptions sensors;
+  sensors.force_torque.delay = 0.1;
+  robots::walking::SimulatedRobot simulated(std::make_unique<PuppetPlant>(start), robot,
+                                            EstimatedRobot::settings_with(sensors), dt);
+  robots::SensorEstimator from_zero(robot, robots::Side::left, sensors, {}, dt);
+  for (const double zero : {-7.0, 1e6}) {
+    robots::SensorEstimator shifted(robot, robots::Side::left, sensors, {}, dt);
+    simulated.reset(start);
+    robots::Robot::Readings readings = simulated.read();
+    from_zero.start(start, readings);
+    readings.time += zero;
+    shifted.start(start, readings);
+    for (int k = 0; k < 300; ++k) {
+      simulated.wait();
+      readings = simulated.read();
+      from_zero.update(readings);
+      readings.time += zero;
+      shifted.update(readings);
+      ASSERT_EQ(shifted.estimate().left.touches, from_zero.estimate().left.touches) << k;
+      ASSERT_EQ(shifted.estimate().state.base.matrix(), from_zero.estimate().state.base.matrix())
+          << k;
+    }
+    EXPECT_TRUE(shifted.estimate().left.touches);
   }
 }
 

@@ -68,6 +68,7 @@ BalanceController& BalanceController::operator=(BalanceController&&) noexcept = 
 
 void BalanceController::start(const WholeBodyState& state, const Robot::Readings& readings) {
   parts_.estimator->start(state, readings);
+  start_time_ = readings.time;
   parts_.whole_body->stand(state);
   parts_.model->update(estimate().state);
   swing_->hold(model().sole(swing_side_).pose);
@@ -80,9 +81,9 @@ void BalanceController::start(const WholeBodyState& state, const Robot::Readings
 }
 
 const Robot::Commands& BalanceController::update(const Robot::Readings& readings) {
-  const double t = readings.time;
+  const double t = readings.time - start_time_;
   update_ = {};
-  update_.time = t;
+  update_.time = readings.time;
   update_.has_controlled = updates_ % per_control_ == 0;
   update_.has_planned = updates_ % per_plan_ == 0;
   ++updates_;

@@ -149,15 +149,16 @@ class BalanceController {
   BalanceController(BalanceController&&) noexcept;
   BalanceController& operator=(BalanceController&&) noexcept;
 
-  /// Starts at rest in `state` with the first readings, which are those of the first update().
+  /// Starts at rest in `state` with the first readings, which are those of the first update(). The
+  /// planners count time from these readings, so times in planner() begin at zero.
   void start(const WholeBodyState& state, const Robot::Readings& readings);
   /// Computes the commands for these readings. They act until the next update(). The reference
   /// stays valid.
   const Robot::Commands& update(const Robot::Readings& readings);
 
-  /// Optional, between two updates and on any thread: does the work for the tick at `t` (s) that
-  /// does not need its readings.
-  void prepare(double t) { planner_.planner().controller().prepare(t); }
+  /// Optional, between two updates and on any thread: does the work for the tick with readings at
+  /// `t` (s, their clock) that does not need these readings.
+  void prepare(double t) { planner_.planner().controller().prepare(t - start_time_); }
 
   /// Events of the last update(), for logs.
   struct Update {
@@ -192,6 +193,7 @@ class BalanceController {
   Parts parts_;
   Options options_;
   long per_control_, per_plan_, updates_ = 0;
+  double start_time_ = 0.0;  // of the first readings, s
   BalancePlanner planner_;
   ContactEstimator contact_;
   std::unique_ptr<SwingFoot> swing_;

@@ -44,16 +44,29 @@ struct WholeBodyEstimate {
 };
 
 /// A robot that a BalanceController can drive by alternating calls of read(), write() and wait().
+///
+/// Every wait() lasts one period(): the controller counts calls, and the estimator integrates the
+/// inertial sensors over one period per set of readings. A robot that has lost a set reports a
+/// failure. The base has the frame of the root link of the URDF.
 class Robot {
  public:
   /// Latest readings of all sensors.
   struct Readings {
-    double time = 0.0;  ///< s
-    VectorXd q;         ///< joint positions, rad, in the order of FloatingRobot::joint_index()
-    bool has_new_positions = false;                            ///< True if `q` is new.
-    Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
-    Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
-    /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
+    /// s, larger after every wait(). Any instant may be zero: the controller counts from start().
+    double time = 0.0;
+    VectorXd q;  ///< joint positions, rad, in the order of FloatingRobot::joint_index()
+    /// True if `q` is new. Without ideal sensors this happens at the rate of
+    /// SensorOptions::encoder, from which the estimator derives joint velocities.
+    bool has_new_positions = false;
+    /// rad/s, axes of the base, mean over the last period.
+    Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();
+    /// Acceleration of the origin of the base minus that of gravity, m/s^2, axes of the base, mean
+    /// over the last period. At rest it has the size of g and points upwards. An inertial sensor at
+    /// another place or with other axes must be converted.
+    Vec<double, 3> specific_force = Vec<double, 3>::Zero();
+    /// Force of the ground on the foot: (force N | torque Nm about the origin of the contact
+    /// frame), axes of the sole, as FloatingRobot::left_sole. A standing foot has a positive third
+    /// entry.
     Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
     /// State and contacts from ideal sensors, which only simulations have. If set, the other
     /// readings are not used.
@@ -71,7 +84,8 @@ class Robot {
   virtual const Readings& read() const = 0;
   /// Sets the commands that act until the next call.
   virtual void write(const Commands& commands) = 0;
-  /// Waits for the next readings. Returns an empty string, or one sentence on a failure.
+  /// Waits for the next readings, one period() after the last ones. Returns an empty string, or one
+  /// sentence on a failure.
   virtual std::string wait() = 0;
   /// Time between two readings, s.
   virtual double period() const = 0;

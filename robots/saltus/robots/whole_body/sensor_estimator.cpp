@@ -14,8 +14,8 @@
 namespace saltus::robots {
 namespace {
 
-// Time until which the pin is known to stand, s: at least the time in which the contact force
-// builds up, before the first reading.
+// Time after the start in which the pin is known to stand, s: at least the time in which the
+// contact force builds up, before the first reading.
 constexpr double least_certain_stand = 0.05;
 
 // A sole rests if its centre of pressure is at least this far from its edges, m. The value exceeds
@@ -97,7 +97,7 @@ SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const Sen
 }
 
 void SensorEstimator::start(const WholeBodyState& state, const Robot::Readings& readings) {
-  time_ = readings.time;
+  start_time_ = time_ = readings.time;
   velocities_.reset(readings.q);
   pin_ = first_pin_;
   const int pin = pin_ == Side::left ? 0 : 1;
@@ -131,7 +131,7 @@ void SensorEstimator::update(const Robot::Readings& r) {
       const Vec<double, 6>& wrench = side == Side::left ? r.left : r.right;
       sole.stands = wrench[2] > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
       sole.rests = sole.stands && presses_within(resting_[side == Side::left ? 0 : 1], wrench);
-      if (side == pin_ && time_ < certain_stand_) sole.stands = true;
+      if (side == pin_ && time_ - start_time_ < certain_stand_) sole.stands = true;
       base_.correct(side, sole);
     }
   }

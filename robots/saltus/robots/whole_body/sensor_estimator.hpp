@@ -46,9 +46,9 @@ class SensorEstimator final : public Estimator {
   void publish(const Robot::Readings& readings);
 
   double period_;
-  double certain_stand_;  // s: time until which the pin is known to stand
+  double certain_stand_;  // s: time after the start in which the pin is known to stand
   Side first_pin_, pin_;  // pin at the start, and current pin
-  double time_ = 0.0;     // time of the last readings, s
+  double start_time_ = 0.0, time_ = 0.0;  // times of the first and the last readings, s
   Estimator::Options options_;
   double leg_variance_;  // variance of a joint position in leg kinematics, rad^2
   std::uint64_t seed_;
