@@ -184,6 +184,13 @@ TEST(Penalties, AreTheMinimumCostOfTheirSlacks) {
   }
 }
 
+// A penalty is exact if its slope at zero is positive.
+TEST(Penalties, AreExactIfTheirCostHasASlopeAtZero) {
+  for (const Penalty& penalty : {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)})
+    EXPECT_EQ(is_exact(penalty), cost(penalty, 1e-6) / 1e-6 > 0.1 * penalty.weight) << penalty.name;
+  EXPECT_TRUE(is_exact(soft("a", 1.7)));
+}
+
 // The input has no effect, so x stays at 1. The penalty is per unit of time.
 struct Frozen {
   template <class S>

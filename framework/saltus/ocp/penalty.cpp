@@ -42,6 +42,12 @@ Penalty::Slacks penalty_slacks(const Penalty& penalty) {
   return {};
 }
 
+// The slope at zero is positive if every slack that can take a small violation has a linear cost.
+bool is_exact(const Penalty& penalty) {
+  const Penalty::Slacks slacks = penalty_slacks(penalty);
+  return !slacks.side.is_quadratic && !(slacks.free && slacks.free->is_quadratic);
+}
+
 std::string describe_error(const Penalty& penalty) {
   if (!is_positive(penalty.weight))
     return fmt::format("the penalty weight '{}' is {}, expected a positive number", penalty.name,

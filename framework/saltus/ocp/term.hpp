@@ -68,6 +68,10 @@ inline Penalty huber(std::string name, double weight, double threshold) {
 /// Cost of a violation v >= 0.
 double cost(const Penalty& penalty, double violation);
 
+/// True if no violation remains for a large enough weight, as for L1. The cost then has a positive
+/// slope at v = 0.
+bool is_exact(const Penalty& penalty);
+
 /// Describes invalid parameters. Empty if they are valid.
 std::string describe_error(const Penalty& penalty);
 

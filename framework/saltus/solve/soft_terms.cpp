@@ -17,7 +17,7 @@ namespace {
 using Side = ProblemChange::Side;
 
 constexpr double smallest_price_fraction = 1e-3;  // fraction of the cost of all soft terms together
-// A penalty is exact for weights above the largest multiplier; the margin covers rounding.
+// Weights above the largest multiplier make a penalty exact; the margin covers rounding.
 constexpr double room = 1.02;
 
 // A program row of a soft term with its slack variables (-1: none).
@@ -214,14 +214,15 @@ class SoftTerms {
     find_weights(hard.program(), other, plan.point.w);
   }
 
-  // An L1 penalty is exact for weights above the largest multiplier of its hard rows.
+  // An exact penalty permits no violation if its weight exceeds the largest multiplier of its hard
+  // rows.
   void find_weights(const ShootingProgram& hard, const Solution& held, const VectorXd& w) {
     std::vector<double> needed(soft_.size(), 0.0);
     VectorXd one = w;
     const auto ask = [&](const SoftRow& row, int hard_row) {
       for (std::size_t k = 0; k < soft_.size(); ++k) {
         if (!is_same_term(soft_[k].missed, row.name)) continue;
-        if (row.penalty->kind != Penalty::L1) needed[k] = std::nan("");
+        if (!is_exact(*row.penalty)) needed[k] = std::nan("");
         for (const int slack : {row.below, row.above}) {
           if (slack < 0) continue;
           const double before = std::exchange(one[slack], 1.0);
