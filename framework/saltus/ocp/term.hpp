@@ -21,9 +21,9 @@ namespace saltus {
 /// its cost times the length of an interval, with either CostRule, because rows exist at nodes
 /// only. A penalty at the start or end of a phase is charged once.
 ///
-/// To add a kind, add an enumerator here and a case in every `switch` of penalty.cpp: cost, slack
-/// variables, valid parameters. Everything else (variables, curvature, weights on the grid, stages,
-/// reports) follows from these.
+/// To add a kind that Penalty::Slacks can describe, add an enumerator here and a case in every
+/// `switch` of penalty.cpp: cost, slack variables, valid parameters. Everything else (variables,
+/// curvature, weights on the grid, stages, reports) follows from these.
 struct Penalty {
   /// Cost of one slack variable s: weight s or weight/2 s^2.
   struct SlackCost {
