@@ -4,7 +4,7 @@
 #include "cart.hpp"
 
 // Your robot, here a simulation in which every tenth message is lost.
-class Robot {
+class YourRobot {
  public:
   VectorXd measure() {
     if (++messages_ % 10 == 0) return VectorXd::Constant(2, std::nan(""));
@@ -26,7 +26,7 @@ int main() {
   OptimalControlProblem problem("regulator");
   problem.start_at({0.0, 0.0}).then(ahead);
 
-  Robot robot;
+  YourRobot robot;
   ControllerOptions options{.period = 0.02, .deadline = 0.02};
   options.fallback_input = VectorXd::Zero(1);  // used without a plan
   options.send = [&](const ControlTick& tick) { robot.apply(tick.input[0].input()); };
