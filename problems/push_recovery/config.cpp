@@ -66,6 +66,19 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("plant", {"dart", "mujoco"}, list({"preset=robot"}, robot));
   s.preset("preset", {"paper"}, paper);
   s.preset("preset", {"robot"}, robot);
+  // Heavy rotors make the legs slow and their landings hard. The motion is therefore planned with
+  // the rotors, the drives hold it, the swing foot stays low and touches the ground slowly, and the
+  // stance foot returns to the ground when the shock of the landing lifts it.
+  s.choice("drives", config.drives, {"ideal", "real"},
+           "whole body: torques act as commanded, or through the drives of the robot's file (rotor "
+           "inertia, friction, torque-speed line), which the controllers know; keys that are given "
+           "take precedence");
+  s.preset("drives", {"real"},
+           {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
+            "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=6", "drive.damping=0.15",
+            "swing.clearance_m=0.012", "swing.apex=0.45", "swing.touch_speed_m_per_s=0.06",
+            "whole_body.swing_foot=400", "whole_body.angular_momentum=20",
+            "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
   // midway between heels and toes.
   s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));

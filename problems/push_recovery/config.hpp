@@ -12,6 +12,7 @@ using namespace walking;
 
 struct Config : BipedSettings {
   Config() { preset = "paper"; }
+  std::string drives = "ideal";  ///< preset of the drives
   Weights weights;
   StepPlanning planning;
   /// True in a map over step times: preset `robot` then keeps a planner that accepts them.

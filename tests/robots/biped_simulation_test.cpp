@@ -151,7 +151,7 @@ TEST_F(SyntheticProblem, AnyRobotGetsTheTorquesOfTheSimulation) {
     const RunLog log = simulate(problem, robot);
 
     const UrdfModel model = UrdfModel::read(urdf_of_body(settings.robot));
-    const FloatingRobot real = floating_robot(model, robot);
+    const FloatingRobot real = with_drives_scaled(floating_robot(model, robot), {});
     const FloatingRobot body = with_masses_scaled(real, 1.1);
     const WholeBodyState start = standing_state(real, model, robot, problem.posture(robot));
     SimulatedRobot simulated(make_dart_plant(real, settings.plant.engine), body, settings.plant,

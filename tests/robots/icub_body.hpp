@@ -21,7 +21,7 @@ class IcubBody : public testing::Test {
       GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
     urdf = std::make_unique<robots::UrdfModel>(robots::UrdfModel::read(urdf_path));
     description = icub(urdf_path);
-    robot = robots::floating_robot(*urdf, description);
+    robot = robots::with_drives_scaled(robots::floating_robot(*urdf, description), {});
     start = robots::standing_state(robot, *urdf, description, description.default_posture());
   }
 

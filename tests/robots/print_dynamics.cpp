@@ -36,7 +36,8 @@ Json sole(const robots::DynamicsModel::SoleMotion& motion) {
 void print(const char* urdf_file, int states, unsigned seed) {
   const robots::UrdfModel urdf = robots::UrdfModel::read(urdf_file);
   const robots::RobotDescription description = icub(urdf_file);
-  const robots::FloatingRobot robot = robots::floating_robot(urdf, description);
+  const robots::FloatingRobot robot =
+      robots::with_drives_scaled(robots::floating_robot(urdf, description), {});
   const auto dynamics = robots::make_dart_dynamics(robot);
 
   Json model{{"joints", Json::array()},

@@ -65,6 +65,32 @@ TEST(RobotDescription, ReadsEveryKey) {
   expect_error<InputError>([&] { robot.posture("stnad"); }, {"did you mean \"stand\"?"});
 }
 
+TEST(RobotDescription, ReadsDrivesAndSensors) {
+  const auto with = [](const std::string& joint, const std::string& more = "") {
+    return robots::parse_robot_description(
+        sample + ("base: pelvis\njoints: {knee: {" + joint + "}}\n" + more), "robot.yaml");
+  };
+  const robots::RobotDescription robot = with(
+      "rotor_inertia: 0.1, dry_friction: 2, breakaway: 1.5, viscous_friction: 0.5, "
+      "no_load_speed: 8",
+      "foot_sensor_range: [1, 2, 3, 4, 5, 6]\n");
+  const robots::JointDrive& drive = robot.joints[0].drive;
+  EXPECT_EQ(drive.rotor_inertia, 0.1);
+  EXPECT_EQ(drive.dry_friction, 2.0);
+  EXPECT_EQ(drive.breakaway, 1.5);
+  EXPECT_EQ(drive.viscous_friction, 0.5);
+  EXPECT_EQ(drive.no_load_speed, 8.0);
+  EXPECT_EQ((*robot.foot_sensor_range)[5], 6.0);
+  EXPECT_EQ(with("").joints[0].drive.no_load_speed, infinity);
+  EXPECT_FALSE(with("").foot_sensor_range);
+  expect_error<InputError>([&] { with("rotor_inertia: -1"); },
+                           {"rotor_inertia must be at least 0"});
+  expect_error<InputError>([&] { with("breakaway: 0.5"); }, {"breakaway must be at least 1"});
+  expect_error<InputError>([&] { with("no_load_speed: 0"); }, {"no_load_speed must be positive"});
+  expect_error<InputError>([&] { with("", "foot_sensor_range: [1, 2, 3, 4, 5, 0]\n"); },
+                           {"foot_sensor_range must have six positive numbers"});
+}
+
 TEST(RobotDescription, RejectsInvalidFiles) {
   expect_has(complaint(""), "robot.yaml: the file is empty");
   expect_has(complaint("name: [1, 2"), "not valid YAML");

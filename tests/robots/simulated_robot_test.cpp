@@ -45,6 +45,13 @@ class StillPlant final : public Plant {
   std::vector<double>* acting_;
 };
 
+// The body of that plant; its drives have no limits.
+FloatingRobot still_body() {
+  FloatingRobot body;
+  body.bodies.resize(joints + 1);
+  return body;
+}
+
 MeasurementNoise some_noise() {
   MeasurementNoise noise;
   noise.position = 1e-3;
@@ -61,7 +68,7 @@ SimulatedRobot robot_with(const MeasurementNoise& noise, int delay_ticks = 0,
   PlantSettings settings;
   settings.noise = noise;
   settings.delay_ticks = delay_ticks;
-  return {std::make_unique<StillPlant>(acting), {}, settings, 2.0 * settings.engine.step};
+  return {std::make_unique<StillPlant>(acting), still_body(), settings, 2.0 * settings.engine.step};
 }
 const WholeBodyState& measured(const SimulatedRobot& robot) { return robot.read().ideal->state; }
 
@@ -160,6 +167,34 @@ TEST(SimulatedRobot, DelaysTorquesByWholeTicks) {
       EXPECT_EQ(acting[2 * k + 1], expected) << "delay " << delay << ", tick " << k;
     }
   }
+}
+
+// The plant turns with 0.25 rad/s.
+TEST(SimulatedRobot, MotorsKeepTheirTorqueSpeedLine) {
+  std::vector<double> acting;
+  FloatingRobot body = still_body();
+  for (FloatingRobot::Body& b : body.bodies) {
+    b.effort = 20.0;
+    b.drive.no_load_speed = 1.0;
+  }
+  SimulatedRobot robot(std::make_unique<StillPlant>(&acting), body, {}, 0.002);
+  for (const double wanted : {10.0, 30.0, -30.0}) {
+    robot.write({VectorXd::Constant(joints, wanted)});
+    robot.wait();
+  }
+  EXPECT_EQ(acting, (std::vector<double>{10.0, 15.0, -20.0}));
+}
+
+TEST(SimulatedRobot, DrivesActAsSpringsAndDampers) {
+  std::vector<double> acting;
+  SimulatedRobot robot(std::make_unique<StillPlant>(&acting), still_body(), {}, 0.002);
+  const auto all = [](double value) { return VectorXd::Constant(joints, value); };
+  // Joint 0 is at -1 rad. The position of the command moves with 2 rad/s.
+  robot.write({all(3.0), all(-0.9), all(2.0), all(10.0), all(4.0)});
+  robot.wait();
+  robot.wait();
+  EXPECT_NEAR(acting[0], 3.0 + 10.0 * 0.1 + 4.0 * 1.75, 1e-12);
+  EXPECT_NEAR(acting[1], acting[0] + 10.0 * 2.0 * 0.001, 1e-12);
 }
 
 TEST(SimulatedRobot, RejectsInvalidOptions) {

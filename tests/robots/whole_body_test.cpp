@@ -139,6 +139,8 @@ TEST_F(WholeBody, PushActsAtItsPoint) {
 
 // DART's forward dynamics, which forms no mass matrix, in free fall: one step gives dnu/dt.
 TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
+  robot = robots::with_drives_scaled(robots::floating_robot(*urdf, description),
+                                     {.rotor_inertia = 1.0});
   const auto model = robots::make_dart_dynamics(robot);
   robots::DartOptions options;
   options.step = 1e-6;
@@ -173,10 +175,41 @@ TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
     forces.head<3>() += point.cross(own);
     forces.segment<3>(3) += own;
     const VectorXd expected = testing::solver_of(model->mass_matrix())(forces);
-    // The step is of first order, 70 rad/s^2 per s; accelerations are a few hundred.
-    ASSERT_GT(expected.cwiseAbs().maxCoeff(), 100.0);
+    // The step is of first order, 70 rad/s^2 per s; accelerations are tens.
+    ASSERT_GT(expected.cwiseAbs().maxCoeff(), 10.0);
     EXPECT_LT((rate - expected).cwiseAbs().maxCoeff(), 2e-4) << trial;
   }
+}
+
+// A landing: M (nu_1 - nu_0) is the impulse of the contact and of all other forces. Without the
+// rotors in the impulses of the engine it would differ by half.
+TEST_F(WholeBody, ImpulsesOfALandingActOnTheRotors) {
+  robot = robots::with_drives_scaled(robots::floating_robot(*urdf, description),
+                                     {.rotor_inertia = 1.0});
+  const auto model = robots::make_dart_dynamics(robot);
+  robots::DartOptions options;
+  options.step = 1e-5;
+  const auto plant = robots::make_dart_plant(robot, options);
+  start.base.translation()[2] -= 1e-5;
+  start.base_twist[5] = -0.3;
+  model->update(start);
+  plant->reset(start);
+  plant->step();
+  const robots::WholeBodyEstimate::Contact& contact = plant->contact(robots::Side::left);
+  ASSERT_TRUE(contact.touches);
+  const robots::WholeBodyState& after = plant->state();
+  VectorXd change(6 + robot.joints());
+  change << start.base.linear().transpose() * (after.base_twist - start.base_twist).head<3>(),
+      start.base.linear().transpose() * (after.base_twist - start.base_twist).tail<3>(),
+      after.dq - start.dq;
+  Vec<double, 6> wrench;
+  wrench << contact.wrench.tail<3>(), contact.wrench.head<3>();
+  const VectorXd impulse =
+      options.step *
+      (model->sole(robots::Side::left).jacobian.transpose() * wrench - model->bias());
+  const VectorXd momentum = model->mass_matrix() * change;
+  EXPECT_GT(impulse.norm(), 1.0);
+  EXPECT_LT((momentum - impulse).norm(), 1e-3 * impulse.norm());
 }
 
 TEST_F(WholeBody, StandsOnOneFootAndReactsToAPush) {
@@ -219,6 +252,24 @@ TEST(SwingFoot, RisesAndLandsOnTimeAtRest) {
 }
 
 // On the way down, the foot does not rise again if the landing is slightly delayed.
+TEST(SwingFoot, TouchesTheGroundWithTheGivenSpeed) {
+  robots::SwingOptions options;
+  options.touch_speed = 0.1;
+  robots::SwingFoot swing(options);
+  swing.hold(Eigen::Isometry3d::Identity());
+  swing.start(0.0, 0.5);
+  swing.aim(0.5, {0.1, 0.0, 0.0});
+  constexpr double dt = 1e-3;
+  for (int k = 1; k < 500; ++k) {
+    const double before = swing.reference()[2], t = k * dt;
+    swing.advance(t);
+    if (t < 0.46) continue;  // the last 5 mm
+    EXPECT_NEAR((before - swing.reference()[2]) / dt, options.touch_speed, 2e-3) << t;
+    EXPECT_NEAR(swing.reference()[2], options.touch_speed * (0.5 - t), 5e-4) << t;
+    EXPECT_NEAR(swing.reference()[0], 0.1, 1e-6) << t;
+  }
+}
+
 TEST(SwingFoot, DoesNotRiseAgainForALaterLanding) {
   robots::SwingFoot swing;
   swing.hold(Eigen::Isometry3d::Identity());

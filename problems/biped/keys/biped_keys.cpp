@@ -80,7 +80,6 @@ void declare_removed(Settings& s) {
       {"sensor.force_torque.torque_bias", "0.1"},
       {"sensor.initial_tilt", "0.01"},
       {"step.decision_delay", "0.1"},
-      {"whole_body.swing_foot", "100"},
       {"whole_body.posture_stiffness", "100"},
       {"whole_body.posture_damping", "20"},
       {"whole_body.clearance", "0.005"},
@@ -121,6 +120,9 @@ void declare_biped(Settings& s, BipedSettings& biped) {
          [&biped] { return clock_complaint(biped); });
   declare_settings(s, biped.plant);
   declare_settings(s, biped.control);
+  declare_settings(s, biped.stance_foot);
+  declare_settings(s, biped.swing_foot);
+  declare_settings(s, biped.drive_control);
   s.number("explain_limit_s", biped.explain_limit, "s",
            "time limit for each explanation of a violated plan, computed after the run; 0: no "
            "explanations",

@@ -20,19 +20,25 @@ void declare_pictures(Settings& settings, BipedSettings& biped);
 void declare_plant(Settings& settings, PlantSettings& plant);
 /// Declares simulator.step_s.
 void declare_step(Settings& settings, PlantSettings& plant);
-/// Declares the rest of simulator.*, motor.*, sensors, sensor.* and dart.*
+/// Declares the rest of simulator.*, motor.*, drive.*, sensors, sensor.* and dart.*
 void declare_settings(Settings& settings, PlantSettings& plant);
 
 /// Declares control.period.
 void declare_period(Settings& settings, WholeBodyController::Options& control);
 /// Declares whole_body.* and momentum.*
 void declare_settings(Settings& settings, WholeBodyController::Options& control);
+/// Declares whole_body.stance_stiffness.
+void declare_settings(Settings& settings, StanceFootOptions& stance);
+/// Declares swing.*
+void declare_settings(Settings& settings, SwingOptions& swing);
+/// Declares drive.stiffness and drive.damping.
+void declare_settings(Settings& settings, DriveController::Options& drive);
 /// Declares sensor.*
 void declare_settings(Settings& settings, SensorOptions& sensors, Estimator::Options& estimation);
 
 /// Declares robot.urdf and robot.config.
 void declare_settings(Settings& settings, RobotChoice& robot);
-/// Declares model.mass_error.
+/// Declares model.*
 void declare_mass_error(Settings& settings, RobotChoice& robot);
 /// Declares `stance`.
 void declare_stance(Settings& settings, SceneSettings& scene);

@@ -34,6 +34,20 @@ void declare_settings(Settings& s, PlantSettings& plant) {
            "whole body: bandwidth of the torques (first-order lag); 0: no lag", at_least(0.0));
   s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
            "whole body: maximum rate of the torques; 0: no limit", at_least(0.0));
+  s.number("drive.rotor_inertia", plant.drives.rotor_inertia, "",
+           "whole body: rotor inertia of the drives, as a multiple of that in the robot's file",
+           between(0.0, 10.0));
+  s.number("drive.friction", plant.drives.friction, "",
+           "whole body: dry and viscous friction of the drives, as a multiple of that in the "
+           "robot's file",
+           between(0.0, 10.0));
+  s.rule({"drive.rotor_inertia", "drive.friction"}, [&plant] {
+    return plant.drives.friction > 0.0 && plant.drives.rotor_inertia == 0.0
+               ? "drive.friction needs rotors that it can hold; set drive.rotor_inertia above 0"
+               : "";
+  });
+  s.flag("drive.torque_speed_line", plant.drives.torque_speed_line,
+         "whole body: the largest torque of a motor falls linearly with its speed");
   s.choice<PlantSettings::Sensors>(
       "sensors", plant.sensors,
       {{"ideal", PlantSettings::Sensors::ideal}, {"measured", PlantSettings::Sensors::measured}},

@@ -31,6 +31,13 @@ void declare_mass_error(Settings& s, RobotChoice& robot) {
   s.number("model.mass_error", robot.mass_error, "",
            "relative error of all masses and inertias in the controllers' model",
            between(-0.5, 1.0));
+  s.number("model.rotor_inertia", robot.drives.rotor_inertia, "",
+           "rotor inertia in the controllers' model, as a multiple of that in the robot's file",
+           between(0.0, 10.0));
+  s.number("model.friction", robot.drives.friction, "",
+           "friction of the drives that the controllers compensate, as a multiple of that in the "
+           "robot's file",
+           between(0.0, 10.0));
 }
 
 }  // namespace saltus::robots::walking

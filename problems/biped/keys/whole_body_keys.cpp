@@ -31,6 +31,8 @@ void declare_settings(Settings& s, WholeBodyController::Options& control) {
            "weight of the error in the rate of the angular momentum", at_least(0.0));
   s.number("whole_body.posture", w.posture, "s^4/rad^2",
            "weight of the error in the joint accelerations", above(0.0));
+  s.number("whole_body.swing_foot", w.swing_foot, "s^4/m^2",
+           "weight of the error in the acceleration of the swing foot", above(0.0));
   s.number("whole_body.wrench", w.wrench, "1/N^2",
            "weight of the difference between wrenches and plan", above(0.0));
   WholeBodyController::Gains& g = control.gains;
@@ -47,6 +49,33 @@ void declare_settings(Settings& s, WholeBodyController::Options& control) {
            "weight of the error in the rate of the angular momentum", at_least(0.0));
   s.number("momentum.wrench", m.wrench, "1/N^2",
            "weight of the difference between wrenches and plan", above(0.0));
+}
+
+void declare_settings(Settings& s, StanceFootOptions& stance) {
+  s.number("whole_body.stance_stiffness", stance.stiffness, "1/s^2",
+           "gain with which a stance foot returns to the place where it last carried load",
+           at_least(0.0));
+}
+
+void declare_settings(Settings& s, SwingOptions& swing) {
+  s.number("swing.clearance_m", swing.clearance, "m",
+           "largest height of the swing foot above the ground", above(0.0));
+  s.number("swing.apex", swing.apex, "", "time of the largest height, as a fraction of the swing",
+           between(0.1, 0.9));
+  s.number("swing.touch_speed_m_per_s", swing.touch_speed, "m/s",
+           "speed with which the swing foot descends through the last 5 mm; 0: it lands at rest",
+           between(0.0, 1.0));
+}
+
+void declare_settings(Settings& s, DriveController::Options& drive) {
+  s.number("drive.stiffness", drive.stiffness, "1/rad",
+           "whole body: stiffness of the joints around their planned motion, as a multiple of the "
+           "largest torque",
+           at_least(0.0));
+  s.number("drive.damping", drive.damping, "s/rad",
+           "whole body: damping of the joints around their planned motion, as a multiple of the "
+           "largest torque",
+           at_least(0.0));
 }
 
 void declare_settings(Settings& s, SensorOptions& o, Estimator::Options& e) {

@@ -83,6 +83,7 @@ class DartDynamics final : public DynamicsModel {
         mass_matrix_(row, 5 + j) = mass_matrix_(5 + j, row) = axis_[j].dot(momentum);
       mass_matrix_.col(row).head<6>() = turn.transpose() * momentum;
       mass_matrix_.row(row).head<6>() = mass_matrix_.col(row).head<6>().transpose();
+      mass_matrix_(row, row) += links_[i].drive.rotor_inertia;
     }
   }
 

@@ -79,9 +79,7 @@ class DartPlant final : public Plant {
         world_(::dart::simulation::World::create()),
         view_(dart_engine::make_skeleton(robot), robot),
         feet_{robot.left_sole, robot.right_sole},
-        torques_(VectorXd::Zero(robot.joints())),
-        limits_(robot.joints()) {
-    for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
+        torques_(VectorXd::Zero(robot.joints())) {
     const dd::SkeletonPtr& skeleton = view_.skeleton();
     if (options.self_collision) {
       expect_capsules(options.collision);
@@ -119,9 +117,7 @@ class DartPlant final : public Plant {
     view_.read(state_);
     contacts_[0] = contacts_[1] = {};
   }
-  void set_torques(const VectorXd& torques) override {
-    torques_ = torques.cwiseMax(-limits_).cwiseMin(limits_);
-  }
+  void set_torques(const VectorXd& torques) override { torques_ = torques; }
   void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
     view_.body(body)->addExtForce(force, point, /*isForceLocal=*/false, /*isOffsetLocal=*/true);
   }
@@ -175,7 +171,7 @@ class DartPlant final : public Plant {
   dart_engine::SkeletonView view_;
   dd::SkeletonPtr ground_;
   FloatingRobot::Frame feet_[2];
-  VectorXd torques_, limits_;
+  VectorXd torques_;
   WholeBodyState state_;
   WholeBodyEstimate::Contact contacts_[2];
 };

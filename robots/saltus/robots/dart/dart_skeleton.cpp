@@ -13,6 +13,38 @@ namespace saltus::robots::dart_engine {
 
 namespace dd = ::dart::dynamics;
 
+namespace {
+
+// A revolute joint with the inertia of a rotor. In the articulated-body algorithm this inertia adds
+// to the inertia about the axis alone, for forces and for impulses.
+class GearedJoint final : public dd::RevoluteJoint {
+ public:
+  explicit GearedJoint(const Properties& properties) : RevoluteJoint(properties) {}
+  void set_rotor_inertia(double inertia) { rotor_inertia_ = inertia; }  // kg m^2
+
+ protected:
+  dd::Joint* clone() const override {
+    auto* joint = new GearedJoint(getRevoluteJointProperties());
+    joint->rotor_inertia_ = rotor_inertia_;
+    return joint;
+  }
+  void updateInvProjArtInertia(const Eigen::Matrix6d& inertia) override {
+    RevoluteJoint::updateInvProjArtInertia(inertia);
+    add_rotor(mInvProjArtInertia);
+  }
+  void updateInvProjArtInertiaImplicit(const Eigen::Matrix6d& inertia, double step) override {
+    RevoluteJoint::updateInvProjArtInertiaImplicit(inertia, step);
+    add_rotor(mInvProjArtInertiaImplicit);
+  }
+
+ private:
+  void add_rotor(Matrix& inverse) const { inverse /= 1.0 + rotor_inertia_ * inverse(0, 0); }
+
+  double rotor_inertia_ = 0.0;
+};
+
+}  // namespace
+
 dd::SkeletonPtr make_skeleton(const FloatingRobot& robot) {
   dd::SkeletonPtr skeleton = dd::Skeleton::create(robot.name);
   std::vector<dd::BodyNode*> bodies;
@@ -25,16 +57,17 @@ dd::SkeletonPtr make_skeleton(const FloatingRobot& robot) {
       bodies.push_back(
           skeleton->createJointAndBodyNodePair<dd::FreeJoint>(nullptr, joint, body).second);
     } else {
-      dd::RevoluteJoint::Properties joint;
+      GearedJoint::Properties joint;
       joint.mName = b.joint;
       joint.mAxis = b.axis;
       joint.mT_ParentBodyToJoint = b.origin;
       joint.mPositionLowerLimits[0] = b.position.lower;
       joint.mPositionUpperLimits[0] = b.position.upper;
-      bodies.push_back(
-          skeleton->createJointAndBodyNodePair<dd::RevoluteJoint>(bodies[b.parent], joint, body)
-              .second);
-      bodies.back()->getParentJoint()->setLimitEnforcement(true);
+      const auto [geared, moved] =
+          skeleton->createJointAndBodyNodePair<GearedJoint>(bodies[b.parent], joint, body);
+      geared->set_rotor_inertia(b.drive.rotor_inertia);
+      geared->setLimitEnforcement(true);
+      bodies.push_back(moved);
     }
     for (const UrdfModel::Box& box : b.boxes) {
       dd::ShapeNode* shape =

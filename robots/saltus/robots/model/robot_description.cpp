@@ -78,8 +78,9 @@ StandingPosture read_posture(const YamlSection& section, RobotDescription::Figur
 }
 
 RobotDescription::Joint read_joint(const YamlSection& section, const std::string& name) {
-  section.allow_only({"position", "effort", "velocity"});
-  RobotDescription::Joint joint{name, std::nullopt, std::nullopt, std::nullopt};
+  section.allow_only({"position", "effort", "velocity", "rotor_inertia", "viscous_friction",
+                      "dry_friction", "breakaway", "no_load_speed"});
+  RobotDescription::Joint joint{name, std::nullopt, std::nullopt, std::nullopt, {}};
   if (section.has("position")) joint.position = section.range("position");
   const auto read_positive = [&](const char* key, std::optional<double>& value) {
     if (!section.has(key)) return;
@@ -88,6 +89,18 @@ RobotDescription::Joint read_joint(const YamlSection& section, const std::string
   };
   read_positive("effort", joint.effort);
   read_positive("velocity", joint.velocity);
+  const auto read_at_least = [&](double least, const char* key, double& value) {
+    if (!section.has(key)) return;
+    value = section.number(key);
+    if (!(value >= least)) section.fail(key, fmt::format("must be at least {}", least));
+  };
+  read_at_least(0.0, "rotor_inertia", joint.drive.rotor_inertia);
+  read_at_least(0.0, "viscous_friction", joint.drive.viscous_friction);
+  read_at_least(0.0, "dry_friction", joint.drive.dry_friction);
+  read_at_least(1.0, "breakaway", joint.drive.breakaway);
+  std::optional<double> no_load_speed;
+  read_positive("no_load_speed", no_load_speed);
+  joint.drive.no_load_speed = no_load_speed.value_or(infinity);
   return joint;
 }
 
@@ -111,7 +124,8 @@ RobotDescription read(const YamlEntry& root, const std::string& source,
     throw InputError(source + ": the file is empty; give a robot's configuration file");
   const YamlSection file(root, source);
   file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
-                   "right_foot", "base", "joints", "capsules", "mirror", "postures"});
+                   "right_foot", "base", "joints", "foot_sensor_range", "capsules", "mirror",
+                   "postures"});
   RobotDescription robot;
   robot.name = file.text("name");
   robot.file = source;
@@ -139,6 +153,11 @@ RobotDescription read(const YamlEntry& root, const std::string& source,
     const YamlSection joints = file.section("joints");
     for (const std::string& name : joints.keys())
       robot.joints.push_back(read_joint(joints.section(name), name));
+  }
+  if (file.has("foot_sensor_range")) {
+    robot.foot_sensor_range = file.numbers<6>("foot_sensor_range");
+    if (!(robot.foot_sensor_range->minCoeff() > 0.0))
+      file.fail("foot_sensor_range", "must have six positive numbers");
   }
   if (file.has("capsules")) robot.capsules = read_capsules(file.section("capsules"));
   if (file.has("mirror")) robot.mirror = read_mirror(file.section("mirror"));

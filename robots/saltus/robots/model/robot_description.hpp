@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -46,6 +47,50 @@ struct Capsule {
   double volume() const;                                ///< m^3
 };
 
+/// Motor and reducer of a joint. The default is an ideal drive.
+struct JointDrive {
+  /// Inertia of rotor and reducer times the square of the transmission ratio, kg m^2. It resists
+  /// the acceleration of the joint, not that of its parent.
+  double rotor_inertia = 0.0;
+  double viscous_friction = 0.0;  ///< Nm s/rad
+  /// Coulomb friction of the moving joint, Nm. At rest the friction is larger by `breakaway`.
+  double dry_friction = 0.0;
+  /// Friction at rest divided by `dry_friction`, at least 1. It falls to 1 with exp(-(dq / s)^2),
+  /// s = `stribeck_speed` (Stribeck's effect).
+  double breakaway = 1.0;
+  double stribeck_speed = 0.05;  ///< rad/s, positive
+  /// Speed at which the driving torque vanishes, rad/s. The largest torque falls linearly from the
+  /// effort limit at rest.
+  double no_load_speed = infinity;
+
+  /// Friction of the moving joint at the speed `dq` (rad/s), smooth about zero, Nm.
+  double friction(double dq) const {
+    return viscous_friction * dq + dry_friction * std::tanh(dq / stribeck_speed);
+  }
+  /// Range of the motor's torque at the speed `dq` (rad/s), Nm, for the effort limit (Nm).
+  Bounds torque_range(double effort, double dq) const {
+    const double lost = dq / no_load_speed;
+    return {-effort * (lost < 0.0 ? (lost > -1.0 ? 1.0 + lost : 0.0) : 1.0),
+            effort * (lost > 0.0 ? (lost < 1.0 ? 1.0 - lost : 0.0) : 1.0)};
+  }
+};
+
+/// Parts of a drive that apply: factors of its figures.
+struct DriveFactors {
+  double rotor_inertia = 0.0;      ///< factor of the rotor inertia; 0: none
+  double friction = 0.0;           ///< factor of dry and viscous friction; 0: none
+  bool torque_speed_line = false;  ///< true: the largest torque depends on the speed
+
+  /// The drive with these factors.
+  JointDrive operator()(JointDrive drive) const {
+    drive.rotor_inertia *= rotor_inertia;
+    drive.viscous_friction *= friction;
+    drive.dry_friction *= friction;
+    if (!torque_speed_line) drive.no_load_speed = infinity;
+    return drive;
+  }
+};
+
 /// Data of a robot from its description file and its URDF.
 struct RobotDescription {
   /// A capsule fixed to a link, in the link's frame.
@@ -74,6 +119,7 @@ struct RobotDescription {
     std::optional<Bounds> position;  ///< rad; default: the limits of the URDF
     std::optional<double> effort;    ///< largest torque, Nm; default: the limit of the URDF
     std::optional<double> velocity;  ///< largest speed, rad/s; default: the limit of the URDF
+    JointDrive drive;                ///< motor and reducer; default: ideal
   };
 
   /// Origin of mass, feet and the positions of CoM and foot. `in_file`: the file must give them.
@@ -93,6 +139,9 @@ struct RobotDescription {
   /// For the whole body only, in the order of the file; all others are frozen. Positions and
   /// torques have another order, see FloatingRobot::joint_index().
   std::vector<Joint> joints;
+  /// For the whole body only: largest force (x, y, z, N) and torque (x, y, z, Nm) that the sensors
+  /// of the feet measure; each must be positive
+  std::optional<Vec<double, 6>> foot_sensor_range;
   /// For the whole body only: shapes that replace those fitted to the meshes
   std::vector<LinkCapsule> capsules;
   std::vector<std::string> warnings;  // assumptions that were made, sentences for the user

@@ -103,8 +103,10 @@ std::string body_xml(const FloatingRobot& robot, int i, const Plant::Options& op
     text += "<freejoint name=\"0\"/>\n";
   } else {
     const bool limited = b.position.lower > -infinity || b.position.upper < infinity;
-    text += fmt::format("<joint name=\"{}\" type=\"hinge\"{} damping=\"{:.17g}\" limited=\"{}\"", i,
-                        numbers("axis", b.axis), options.joint_friction, limited);
+    text += fmt::format(
+        "<joint name=\"{}\" type=\"hinge\"{} damping=\"{:.17g}\" armature=\"{:.17g}\" "
+        "limited=\"{}\"",
+        i, numbers("axis", b.axis), options.joint_friction, b.drive.rotor_inertia, limited);
     if (limited)
       text += numbers("range", Vec<double, 2>(std::max(b.position.lower, -no_limit),
                                               std::min(b.position.upper, no_limit)));

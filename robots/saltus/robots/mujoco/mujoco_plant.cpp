@@ -14,9 +14,7 @@ class MujocoPlant final : public Plant {
   MujocoPlant(const FloatingRobot& robot, const Plant::Options& options)
       : engine_(robot, options),
         feet_{robot.left_sole, robot.right_sole},
-        torques_(VectorXd::Zero(robot.joints())),
-        limits_(robot.joints()) {
-    for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
+        torques_(VectorXd::Zero(robot.joints())) {
     finish(engine_.begin_step());
   }
 
@@ -28,9 +26,7 @@ class MujocoPlant final : public Plant {
     has_failed_ = false;
     finish(engine_.begin_step());
   }
-  void set_torques(const VectorXd& torques) override {
-    torques_ = torques.cwiseMax(-limits_).cwiseMin(limits_);
-  }
+  void set_torques(const VectorXd& torques) override { torques_ = torques; }
   // MuJoCo applies forces at the body's CoM.
   void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
     const int b = engine_.body(body);
@@ -103,7 +99,7 @@ class MujocoPlant final : public Plant {
 
   mujoco_engine::Model engine_;
   FloatingRobot::Frame feet_[2];
-  VectorXd torques_, limits_;
+  VectorXd torques_;
   bool has_failed_ = false;
   WholeBodyState state_;
   WholeBodyEstimate::Contact contacts_[2];

@@ -39,6 +39,13 @@ std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSetting
                                                                 : make_dart_plant(body, options);
 }
 
+// The controllers know the speed at which the torque of a motor vanishes.
+DriveFactors model_drives(const BipedSettings& settings) {
+  DriveFactors factors = settings.robot.drives;
+  factors.torque_speed_line = settings.plant.drives.torque_speed_line;
+  return factors;
+}
+
 // All pushes act at the same point.
 FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const UrdfModel& model) {
   FloatingRobot::Frame frame = pushed_frame(body, model, push.link);
@@ -75,14 +82,17 @@ class WholeBodyRun final : LoopController, LoopPlant {
   WholeBodyRun(const BipedProblem& problem, const RobotDescription& robot, const Observer& observer,
                const UrdfModel& model)
       : settings_(problem.settings()),
-        body_(make_body(model, robot, settings_.control.self_collision)),
-        nominal_(with_masses_scaled(body_, 1.0 + settings_.robot.mass_error)),
+        described_(make_body(model, robot, settings_.control.self_collision)),
+        body_(with_drives_scaled(described_, settings_.plant.drives)),
+        nominal_(
+            with_drives_scaled(with_masses_scaled(described_, 1.0 + settings_.robot.mass_error),
+                               model_drives(settings_))),
         start_(standing_state(body_, model, robot, problem.posture(robot))),
         scene_(initial_scene(problem, robot)),
         controller_(make_balance_controller(problem, robot, nominal_, make_dart_dynamics(nominal_),
                                             scene_, settings_.plant.engine.step)),
         recorder_(problem, robot, controller_.planner(), observer),
-        robot_(make_engine(body_, settings_, scene_.side), nominal_, settings_.plant,
+        robot_(make_engine(body_, settings_, scene_.side), body_, settings_.plant,
                settings_.control.period),
         torques_(1, body_.joints()),
         estimates_(settings_.plant.sensors == PlantSettings::Sensors::measured) {
@@ -99,7 +109,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
   RunLog run() {
     run_until_over(*this, *this, recorder_);
     RunLog log = recorder_.finish(controller_.applied(), truth_);
-    log.floating = body_;
+    log.floating = described_;
     log.ground_friction = settings_.plant.engine.friction;
     log.pushed = pushed_;
     const BalanceController::Statistics& statistics = controller_.statistics();
@@ -136,8 +146,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
     robot_.push_by(pushes, pushed_);
     return true;
   }
-  bool advance(const VectorRef& torques, double) override {
-    robot_.write({torques});
+  bool advance(const VectorRef&, double) override {
+    robot_.write(controller_.commands());
     const bool has_sample = controller_.last().has_controlled;
     if (has_sample) begin_sample();
     std::string failure;
@@ -187,7 +197,6 @@ class WholeBodyRun final : LoopController, LoopPlant {
     RunLog::BodySample b;
     b.planned = controller_.tasks().wrenches;
     b.state = robot_.engine().state();
-    b.torques = controller_.commands().torques;
     b.left_sole = true_model().sole(Side::left).pose;
     b.right_sole = true_model().sole(Side::right).pose;
     const Side stance = other(controller_.swing_side());
@@ -201,6 +210,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
   // higher forces in a single step.
   void end_sample() {
     RunLog::BodySample& b = recorder_.log().body.back();
+    b.torques = robot_.motor_torques();
     b.left = felt(Side::left) / static_cast<double>(felt_steps_);
     b.right = felt(Side::right) / static_cast<double>(felt_steps_);
     felt_ = {Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};
@@ -208,7 +218,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
   }
 
   const BipedSettings& settings_;
-  FloatingRobot body_, nominal_;  // simulated body, and nominal body of the controllers
+  // As described, as simulated, and as the controllers assume it.
+  FloatingRobot described_, body_, nominal_;
   WholeBodyState start_;
   Scene scene_;
   BalanceController controller_;

@@ -28,9 +28,17 @@ SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobo
       step_(settings.engine.step),
       has_motors_(!settings.motors.is_ideal()),
       motors_(settings.motors, static_cast<int>(engine_->state().q.size()), step_),
+      friction_(body, step_),
+      effort_(body.joints()),
+      exerted_(VectorXd::Zero(body.joints())),
+      joint_torques_(exerted_),
       noise_(settings.noise),
-      commanded_(VectorXd::Zero(engine_->state().q.size())),
+      commanded_{{exerted_}, 0},
       waiting_(delay_steps(settings, control_period), commanded_) {
+  for (int i = 0; i < body.joints(); ++i) {
+    effort_[i] = body.bodies[i + 1].effort;
+    drives_.push_back(body.bodies[i + 1].drive);
+  }
   if (settings.sensors == PlantSettings::Sensors::measured)
     sensors_.emplace(body, settings.sensor, step_);
   begin(engine_->state());
@@ -49,8 +57,10 @@ void SimulatedRobot::push_by(std::span<const Pulse> pulses, const FloatingRobot:
 void SimulatedRobot::begin(const WholeBodyState& state) {
   steps_ = 0;
   motors_.reset();
+  friction_.reset();
   noise_.reset();
-  commanded_.setZero();
+  commanded_ = {{VectorXd::Zero(effort_.size())}, 0};
+  exerted_.setZero();
   next_ = 0;
   is_first_ = true;
   if (sensors_) sensors_->reset(state);
@@ -58,7 +68,8 @@ void SimulatedRobot::begin(const WholeBodyState& state) {
 }
 
 void SimulatedRobot::write(const Robot::Commands& commands) {
-  commanded_ = commands.torques;
+  commanded_.commands = commands;
+  commanded_.age = 0;
   if (is_first_) std::fill(waiting_.begin(), waiting_.end(), commanded_);
   is_first_ = false;
 }
@@ -70,13 +81,12 @@ std::string SimulatedRobot::wait() {
     const Vec<double, 3> force = pulse.mean(from, to);
     if (!force.isZero(0.0)) engine_->push(pushed_.body, force, pushed_.pose.translation());
   }
-  const VectorXd& acting = waiting_.empty() ? commanded_ : waiting_[next_];
-  if (has_motors_) motors_.command(acting);
-  engine_->set_torques(has_motors_ ? motors_.step() : acting);
+  drive(waiting_.empty() ? commanded_ : waiting_[next_]);
   if (!waiting_.empty()) {
     waiting_[next_] = commanded_;
     next_ = (next_ + 1) % waiting_.size();
   }
+  ++commanded_.age;
   engine_->step();
   ++steps_;
   if (sensors_)
@@ -85,6 +95,28 @@ std::string SimulatedRobot::wait() {
   measure();
   if (engine_->state().is_finite()) return {};
   return fmt::format("the plant could not be integrated at {:.3f} s", from);
+}
+
+// Sets the torques of the joints: those of the motors within their limits, less the friction.
+void SimulatedRobot::drive(const Waiting& acting) {
+  const VectorXd &q = engine_->state().q, &dq = engine_->state().dq;
+  const Robot::Commands& c = acting.commands;
+  exerted_ = c.torques;
+  const double since = static_cast<double>(acting.age) * step_;
+  for (Eigen::Index i = 0; i < c.positions.size(); ++i)
+    exerted_[i] += c.stiffness[i] * (c.positions[i] + since * c.velocities[i] - q[i]) +
+                   c.damping[i] * (c.velocities[i] - dq[i]);
+  if (has_motors_) {
+    motors_.command(exerted_);
+    exerted_ = motors_.step();
+  }
+  for (Eigen::Index i = 0; i < exerted_.size(); ++i) {
+    const Bounds range = drives_[static_cast<std::size_t>(i)].torque_range(effort_[i], dq[i]);
+    exerted_[i] = std::clamp(exerted_[i], range.lower, range.upper);
+  }
+  joint_torques_ = exerted_;
+  if (!friction_.is_zero()) joint_torques_ -= friction_.step(dq);
+  engine_->set_torques(joint_torques_);
 }
 
 void SimulatedRobot::measure() {

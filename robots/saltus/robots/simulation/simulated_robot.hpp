@@ -1,4 +1,4 @@
-// A robot in a physics engine: engine, motors, sensors, noise, delays and pushes. No other class
+// A robot in a physics engine: engine, drives, sensors, noise, delays and pushes. No other class
 // contains simulated physics.
 #pragma once
 
@@ -9,6 +9,7 @@
 
 #include "saltus/ocp/pulse.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/whole_body/joint_friction.hpp"
 #include "saltus/robots/whole_body/measurement_noise.hpp"
 #include "saltus/robots/whole_body/motors.hpp"
 #include "saltus/robots/whole_body/plant.hpp"
@@ -19,9 +20,9 @@ namespace saltus::robots::walking {
 /// The same settings give a bit-identical motion. After construction only the engine allocates.
 class SimulatedRobot final : public Robot {
  public:
-  /// `engine` takes steps of `settings.engine.step`. `control_period` (s) is the unit of the torque
-  /// delay. Throws DefinitionError if options of sensors, noise, motors or delay are out of
-  /// range.
+  /// `engine` takes steps of `settings.engine.step` and simulates `body`, whose drives it has.
+  /// `control_period` (s) is the unit of the delay of commands. Throws DefinitionError if options
+  /// of sensors, noise, motors, drives or delay are out of range.
   SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobot& body,
                  const PlantSettings& settings, double control_period);
 
@@ -38,10 +39,19 @@ class SimulatedRobot final : public Robot {
 
   /// The engine. Its state has no measurement noise.
   const Plant& engine() const { return *engine_; }
+  /// Torques of the motors during the last step, before friction, Nm.
+  const VectorXd& motor_torques() const { return exerted_; }
 
  private:
+  // A command, and the number of steps since it was given.
+  struct Waiting {
+    Robot::Commands commands;
+    long age = 0;
+  };
+
   void begin(const WholeBodyState& state);
   void measure();
+  void drive(const Waiting& acting);
 
   std::unique_ptr<Plant> engine_;
   double step_;  // step of the engine, s
@@ -50,12 +60,16 @@ class SimulatedRobot final : public Robot {
   FloatingRobot::Frame pushed_;
   bool has_motors_;
   Motors motors_;
+  JointFriction friction_;
+  VectorXd effort_;
+  std::vector<JointDrive> drives_;
+  VectorXd exerted_, joint_torques_;
   NoiseSource noise_;
   std::optional<Sensors> sensors_;  // empty: ideal sensors
-  VectorXd commanded_;
-  std::vector<VectorXd> waiting_;  // ring buffer: torques of the next steps
-  std::size_t next_ = 0;           // index of the next step's torques
-  bool is_first_ = true;           // no command yet
+  Waiting commanded_;
+  std::vector<Waiting> waiting_;  // ring buffer: commands of the next steps
+  std::size_t next_ = 0;          // index of the next step's commands
+  bool is_first_ = true;          // no command yet
   WholeBodyEstimate measured_;
   Robot::Readings readings_;
 };

@@ -9,6 +9,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/whole_body/stance_foot.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 
 namespace saltus::robots::walking {
@@ -59,7 +60,9 @@ BalanceController::BalanceController(BalanceController::Parts parts,
                std::move(parts_.wrenches), options_.planner_period,
                BalancePlanner::LandingTime::when_felt),
       contact_(options_.landing_force),
-      swing_(std::make_unique<SwingFoot>()),
+      swing_(std::make_unique<SwingFoot>(options_.swing)),
+      stance_{std::make_unique<StanceFoot>(options_.stance),
+              std::make_unique<StanceFoot>(options_.stance)},
       swing_side_(other(options_.scene.side)) {}
 
 BalanceController::~BalanceController() = default;
@@ -74,9 +77,15 @@ void BalanceController::start(const WholeBodyState& state, const Robot::Readings
   swing_->hold(model().sole(swing_side_).pose);
   stands(swing_side_) = options_.scene.two_feet;
   stands(other(swing_side_)) = true;
+  for (const Side side : {Side::left, Side::right}) stance(side).stand(model().sole(side).pose);
   tasks_.posture = state.q;
   applied_ = options_.scene.standing_wrenches(model().mass(), model().com());
+  commands_ = {};
   commands_.torques = VectorXd::Zero(state.q.size());
+  if (parts_.drives) {
+    parts_.drives->start(state.q);
+    commands_ = parts_.drives->commands();
+  }
   updates_ = 0;
 }
 
@@ -145,6 +154,7 @@ void BalanceController::plan(double t) {
 void BalanceController::find_landing(double t) {
   if (!planner_.is_stepping() || !contact_.has_landed(t, estimate().contact(swing_side_))) return;
   stands(swing_side_) = true;
+  stance(swing_side_).stand(model().sole(swing_side_).pose);
   planner_.land(t, model().sole(swing_side_).pose.translation());
   update_.has_landed = true;
 }
@@ -166,6 +176,12 @@ void BalanceController::control(double t) {
     tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
                      (sole.pose.translation() - model().com()).cross(f);
   }
+  for (const Side side : {Side::left, Side::right}) {
+    if (!stands(side)) continue;
+    const DynamicsModel::SoleMotion& sole = model().sole(side);
+    stance(side).advance(options_.control_period, sole, estimate().contact(side).wrench[2]);
+    (side == Side::left ? tasks_.left_hold : tasks_.right_hold) = stance(side).acceleration(sole);
+  }
   swing_->advance(t);
   tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
   const WholeBodyController::Command& command =
@@ -174,7 +190,10 @@ void BalanceController::control(double t) {
   if (command.torques_cut > 0) ++statistics_.cuts;
   statistics_.solves.add(command.solve_seconds);
   ++statistics_.calls;
-  commands_.torques = command.torques;
+  if (parts_.drives)
+    commands_ = parts_.drives->update(command, estimate().state);
+  else
+    commands_.torques = command.torques;
   applied_ = command.wrenches;
   for (const Side side : {Side::left, Side::right})
     rotate(into_sole[side == Side::right].transpose(), side, applied_);

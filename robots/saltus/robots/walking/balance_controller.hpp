@@ -11,12 +11,14 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::robots {
+class StanceFoot;
 class SwingFoot;
-}
+}  // namespace saltus::robots
 
 namespace saltus::robots::walking {
 
@@ -119,6 +121,7 @@ class BalanceController {
     std::unique_ptr<Estimator> estimator;             ///< from readings to the state
     std::unique_ptr<DynamicsModel> model;             ///< dynamics of the controllers' model
     std::unique_ptr<WholeBodyController> whole_body;  ///< from wrenches to torques
+    std::unique_ptr<DriveController> drives;          ///< optional: from torques to commands
     std::unique_ptr<StepPlanner> steps;               ///< decides on steps
     std::unique_ptr<Planner> wrenches;                ///< plans wrenches
   };
@@ -130,6 +133,8 @@ class BalanceController {
                                     ///< `period`
     double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
     double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
+    StanceFootOptions stance{};     ///< hold of standing feet
+    SwingOptions swing{};           ///< motion of the swing foot
     Scene scene;                    ///< feet and target at the start
     Schedule contacts;              ///< contacts known at the start
   };
@@ -188,6 +193,7 @@ class BalanceController {
   void plan(double t);
   void find_landing(double t);
   void control(double t);
+  StanceFoot& stance(Side foot) { return *stance_[foot == Side::left ? 0 : 1]; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
 
   Parts parts_;
@@ -197,6 +203,7 @@ class BalanceController {
   BalancePlanner planner_;
   ContactEstimator contact_;
   std::unique_ptr<SwingFoot> swing_;
+  std::array<std::unique_ptr<StanceFoot>, 2> stance_;
   Side swing_side_;
   WholeBodyController::Tasks tasks_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();

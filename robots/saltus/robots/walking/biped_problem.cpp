@@ -126,11 +126,14 @@ BalanceController make_balance_controller(const BipedProblem& problem,
   parts.whole_body = make_whole_body_controller(
       body, cone_options(settings.contact, robot.left_foot),
       cone_options(settings.contact, robot.right_foot), control_of(settings, period));
+  parts.drives =
+      std::make_unique<DriveController>(body, settings.drive_control, settings.control.period);
   parts.steps = make_step_planner(problem, robot, scene);
   parts.wrenches = make_planner(problem, robot, scene);
   return {std::move(parts),
           {period, settings.control.period, settings.planner.step,
-           landed_share * robot.mass * standard_gravity, scene, problem.contacts(scene)}};
+           landed_share * robot.mass * standard_gravity, settings.stance_foot, settings.swing_foot,
+           scene, problem.contacts(scene)}};
 }
 
 }  // namespace saltus::robots::walking

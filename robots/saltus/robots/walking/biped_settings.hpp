@@ -32,6 +32,7 @@ struct PlantSettings {
   DartOptions engine{{.ground_edge = 0.18}};
   int delay_ticks = 0;               ///< delay of the torques, control periods
   MotorOptions motors;               ///< lag and rate limit of the torques
+  DriveFactors drives;               ///< drives of the simulated robot
   Sensors sensors = Sensors::ideal;  ///< ideal or measured
   MeasurementNoise noise;            ///< noise of ideal sensors
   SensorOptions sensor;              ///< options of simulated sensors
@@ -51,6 +52,7 @@ struct RobotChoice {
   /// Relative error of all masses and inertias in the controllers' model. The simulated robot is
   /// exact.
   double mass_error = 0.0;
+  DriveFactors drives;  ///< drives of the controllers' model
 };
 
 /// A force on the robot for a limited time. Its direction is in world axes and need not be a unit
@@ -119,6 +121,9 @@ struct BipedSettings {
   MorePushes more_pushes;                   ///< further pushes
   ContactSettings contact;                  ///< contacts of both feet
   WholeBodyController::Options control;     ///< whole-body controller
+  DriveController::Options drive_control;   ///< commands for the drives
+  StanceFootOptions stance_foot;            ///< hold of standing feet
+  SwingOptions swing_foot;                  ///< motion of the swing foot
   bool pictures = true;                     ///< draw pictures at the end
   double explain_limit = 10.0;  ///< time limit for explanations of unmet constraints, s; 0: none
 };

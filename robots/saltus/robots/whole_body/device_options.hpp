@@ -1,4 +1,5 @@
-// Options of the sensors and motors of a simulated robot, and of the estimator.
+// Options of the sensors and motors of a simulated robot, of the estimator, and of the motion of
+// the feet.
 //
 // The defaults of the sensors are published values for iCub-class hardware; each comment names the
 // source.
@@ -75,6 +76,28 @@ struct MotorOptions {
 
   /// True if torques act at once and as commanded.
   bool is_ideal() const { return bandwidth == 0.0 && torque_rate == 0.0; }
+};
+
+/// Options of the motion of the swing foot.
+struct SwingOptions {
+  double clearance = 0.03;  ///< m, height of the sole above the ground at mid-swing
+  double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
+  double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected
+  double apex = 0.5;        ///< time of the largest height, as a fraction of the swing
+  /// The foot descends through the last `touch_height` (m) with a constant speed (m/s), so that it
+  /// lands softly on ground that is higher than expected. 0: it lands at rest at the landing time.
+  double touch_speed = 0.0, touch_height = 0.005;
+};
+
+/// Options of the hold of a stance foot.
+struct StanceFootOptions {
+  double stiffness = 0.0;      ///< 1/s^2; 0: the foot is not held
+  double loaded = 20.0;        ///< N, vertical force above which the foot carries load
+  double follow = 0.1;         ///< s, time constant with which the place follows a loaded foot
+  double search_speed = 0.1;   ///< m/s, downward, without load
+  double search_depth = 0.03;  ///< m, largest distance below the place
+  /// Largest errors that are corrected, m and rad. Beyond them the place follows the foot.
+  double most_distance = 0.02, most_angle = 0.1;
 };
 
 }  // namespace saltus::robots

@@ -139,6 +139,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
         body.position = motor->position.value_or(link.joint.position);
         body.effort = motor->effort.value_or(link.joint.effort);
         body.velocity = motor->velocity.value_or(link.joint.velocity);
+        body.drive = motor->drive;
         check_limits(body, model.source(), robot.file);
       }
       body_of[i] = static_cast<int>(result.bodies.size());
@@ -222,6 +223,11 @@ FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {
     body.inertia *= factor;
   }
   robot.total_mass *= factor;
+  return robot;
+}
+
+FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors) {
+  for (FloatingRobot::Body& body : robot.bodies) body.drive = factors(body.drive);
   return robot;
 }
 

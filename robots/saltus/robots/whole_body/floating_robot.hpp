@@ -34,6 +34,7 @@ struct FloatingRobot {
     Bounds position;                                ///< rad
     double effort = infinity;                       ///< largest torque, Nm
     double velocity = infinity;                     ///< largest speed, rad/s
+    JointDrive drive;                               ///< motor and reducer
     double mass = 0.0;                              ///< kg
     Vec<double, 3> com = Vec<double, 3>::Zero();    ///< in the body's frame, m
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
@@ -87,6 +88,9 @@ UrdfModel::Box box_of_inertia(const UrdfModel::Link& link);
 /// The same robot with all masses and inertias times `factor` > 0, to represent the error of a
 /// model.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
+
+/// The same robot with these factors of the figures of all drives.
+FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors);
 
 /// State at rest in the posture, with the contact frame of its stance sole (the left one for a
 /// posture on both feet) at the origin of the world. Throws InputError, naming the first joint that

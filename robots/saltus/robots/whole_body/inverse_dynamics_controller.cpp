@@ -61,11 +61,14 @@ class InverseDynamicsController final : public WholeBodyController {
         qp(capacity(n, cones, gains_in.clearance)),
         point(qp),
         effort(n),
+        smallest(n),
+        largest(n),
         lower(n),
         upper(n),
         fastest(n) {
     for (int i = 0; i < n; ++i) {
       effort[i] = robot.bodies[i + 1].effort;
+      drives.push_back(robot.bodies[i + 1].drive);
       fastest[i] = robot.bodies[i + 1].velocity;
       lower[i] = robot.bodies[i + 1].position.lower + gains.limit_margin;
       upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
@@ -117,7 +120,9 @@ class InverseDynamicsController final : public WholeBodyController {
   int pressure_rows[2];
   qp::StageQp qp;
   qp::StagePoint point;
-  VectorXd effort, lower, upper, fastest;
+  VectorXd effort, smallest, largest;  // largest torque at rest, and range of torques at this speed
+  std::vector<JointDrive> drives;
+  VectorXd lower, upper, fastest;
   std::vector<bool> leg[2];  // true if a joint lies between base and sole
   std::optional<Clearance> clearance;
   VectorXd row;
@@ -138,6 +143,7 @@ class InverseDynamicsController final : public WholeBodyController {
              const WholeBodyController::Tasks& tasks);
   void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
   void add_foot_acceleration(const DynamicsModel::SoleMotion& sole);
+  void set_torque_ranges(const WholeBodyState& state);
   void bound_torque(int joint);
   bool bound_torques_beyond();
   void set_limits(const WholeBodyState& state);
@@ -240,13 +246,16 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   }
 
   // Rows.
+  set_torque_ranges(state);
   qp::RowGroup& torques = stage.groups[torque_group];
   torques.rows = 0;
   torques.columns.resize(size);
   for (int i = 0; i < size; ++i) torques.columns[i] = i;
   std::fill(bounded.begin(), bounded.end(), false);
   for (int i = 0; i < n; ++i)
-    if (std::abs(command.torques[i]) > near_effort * effort[i]) bound_torque(i);
+    if (command.torques[i] > near_effort * largest[i] ||
+        command.torques[i] < near_effort * smallest[i])
+      bound_torque(i);
 
   qp::RowGroup& stance = stage.groups[stance_group];
   stance.soft = true;
@@ -261,7 +270,8 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
 
     add_foot_acceleration(*soles[foot]);
     stance.M.block(stance.rows, 0, 6, size) = task.leftCols(size);
-    wanted = -gains.stance_damping * soles[foot]->twist - soles[foot]->drift -
+    wanted = (foot == left ? tasks.left_hold : tasks.right_hold) -
+             gains.stance_damping * soles[foot]->twist - soles[foot]->drift -
              soles[foot]->jacobian.leftCols<6>() * base_0;
     stance.lower.segment<6>(stance.rows) = wanted;
     stance.upper.segment<6>(stance.rows) = wanted;
@@ -274,14 +284,26 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   if (clearance) set_clearance(state);
 }
 
+// The motor exerts the torque of the joint and its friction.
+void InverseDynamicsController::set_torque_ranges(const WholeBodyState& state) {
+  for (int i = 0; i < n; ++i) {
+    const JointDrive& drive = drives[static_cast<std::size_t>(i)];
+    const Bounds range = drive.torque_range(effort[i], state.dq[i]);
+    const double friction = drive.friction(state.dq[i]);
+    // Zero stays feasible if the friction exceeds the motor's torque.
+    smallest[i] = std::min(0.0, range.lower - friction);
+    largest[i] = std::max(0.0, range.upper - friction);
+  }
+}
+
 // Most motors are far from their limits, and a row of torques is dense. So only torques that are
 // near or beyond a limit have a row.
 void InverseDynamicsController::bound_torque(int joint) {
   qp::RowGroup& torques = qp.stages[0].groups[torque_group];
   const int i = torques.rows++;
   torques.M.row(i).head(size) = torque.row(joint).head(size);
-  torques.lower[i] = -effort[joint] - torque_0[joint];
-  torques.upper[i] = effort[joint] - torque_0[joint];
+  torques.lower[i] = smallest[joint] - torque_0[joint];
+  torques.upper[i] = largest[joint] - torque_0[joint];
   bounded[joint] = true;
 }
 
@@ -289,7 +311,9 @@ void InverseDynamicsController::bound_torque(int joint) {
 bool InverseDynamicsController::bound_torques_beyond() {
   bool any = false;
   for (int i = 0; i < n; ++i) {
-    if (bounded[i] || std::abs(exerted[i]) <= effort[i] + effort_tolerance) continue;
+    if (bounded[i] || (exerted[i] <= largest[i] + effort_tolerance &&
+                       exerted[i] >= smallest[i] - effort_tolerance))
+      continue;
     bound_torque(i);
     any = true;
   }
@@ -406,7 +430,7 @@ const WholeBodyController::Command& InverseDynamicsController::control(
     exerted += torque_0;
   } while (bound_torques_beyond());
   command.joint_acceleration = z.head(n);
-  command.torques = exerted.cwiseMax(-effort).cwiseMin(effort);
+  command.torques = exerted.cwiseMax(smallest).cwiseMin(largest);
   command.wrenches.setZero();
   for (const int foot : {left, right})
     if (standing[foot] >= 0) command.wrenches.segment<6>(6 * foot) = z.segment<6>(standing[foot]);

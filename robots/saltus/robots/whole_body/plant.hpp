@@ -27,7 +27,7 @@ class Plant {
   virtual ~Plant() = default;
   /// Sets the state and clears all forces.
   virtual void reset(const WholeBodyState& state) = 0;
-  /// Sets the joint torques for the next steps, Nm; they are cut to the limits of the robot.
+  /// Sets the joint torques for the next steps, Nm.
   virtual void set_torques(const VectorXd& torques) = 0;
   /// Applies a force (world axes, N) at a point of a body (its own frame, m) during the next step
   /// only.

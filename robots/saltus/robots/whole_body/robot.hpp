@@ -73,9 +73,14 @@ class Robot {
     std::optional<WholeBodyEstimate> ideal;
   };
 
-  /// Commands to all joints.
+  /// Commands to all joints. The torque of a motor is
+  /// torques + stiffness (positions - q) + damping (velocities - dq), within its limits. Its
+  /// controller computes the springs and dampers at its own rate. The positions advance with the
+  /// velocities until the next command.
   struct Commands {
-    VectorXd torques;  ///< Nm, in the order of FloatingRobot::joint_index()
+    VectorXd torques{};                  ///< Nm, in the order of FloatingRobot::joint_index()
+    VectorXd positions{}, velocities{};  ///< rad, rad/s, same order; empty: `torques` alone
+    VectorXd stiffness{}, damping{};     ///< Nm/rad, Nm s/rad; as many as positions
   };
 
   virtual ~Robot() = default;

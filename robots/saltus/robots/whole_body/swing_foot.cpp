@@ -56,15 +56,20 @@ void SwingFoot::start(double t, double landing_time) {
   under_way_ = true;
   now_ = lift_off_ = t;
   landing_time_ = landing_time;
-  apex_time_ = 0.5 * (t + landing_time);
+  apex_time_ = t + options_.apex * (landing_time - t);
 }
 
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
   // Otherwise a foot with an earlier landing time would descend late and fast.
-  const double apex_time = 0.5 * (lift_off_ + landing_time);
+  const double apex_time = lift_off_ + options_.apex * (landing_time - lift_off_);
   if (landing_time != landing_time_ && now_ < apex_time_) apex_time_ = apex_time;
   landing_time_ = landing_time;
   place_ = place;
+}
+
+// Duration of the last part of the descent, s. The foot moves only downwards in it.
+double SwingFoot::touching() const {
+  return options_.touch_speed > 0.0 ? options_.touch_height / options_.touch_speed : 0.0;
 }
 
 void SwingFoot::advance(double t) {
@@ -72,19 +77,28 @@ void SwingFoot::advance(double t) {
   now_ = t;
   if (!under_way_ || dt <= 0.0) return;
   for (int i = 0; i < 2; ++i)
-    minimum_jerk(place_[i], landing_time_ - t, dt, position_[i], velocity_[i], acceleration_[i]);
+    minimum_jerk(place_[i], landing_time_ - touching() - t, dt, position_[i], velocity_[i],
+                 acceleration_[i]);
   if (t < apex_time_) {
     minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2], velocity_[2],
                  acceleration_[2]);
   } else if (t < landing_time_) {
-    const double down =
-        time_down(position_[2] - place_[2], velocity_[2], acceleration_[2], landing_time_ - t);
-    minimum_jerk(place_[2], down, dt, position_[2], velocity_[2], acceleration_[2]);
+    descend(t, dt);
   } else {
     position_[2] -= options_.late_speed * dt;
     velocity_[2] = -options_.late_speed;
     acceleration_[2] = 0.0;
   }
+}
+
+// Minimum jerk to a line that reaches the ground at the landing time with the speed of touching.
+void SwingFoot::descend(double t, double dt) {
+  const double speed = options_.touch_speed, left = landing_time_ - t;
+  double height = position_[2] - place_[2] - speed * left, velocity = velocity_[2] + speed;
+  const double down = time_down(height, velocity, acceleration_[2], left - touching());
+  minimum_jerk(0.0, down, dt, height, velocity, acceleration_[2]);
+  position_[2] = place_[2] + height + speed * (left - dt);
+  velocity_[2] = velocity - speed;
 }
 
 Vec<double, 6> SwingFoot::acceleration(const DynamicsModel::SoleMotion& sole) const {

@@ -1,20 +1,14 @@
 // Trajectory of the swing foot and the acceleration that tracks it.
 #pragma once
 
+#include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::robots {
 
-/// Options of the motion of the swing foot.
-struct SwingOptions {
-  double clearance = 0.03;  ///< m, height of the sole above the ground at mid-swing
-  double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
-  double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected
-};
-
 /// Minimum-jerk trajectory to a place and a landing time, both of which may change during the
-/// swing. The sole stays level and lands with zero velocity. It lands early if it would otherwise
-/// dip below the ground. World axes, m, s.
+/// swing. The sole stays level and lands at rest, or with the speed of the options. It lands early
+/// if it would otherwise dip below the ground. World axes, m, s.
 class SwingFoot {
  public:
   /// Creates a foot that is not swinging.
@@ -39,6 +33,9 @@ class SwingFoot {
   const Vec<double, 3>& reference() const { return position_; }
 
  private:
+  double touching() const;
+  void descend(double t, double dt);
+
   SwingOptions options_;
   bool under_way_ = false;
   double now_ = 0.0, lift_off_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;

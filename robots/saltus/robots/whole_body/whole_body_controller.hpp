@@ -1,8 +1,9 @@
 // Whole-body controllers: joint torques from tasks for momentum, feet and posture. There are two
-// methods, inverse dynamics and momentum control.
+// methods, inverse dynamics and momentum control. A DriveController converts torques to commands.
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "saltus/qp/qp_result.hpp"
 #include "saltus/robots/model/contact_cone.hpp"
@@ -22,6 +23,8 @@ class WholeBodyController {
     Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned wrenches, left and right
     /// Acceleration of the swing foot: d twist / dt, (angular | linear), world axes.
     Vec<double, 6> swing_acceleration = Vec<double, 6>::Zero();
+    /// Accelerations of the left and right foot while they stand, in addition to the damping.
+    Vec<double, 6> left_hold = Vec<double, 6>::Zero(), right_hold = Vec<double, 6>::Zero();
     VectorXd posture;  ///< desired joint positions, rad
   };
 
@@ -114,6 +117,42 @@ class WholeBodyController {
   /// is not solved, the torques of the last call are kept.
   virtual const Command& control(const DynamicsModel& model, const WholeBodyState& state,
                                  const Tasks& tasks) noexcept = 0;
+};
+
+/// Compensates friction, and lets the drives act as springs and dampers around the motion that the
+/// whole-body controller intends. Errors of its model, such as unknown friction, then cause a small
+/// deviation instead of a wrong acceleration. The intended motion is the integral of the joint
+/// accelerations, and follows the measured motion with a time constant. After construction only
+/// start() allocates.
+class DriveController {
+ public:
+  /// Options of the commands.
+  struct Options {
+    /// Stiffness and damping as multiples of the largest torque of each joint, 1/rad and s/rad.
+    double stiffness = 0.0, damping = 0.0;
+    double follow = 0.1;  ///< s, time constant with which the intended motion follows the measured
+  };
+
+  /// `robot` has the drives that the controller assumes, `period` (s) is that of update(). Throws
+  /// DefinitionError for options that are negative or not finite, and for times that are not
+  /// positive.
+  DriveController(const FloatingRobot& robot, const Options& options, double period);
+
+  /// Starts at rest in q, rad.
+  void start(const VectorXd& q);
+  /// Commands until the next call. The reference stays valid.
+  const Robot::Commands& update(const WholeBodyController::Command& command,
+                                const WholeBodyState& state);
+  /// Result of the last update().
+  const Robot::Commands& commands() const { return commands_; }
+
+ private:
+  Options options_;
+  double period_;
+  std::vector<JointDrive> drives_;
+  VectorXd position_, velocity_;  // intended motion, rad and rad/s
+  bool has_springs_;
+  Robot::Commands commands_;
 };
 
 // Whole-body controller by inverse dynamics: one quadratic program per call.
