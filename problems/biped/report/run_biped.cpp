@@ -19,6 +19,7 @@
 #include "saltus/app/defer_signals.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/walking/body_verdict.hpp"
+#include "saltus/robots/walking/hardware_limits.hpp"
 #include "saltus/robots/walking/progress.hpp"
 #include "saltus/robots/walking/settling.hpp"
 
@@ -124,6 +125,10 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
     }
 
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
+  if (verdict.body && signal == 0)
+    fmt::print("{}\n", verdict.body->is_hardware_safe()
+                           ? "hardware-safe"
+                           : "not hardware-safe: " + describe(verdict.body->excesses.front()));
   if (json.contains("step_plans") && json["step_plans"]["ticks_without_feasible_alternative"] > 0)
     fmt::print(
         "no plan met all limits in {} of {} planning ticks, first at {:.2f} s; the best of them "

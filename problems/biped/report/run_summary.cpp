@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "saltus/app/version.hpp"
+#include "saltus/robots/walking/hardware_limits.hpp"
 #include "saltus/robots/walking/push.hpp"
 
 namespace saltus::robots::walking {
@@ -85,6 +86,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
   Json json = {
       {"recovered", verdict.recovered},
       {"reason", verdict.reason},
+      {"hardware_safe", nullptr},  // null for the centroidal model
+      {"hardware_reason", ""},
       {"stopped_early", log.stopped_early},
       {"fell", log.stopped_early && !log.numerical_failure && !log.interrupted},
       {"interrupted", log.interrupted},
@@ -124,6 +127,11 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {fmt::format("{}_sole", name_of(scene.side)),
        points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
+  if (verdict.body) {
+    json["hardware_safe"] = verdict.body->is_hardware_safe();
+    if (!verdict.body->is_hardware_safe())
+      json["hardware_reason"] = describe(verdict.body->excesses.front());
+  }
   json["saltus"] = {{"version", version()}, {"commit", commit()}};
   json["seed"] = settings.plant.sensors == PlantSettings::Sensors::measured
                      ? settings.plant.sensor.seed

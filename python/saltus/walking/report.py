@@ -82,6 +82,8 @@ FIGURES = [
         ("body.joint_speed_ratio_max", "Largest speed, fraction of its limit", "%", 100, 0),
         ("body.joint_speed_joint", "at the joint", "", 1, 0),
         ("body.joint_speed_time_s", "at the time", "s", 1, 2),
+        ("body.landing_speed_m_s", "Largest speed of landing", "m/s", 1, 2),
+        ("body.landing_force_n", "Largest force on a foot (mean of 2 ms)", "N", 1, 0),
         ("body.joint_speed_over_s", "Longest time above a speed limit", "ms", 1e3, 0),
     ]),
     ("Limbs", [
@@ -223,6 +225,8 @@ def provenance(summary):
 def report(folder, summary, with_replay):
     summary = summary | {"stood_on": ground.stood_at_first(summary)}
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
+    if summary.get("hardware_safe") is not None:
+        verdict += "; hardware-safe" if summary["hardware_safe"] else f"; not hardware-safe: {summary['hardware_reason']}"
     title = f"Push recovery: {events.impulse_in_words(summary)}"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
     first, *others = FIGURES

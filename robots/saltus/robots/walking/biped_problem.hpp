@@ -31,6 +31,16 @@ RobotScale scale_of(const RobotDescription& robot);
 /// moments by both.
 void scale(BipedSettings& settings, const RobotScale& scale);
 
+/// A limit of the hardware that a run exceeds.
+struct HardwareExcess {
+  std::string what;    ///< quantity and part, such as "speed of l_knee"
+  std::string unit;    ///< unit of `worst` and `limit`
+  double time = 0.0;   ///< time at which the limit is first exceeded, s
+  double first = 0.0;  ///< value at that time
+  double worst = 0.0;  ///< value that exceeds the limit most
+  double limit = 0.0;  ///< limit at the time of `first`
+};
+
 /// Success of a run, with its quantities.
 struct Verdict {
   /// Results that only whole-body runs have.
@@ -63,6 +73,12 @@ struct Verdict {
                                          ///< infinite: no collision shapes
     std::string clearance_pair;          ///< names of these limbs
     double clearance_time = 0.0;         ///< time of the smallest distance, s
+    double landing_speed = 0.0;          ///< largest downward speed of a sole that lands, m/s
+    double landing_force = 0.0;          ///< largest vertical force on a foot, unfiltered, N
+    std::vector<HardwareExcess> excesses;  ///< limits of the hardware that are exceeded, by time
+
+    /// True if no limit of the hardware is exceeded.
+    bool is_hardware_safe() const { return excesses.empty(); }
 
     /// True if any joint reached its limit.
     bool touches_joint_limit() const;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "saltus/robots/walking/body_forces.hpp"
+#include "saltus/robots/walking/hardware_limits.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
 
 namespace saltus::robots::walking {
@@ -121,12 +122,24 @@ Verdict::Body judge_body(const RunLog& log) {
   judge_limits(log, v);
   judge_speeds(log, v);
   judge_clearance(log, v);
+  v.excesses = hardware_excesses(log);
+  v.landing_speed = landing_speed(log);
+  for (const Vec<double, 12>& w : measured_wrenches(log))
+    v.landing_force = std::max({v.landing_force, w[2], w[8]});
   v.standing = !log.stopped_early && log.touchdown == infinity && v.feet_moved < standing_move &&
                v.tilt_max < standing_tilt;
   return v;
 }
 
 nlohmann::ordered_json to_json(const Verdict::Body& v) {
+  nlohmann::ordered_json excesses = nlohmann::ordered_json::array();
+  for (const HardwareExcess& e : v.excesses)
+    excesses.push_back({{"what", e.what},
+                        {"unit", e.unit},
+                        {"time_s", e.time},
+                        {"first", e.first},
+                        {"worst", e.worst},
+                        {"limit", e.limit}});
   return {{"standing", v.standing},
           {"feet_moved_max_m", v.feet_moved},
           {"base_tilt_max_rad", v.tilt_max},
@@ -145,7 +158,10 @@ nlohmann::ordered_json to_json(const Verdict::Body& v) {
           {"joint_speed_over_s", v.over_speed},
           {"clearance_min_m", v.clearance},  // null without collision shapes
           {"clearance_pair", v.clearance_pair},
-          {"clearance_time_s", v.clearance_time}};
+          {"clearance_time_s", v.clearance_time},
+          {"landing_speed_m_s", v.landing_speed},
+          {"landing_force_n", v.landing_force},
+          {"hardware_excesses", std::move(excesses)}};
 }
 
 }  // namespace saltus::robots::walking

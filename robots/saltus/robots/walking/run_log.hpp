@@ -74,7 +74,7 @@ struct RunLog : LoopLog {
   /// State of the whole body at the instant of the sample with the same index.
   struct BodySample {
     WholeBodyState state;     ///< simulated state
-    VectorXd torques;         ///< Nm
+    VectorXd torques;         ///< of the motors, at the end of the sample, Nm
     Vec<double, 12> planned;  ///< planned wrenches, left and right, axes of the actual soles
     /// Measured (force | torque), world axes: mean over the engine steps since the previous sample,
     /// so that their sum is the impulse of the ground.
