@@ -75,7 +75,7 @@ void declare_presets(Settings& s, Config& config) {
            "take precedence");
   s.preset("drives", {"real"},
            {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
-            "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=6", "drive.damping=0.15",
+            "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=3", "drive.damping=0.08",
             "swing.clearance_m=0.012", "swing.apex=0.45", "swing.touch_speed_m_per_s=0.06",
             "whole_body.swing_foot=400", "whole_body.angular_momentum=20",
             "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60"});

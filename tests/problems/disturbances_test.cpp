@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "saltus/app/settings.hpp"
 #include "saltus/robots/walking/push.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
@@ -77,6 +78,16 @@ TEST_F(Disturbed, RecoversWithAHeavierNominalRobot) {
 
 TEST_F(Disturbed, RecoversWithALighterNominalRobot) {
   config.robot.mass_error = -0.05;
+  expect_recovery();
+}
+
+// With springs of twice the stiffness, this seed falls before the push.
+TEST_F(Disturbed, RecoversWithRealDrives) {
+  Settings settings;
+  declare_settings(settings, config);
+  settings.apply({parse_set_argument("plant=dart"), parse_set_argument("drives=real"),
+                  parse_set_argument("sensor.seed=7"), parse_set_argument("push.impulse=10"),
+                  parse_set_argument("push.start=1")});
   expect_recovery();
 }
 
