@@ -7,8 +7,13 @@
 #include "saltus/robots/dart/dart_plant.hpp"  // equations of motion
 #include "saltus/robots/walking/balance_controller.hpp"
 
-using namespace saltus;
-using namespace saltus::robots::walking;
+namespace robots = saltus::robots;
+using robots::walking::BalanceController, robots::walking::cone_options,
+    robots::walking::ContactSettings, robots::walking::initial_scene,
+    robots::walking::make_capture_point_controller, robots::walking::posture_on_both_feet,
+    robots::walking::Scene, robots::walking::SceneSettings, robots::walking::StepPlanner,
+    robots::walking::two_feet_throughout;
+using saltus::Schedule, saltus::VectorXd;
 
 class MyRobot final : public robots::Robot {
  public:
