@@ -194,15 +194,15 @@ UrdfModel::Foot foot_of(const UrdfModel& model, const RobotDescription& named, S
 std::string RobotDescription::Mirror::namesake(const std::string& joint) const {
   // letters of the shortest word that is unlikely to be part of another word
   constexpr std::size_t telling = 3;
-  std::string name = joint;
-  if (name.starts_with(left)) return name.replace(0, left.size(), right);
-  if (name.starts_with(right)) return name.replace(0, right.size(), left);
-  if (std::min(left.size(), right.size()) < telling) return name;
-  if (const auto at = name.find(left); at != std::string::npos)
-    return name.replace(at, left.size(), right);
-  if (const auto at = name.find(right); at != std::string::npos)
-    return name.replace(at, right.size(), left);
-  return name;
+  std::string mirrored = joint;
+  if (mirrored.starts_with(left)) return mirrored.replace(0, left.size(), right);
+  if (mirrored.starts_with(right)) return mirrored.replace(0, right.size(), left);
+  if (std::min(left.size(), right.size()) < telling) return mirrored;
+  if (const auto at = mirrored.find(left); at != std::string::npos)
+    return mirrored.replace(at, left.size(), right);
+  if (const auto at = mirrored.find(right); at != std::string::npos)
+    return mirrored.replace(at, right.size(), left);
+  return mirrored;
 }
 
 StandingPosture RobotDescription::Mirror::operator()(const StandingPosture& posture) const {
