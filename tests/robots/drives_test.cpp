@@ -47,6 +47,16 @@ TEST(JointDrive, TorqueFallsLinearlyWithTheSpeed) {
   EXPECT_EQ(drive.torque_range(40.0, 9.0).upper, 0.0);
 }
 
+TEST(DriveFactors, NeedFiguresOfTheRobot) {
+  EXPECT_TRUE(with_drives_scaled(one_joint(geared()), {}).bodies[1].drive.is_ideal());
+  EXPECT_EQ(
+      with_drives_scaled(one_joint(geared()), {2.0, 0.0, false}).bodies[1].drive.rotor_inertia,
+      0.3);
+  EXPECT_NO_THROW(with_drives_scaled(one_joint({}), {}));
+  EXPECT_THROW(with_drives_scaled(one_joint({}), {.rotor_inertia = 1.0}), InputError);
+  EXPECT_THROW(with_drives_scaled(one_joint(geared()), {.torque_speed_line = true}), InputError);
+}
+
 // The motor acts on the rotor alone: a joint at rest stays at rest up to the breakaway torque.
 TEST(JointFriction, HoldsAJointUpToTheBreakaway) {
   const JointDrive drive = geared();

@@ -46,8 +46,9 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
 // Prints a note on changed keys that have no effect on the centroidal model.
 void note_keys_of_the_body(const Json& changed) {
   constexpr std::array sections = {
-      "simulator.",         "motor.",    "sensors",   "sensor.", "dart.", "self_collision",
-      "joint_speed_limits", "push.link", "push.point"};
+      "simulator.", "motor.",  "drive", "model.rotor_inertia", "model.friction",     "swing.",
+      "sensors",    "sensor.", "dart.", "self_collision",      "joint_speed_limits", "push.link",
+      "push.point"};
   std::vector<std::string> unused;
   for (const Json& setting : changed) {
     const std::string key = setting["key"];

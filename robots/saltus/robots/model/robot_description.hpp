@@ -63,6 +63,11 @@ struct JointDrive {
   /// effort limit at rest.
   double no_load_speed = infinity;
 
+  /// True if the drive has no inertia, no friction and no limit of the speed.
+  bool is_ideal() const {
+    return rotor_inertia == 0.0 && viscous_friction == 0.0 && dry_friction == 0.0 &&
+           no_load_speed == infinity;
+  }
   /// Friction of the moving joint at the speed `dq` (rad/s), smooth about zero, Nm.
   double friction(double dq) const {
     return viscous_friction * dq + dry_friction * std::tanh(dq / stribeck_speed);
@@ -81,6 +86,8 @@ struct DriveFactors {
   double friction = 0.0;           ///< factor of dry and viscous friction; 0: none
   bool torque_speed_line = false;  ///< true: the largest torque depends on the speed
 
+  /// True if nothing applies.
+  bool is_ideal() const { return rotor_inertia == 0.0 && friction == 0.0 && !torque_speed_line; }
   /// The drive with these factors.
   JointDrive operator()(JointDrive drive) const {
     drive.rotor_inertia *= rotor_inertia;

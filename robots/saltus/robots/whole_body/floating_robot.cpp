@@ -227,7 +227,16 @@ FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {
 }
 
 FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors) {
-  for (FloatingRobot::Body& body : robot.bodies) body.drive = factors(body.drive);
+  bool is_ideal = true;
+  for (FloatingRobot::Body& body : robot.bodies) {
+    body.drive = factors(body.drive);
+    is_ideal = is_ideal && body.drive.is_ideal();
+  }
+  if (is_ideal && !factors.is_ideal())
+    throw InputError(fmt::format(
+        "{}: no joint has the requested figures of a drive; add rotor_inertia, dry_friction or "
+        "no_load_speed to the joints in its file, or simulate ideal drives",
+        robot.name));
   return robot;
 }
 

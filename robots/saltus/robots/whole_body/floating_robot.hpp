@@ -89,7 +89,8 @@ UrdfModel::Box box_of_inertia(const UrdfModel::Link& link);
 /// model.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
-/// The same robot with these factors of the figures of all drives.
+/// Returns the robot with the figures of all drives multiplied by these factors. Throws InputError
+/// if drives are requested and the robot has no figures of them.
 FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors);
 
 /// State at rest in the posture, with the contact frame of its stance sole (the left one for a

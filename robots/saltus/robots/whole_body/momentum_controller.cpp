@@ -167,7 +167,8 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
     J.noalias() -= sole.jacobian.topLeftCorner<6, 6>() * base_;
     missing_.segment<6>(6 * i) = sole.jacobian.topLeftCorner<6, 6>() * base_bias_ - sole.drift;
     if (stands_[i])
-      missing_.segment<6>(6 * i) -= options_.stance_damping * sole.twist;
+      missing_.segment<6>(6 * i) +=
+          (i == 0 ? tasks.left_hold : tasks.right_hold) - options_.stance_damping * sole.twist;
     else
       missing_.segment<6>(6 * i) += tasks.swing_acceleration;
     missing_.segment<6>(6 * i).noalias() -= J * posture_;
