@@ -222,11 +222,17 @@ def provenance(summary):
     return f"Saltus {made['version']}, commit {made['commit']}{seed}; config.yaml repeats it."
 
 
+def banner(is_good, good, bad):
+    """A verdict on a green or red ground."""
+    return f'<p class="verdict {"good" if is_good else "bad"}">{html.escape(good if is_good else bad)}</p>'
+
+
 def report(folder, summary, with_replay):
     summary = summary | {"stood_on": ground.stood_at_first(summary)}
-    verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
+    verdicts = banner(summary["recovered"], "Recovered", "Not recovered: " + summary["reason"])
     if summary.get("hardware_safe") is not None:
-        verdict += "; hardware-safe" if summary["hardware_safe"] else f"; not hardware-safe: {summary['hardware_reason']}"
+        unsafe = "Not hardware-safe: " + summary["hardware_reason"]
+        verdicts += banner(summary["hardware_safe"], "Hardware-safe", unsafe)
     title = f"Push recovery: {events.impulse_in_words(summary)}"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
     first, *others = FIGURES
@@ -240,7 +246,7 @@ def report(folder, summary, with_replay):
 <html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
 <style>{STYLE}</style></head><body>
 <h1>{html.escape(title)}</h1>
-<p class="verdict {'good' if summary['recovered'] else 'bad'}">{html.escape(verdict)}</p>
+{verdicts}
 <p>{html.escape(summary['robot'])}, {summary['mass_kg']:.2f} kg, in
 {html.escape(summary['plant'])}; {pushes(summary)}; controller
 {html.escape(summary['controller'])}, solver {html.escape(summary['solver_name'])}, stepping
