@@ -25,11 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array scripted{"list", "run",   "compare", "report", "merge",
-                              "task", "peers", "pushes",  "map",    "reproduce"};
+constexpr std::array scripted{"list",  "run",    "compare",    "report", "merge",    "task",
+                              "peers", "pushes", "robustness", "map",    "reproduce"};
 constexpr const char* usage =
-    "bench latency | list | run | compare | report | merge | pushes | map | reproduce | peers "
-    "[--help]";
+    "bench latency | list | run | compare | report | merge | pushes | robustness | map | "
+    "reproduce | peers [--help]";
 
 constexpr const char* help =
     "compares solvers on the same problems, measures times, runs campaigns\n"
@@ -44,6 +44,7 @@ constexpr const char* help =
     "regression\n"
     "  merge      merges the shards of a run into one file\n"
     "  pushes     Monte Carlo of push recovery: random pushes, sensor noise, masses and friction\n"
+    "  robustness repeats named experiments of push recovery over seeds: rates with intervals\n"
     "  map        runs every cell of a survival map, in shards\n"
     "  reproduce  repeats the tables of the pages and lists the differences\n"
     "  peers      installs other solvers into a separate Python environment\n";

@@ -131,6 +131,23 @@ def pushes(arguments):
     return status_of(done)
 
 
+def robustness(arguments):
+    import robustness as experiments
+    if arguments.list:
+        width = max(map(len, experiments.EXPERIMENTS))
+        for name, experiment in experiments.EXPERIMENTS.items():
+            print(f"{name:<{width}}  {experiment.about}")
+        return OK
+    if arguments.merged:
+        import records
+        done = records.read_of(arguments.merged, "robustness")
+    else:
+        tasks = experiments.tasks_of(arguments)
+        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "robustness"), arguments)
+    experiments.write(done, sys.stdout)
+    return status_of(done)
+
+
 def survival_map(arguments):
     import campaign
     if arguments.merged:
@@ -298,6 +315,15 @@ def parser():
     p.add_argument("--friction", metavar="LOW:HIGH", default="0.4:1.0",
                    help="range of the friction coefficient of the ground (whole body)")
     add_campaign(p, "pushes.jsonl")
+    p = verbs.add_parser("robustness", help="repeats named experiments of push recovery over seeds: rates with 95 %% intervals")
+    p.set_defaults(do=robustness)
+    p.add_argument("names", nargs="*", metavar="NAME", help="experiments; default all")
+    p.add_argument("--list", action="store_true", help="lists the experiments")
+    p.add_argument("--plant", choices=("dart", "mujoco"), default="dart")
+    p.add_argument("--seeds", type=int, metavar="N", help="seeds 1 to N; the default depends on experiment and plant")
+    p.add_argument("--quick", action="store_true", help="few seeds: all experiments in ten minutes on one core")
+    p.add_argument("--conditions", metavar="NAME,...", help="only these conditions; NAME* selects all with this prefix")
+    add_campaign(p, "robustness.jsonl")
     p = verbs.add_parser("map", help="runs every cell of a survival map, in shards")
     p.set_defaults(do=survival_map)
     p.add_argument("--plant", choices=("centroidal", "dart", "mujoco"), default="centroidal")
@@ -336,7 +362,7 @@ def main(words):
         return task.main(words[1:])
     arguments = parser().parse_args(words)
     try:
-        for name in ("instances", "repetitions", "runs", "jobs"):
+        for name in ("instances", "repetitions", "runs", "seeds", "jobs"):
             given = getattr(arguments, name, None)
             if given is not None and given < 1:
                 raise ValueError(f"--{name} must be at least 1")

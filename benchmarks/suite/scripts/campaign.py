@@ -13,6 +13,7 @@ import math
 import os
 import random
 import re
+import resource
 import statistics
 import subprocess
 import tempfile
@@ -22,7 +23,7 @@ from program import ProgramError, path_of_program
 
 # entries of summary.json that do not depend on the machine
 MEASURES = ("recovered", "reason", "fell", "final_com_error_m", "icp_settling_s", "angular_momentum_max",
-            "touchdown_s", "mass_kg")
+            "touchdown_s", "mass_kg", "hardware_safe", "hardware_reason")
 MAP_ROWS, TABLE = "map.csv", "table"  # result of a task, besides summary.json
 
 
@@ -58,6 +59,19 @@ def verdict_on_table(name, status, told):
     return "differs" if status == 3 else "crashed"
 
 
+def measures_of(summary):
+    """MEASURES, and of a run on the whole body the landing force and the exceeded limits of the hardware."""
+    body = summary.get("body") or {}
+    return {**{key: summary.get(key) for key in MEASURES}, "landing_force_n": body.get("landing_force_n"),
+            "hardware_excesses": [excess["what"] for excess in body.get("hardware_excesses", ())]}
+
+
+def processor_seconds():
+    """Processor time of the ended child processes."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def carry_out(task, say):
     """Runs one command of `saltus`; `say` receives its lines."""
     if task["result"] == TABLE:
@@ -69,6 +83,7 @@ def carry_out(task, say):
         return
     with tempfile.TemporaryDirectory(prefix="saltus-campaign-") as folder:
         words = [program_saltus(), *task["words"], "--out", folder]
+        before = processor_seconds()
         done = subprocess.run(words, capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
         base = {"problem": task["problem"], "instance": 1, "solver": "saltus"}
         if task["result"] == MAP_ROWS:
@@ -90,10 +105,15 @@ def carry_out(task, say):
         if os.path.exists(path):
             with open(path, encoding="utf-8") as file:
                 summary = json.load(file)
+        told = done.stderr.strip() or f"saltus ended with status {done.returncode}"
+        if not summary and done.returncode == 2:  # an invalid command is not a result
+            raise ProgramError(told)
+        times = {"cpu_s": round(processor_seconds() - before, 2)}
         if not summary:
-            raise ProgramError(done.stderr.strip() or f"saltus ended with status {done.returncode}")
+            say({**base, "verdict": "crashed", "claimed": told[-300:], "drawn": task["drawn"], "times": times})
+            return
         say({**base, "verdict": "recovered" if summary["recovered"] else "not recovered",
-             "drawn": task["drawn"], **{key: summary.get(key) for key in MEASURES}})
+             "drawn": task["drawn"], **measures_of(summary), "times": times})
 
 
 def task_of(name, words, result, drawn=None):
@@ -171,14 +191,19 @@ def files_of_tables():
     return {**{name: os.path.join(root, name) for name in pages | scripts}, **beside}
 
 
+def no_such(what, name, names):
+    """One sentence on an unknown name."""
+    near = difflib.get_close_matches(name, names, 1, 0.4)
+    return (f"there is no {what} '{name}'; "
+            + (f"did you mean '{near[0]}'?" if near else f"the {what}s are {', '.join(names)}"))
+
+
 def table_tasks(arguments):
     """One table, or all pictures, of the READMEs per task."""
     names = [line.split()[0] for line in listed_tables()]
     for name in arguments.names:
         if name not in names:
-            near = difflib.get_close_matches(name, names, 1, 0.4)
-            raise CampaignError(f"there is no table '{name}'; "
-                                + (f"did you mean '{near[0]}'?" if near else f"the tables are {', '.join(names)}"))
+            raise CampaignError(no_such("table", name, names))
     return [task_of(name, [name], TABLE) for name in arguments.names or names]
 
 

@@ -78,7 +78,8 @@ def read(path):
     return Records(head, tasks, cut_off=bool(open_lines) or (bool(raw) and raw[-1] != "\n"))
 
 
-MADE_BY = {None: "`bench run`", "pushes": "`bench pushes`", "map": "`bench map`", "reproduce": "`bench reproduce`"}
+MADE_BY = {None: "`bench run`", "pushes": "`bench pushes`", "robustness": "`bench robustness`", "map": "`bench map`",
+           "reproduce": "`bench reproduce`"}
 
 
 def read_of(path, campaign):
