@@ -228,6 +228,82 @@ class Scripts(unittest.TestCase):
         self.assertIn("LOW:HIGH", self.bench("pushes", "--impulse", "5", status=2).stderr)
         self.assertIn("did you mean 'centroidal'", self.bench("reproduce", "centroid", status=2).stderr)
 
+    @unittest.skipUnless(os.environ.get("SALTUS_ICUB_URDF"), "needs the model of iCub in SALTUS_ICUB_URDF")
+    def test_robustness_is_the_same_in_shards_and_resumed(self):
+        words = ["robustness", "swing_side_7", "--seeds", "2", "--set", "push.start=0.5"]
+        done = self.bench(*words, "--jobs", "2", "--out", self.path("whole.jsonl"))
+        self.assertRegex(done.stdout, r"7 N s +2 +[0-2]/2 ")
+        self.assertIn("for 2 runs", done.stdout)
+        self.assertIn("nothing to run", self.bench(*words, "--out", self.path("whole.jsonl")).stderr)
+        self.bench(*words, "--out", self.path("2.jsonl"), "--shard", "2/2")
+        with open(self.path("whole.jsonl"), encoding="utf-8") as file:
+            text = file.read()
+        with open(self.path("cut.jsonl"), "w", encoding="utf-8") as file:
+            file.write(text[:text.index("\n", text.index('{"done"')) + 1].replace('"shard": null', '"shard": "1/2"'))
+        self.bench("merge", self.path("cut.jsonl"), self.path("2.jsonl"), "--out", self.path("merged.jsonl"))
+        self.assertEqual(self.untimed("merged.jsonl"), self.untimed("whole.jsonl"))
+        again = self.bench("robustness", "--merged", self.path("merged.jsonl"))
+        self.assertEqual(again.stdout.splitlines()[:-1], done.stdout.splitlines()[:-1])  # the last has times
+
+    def robustness_tasks(self, *words):
+        sys.path.insert(0, SCRIPTS)
+        import bench
+        import robustness
+        return robustness.tasks_of(bench.parser().parse_args(["robustness", *words]))
+
+    def test_cases_of_robustness_depend_on_their_seed_only(self):
+        few, many = (self.robustness_tasks("unknown_ground", "--seeds", count) for count in ("9", "30"))
+        self.assertEqual(few, many[:9])
+        self.assertEqual([task["drawn"]["condition"] for task in few],
+                         ["height", "slope", "half foothold", "soft", "rough", "low friction", "mixed", "height", "slope"])
+        self.assertNotEqual(few[0]["words"], few[7]["words"])
+        for task in many:
+            grounds = [key for key in task["drawn"] if key.startswith("simulator.ground_")]
+            self.assertGreaterEqual(len(grounds), 2 if task["drawn"]["condition"] == "mixed" else 1)
+        self.assertEqual(len(self.robustness_tasks("two_feet_8", "--seeds", "1")), 16)
+        only = self.robustness_tasks("mismatch", "--seeds", "2", "--conditions", "model's mass*", "--set", "drives=ideal")
+        self.assertEqual([task["drawn"]["model.mass_error"] for task in only], [-0.1, 0.1, -0.1, 0.1])
+        self.assertEqual([word for word in only[0]["words"] if word.startswith("drives")], ["drives=ideal"])
+        every = self.robustness_tasks()
+        self.assertEqual(len({task["id"] for task in every}), len(every))
+
+    def test_robustness_reports_rates_and_causes(self):
+        sys.path.insert(0, SCRIPTS)
+        import campaign
+        self.assertEqual([f"{bound:.3f}" for bound in campaign.wilson(95, 100)], ["0.888", "0.978"])
+        self.assertEqual([f"{bound:.3f}" for bound in campaign.wilson(0, 20)], ["0.000", "0.161"])
+        reasons = ("", "fell at 3.50 s; first, at 2.80 s, the angular momentum exceeded 1 Nms",
+                   "the left foot slipped by 12 mm", None)
+        tasks = [f"mismatch, exact model, seed {k}" for k in range(1, 5)]
+        head = {"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {},
+                "matrix": {"campaign": "robustness", "tasks": tasks, "solvers": ["saltus"],
+                           "commands": [["run", "push_recovery", "--set", f"sensor.seed={k}"] for k in range(1, 5)]}}
+        with open(self.path("a"), "w", encoding="utf-8") as file:
+            print(json.dumps(head), file=file)
+            for k, (task, reason) in enumerate(zip(tasks, reasons), 1):
+                line = {"problem": task, "solver": "saltus", "instance": 1, "times": {"cpu_s": 2.0},
+                        "drawn": {"experiment": "mismatch", "condition": "exact model", "seed": k, "plant": "dart"}}
+                if reason is None:
+                    line |= {"verdict": "crashed", "claimed": "saltus ended with status -11"}
+                else:
+                    line |= {"verdict": "not recovered" if reason else "recovered", "reason": reason,
+                             "fell": reason.startswith("fell"), "mass_kg": 10.0, "touchdown_s": 2.7,
+                             "landing_force_n": 98.1 * k, "hardware_safe": not reason,
+                             "hardware_excesses": ["speed of l_knee", "overlap of a and b", "speed of r_knee"] if reason else []}
+                print(json.dumps(line), file=file)
+                print(json.dumps({"done": task}), file=file)
+        told = self.bench("robustness", "--merged", self.path("a"), status=3).stdout
+        for text in ("2/4 50.0 % (15.0 to 85.0)", "1/4 25.0 % (4.6 to 69.9)", "2.00     3.00",
+                     "not recovered, fell, first momentum: 1 of 4; for example exact model, seed 2:\n"
+                     "  saltus run push_recovery --set sensor.seed=2\n",
+                     "not recovered, slipped: 1 of 4", "not recovered, crashed: 1 of 4",
+                     "not hardware-safe, joint speed: 2 of 4", "not hardware-safe, limb contact: 2 of 4",
+                     "processor time: 8 s for 4 runs"):
+            self.assertIn(text, told)
+        self.assertIn("did you mean 'swing_side_7'", self.bench("robustness", "swing_side_8", status=2).stderr)
+        self.assertIn("no case has a condition 'x'", self.bench("robustness", "--conditions", "x", status=2).stderr)
+        self.assertIn("--seeds must be at least 1", self.bench("robustness", "--seeds", "0", status=2).stderr)
+
     def test_different_table_is_reported_with_skipped_ones(self):
         sys.path.insert(0, SCRIPTS)
         import campaign

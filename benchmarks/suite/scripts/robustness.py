@@ -15,7 +15,7 @@ import campaign
 from campaign import CampaignError
 
 FIXED = {"drives": "real", "sensors": "measured"}
-GRAVITY = 9.80665  # m/s^2
+GRAVITY = 9.81  # m/s^2, as in the simulators
 DIRECTIONS = 16
 SLOPE = 0.0875  # rise per metre: 5 degrees
 DELAY_TICKS = 5  # 10 ms in control periods of 2 ms
@@ -153,10 +153,10 @@ CAUSES = (
 
 
 def cause_of(reason):
-    for pattern, kind in CAUSES:
-        if re.search(pattern, reason):
-            return kind
-    return re.sub(r"\d+(\.\d+)?", "*", reason) or "unknown"
+    """A fall also names the limit that was exceeded first."""
+    last, _, first = reason.partition("; first")
+    kind = next((kind for pattern, kind in CAUSES if re.search(pattern, last)), re.sub(r"[\d.]+", "*", last))
+    return f"{kind}, first {cause_of(first)}" if first else kind
 
 
 def is_crashed(line):
@@ -214,7 +214,7 @@ def rate_table(lines):
 
 
 def failures(lines, commands):
-    """Sentences on each cause: number of cases, and a command that repeats one."""
+    """Two lines for each cause: the number of cases, and a command that repeats one."""
     found = {}
     for line in lines:
         for verdict, kinds in causes_of(line).items():
@@ -222,8 +222,8 @@ def failures(lines, commands):
                 found.setdefault((verdict, kind), []).append(line)
     for (verdict, kind), of in sorted(found.items(), key=lambda item: (item[0][0] != "not recovered", -len(item[1]))):
         drawn = of[0]["drawn"]
-        yield (f"{verdict}, {kind}: {len(of)} of {len(lines)}; {drawn['condition']}, seed {drawn['seed']}: "
-               f"saltus {shlex.join(commands[of[0]['problem']])}")
+        yield (f"{verdict}, {kind}: {len(of)} of {len(lines)}; for example {drawn['condition']}, seed {drawn['seed']}:\n"
+               f"  saltus {shlex.join(commands[of[0]['problem']])}")
 
 
 def write(records, out):
@@ -241,8 +241,8 @@ def write(records, out):
         about = EXPERIMENTS[name].about if name in EXPERIMENTS else "an experiment of another version"
         print(f"{name}, {mine[0]['drawn']['plant']}: {about}", file=out)
         table.write_rows(rate_table(mine), out)
-        for sentence in failures(mine, commands):
-            print(sentence, file=out)
+        for text in failures(mine, commands):
+            print(text, file=out)
         print(file=out)
     seconds = sum(line.get("times", {}).get("cpu_s", 0.0) for line in lines)
     print(f"processor time: {seconds:.0f} s for {len(lines)} runs", file=out)
