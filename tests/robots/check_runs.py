@@ -20,11 +20,12 @@ SKIPPED = 77
 GRAVITY = 9.81  # m/s^2
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 LOADED = 20.0  # N; below it the centre of pressure has no meaning
+SUNK = 0.8  # of the initial height of the CoM; below it a falling robot may touch the ground with its limbs
 # Largest deviations. Positions agree to rounding. Velocities come from differences over two control periods, and
 # impulses from one force per period, so a landing leaves errors there; these are root mean squares over the run. A
 # sole that tilts touches the ground with the edge of its box, which is slightly outside the rectangle.
-LIMITS = {"mass, kg": 1e-9, "CoM, m": 1e-9, "pose of soles": 1e-9, "velocity of CoM, m/s": 2e-3,
-          "angular momentum, Nms": 0.02, "linear impulse, N s": 0.3, "angular impulse, Nms": 0.1,
+LIMITS = {"mass, kg": 1e-9, "CoM, m": 1e-9, "pose of soles": 1e-9, "velocity of CoM, m/s": 5e-3,
+          "angular momentum, Nms": 0.05, "linear impulse, N s": 0.1, "angular impulse, Nms": 0.1,
           "centre of pressure outside sole, m": 1e-3}
 
 try:
@@ -114,7 +115,8 @@ def deviations(folder):
     told = np.hstack([mass * vectors(centre, "vel_", "xyz"), vectors(centre, "h_", "xyz")])
     wrong = (momentum - told)[1:-1]  # at the ends there is only a one-sided difference
     gained = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t)[:, None], axis=0)
-    missing = told[1:] - told[0] - gained
+    sunk = np.flatnonzero(com[:, 2] < SUNK * com[0, 2])
+    missing = (told[1:] - told[0] - gained)[:sunk[0] if len(sunk) else None]
     return {"mass, kg": abs(mass - summary["mass_kg"]), "CoM, m": np.abs(com - vectors(centre, "com_", "xyz")).max(),
             "pose of soles": place, "velocity of CoM, m/s": rms(wrong[:, :3]) / mass,
             "angular momentum, Nms": rms(wrong[:, 3:]), "linear impulse, N s": rms(missing[:, :3]),
@@ -123,8 +125,8 @@ def deviations(folder):
 
 def settings_of(draw, number):
     angle = draw.uniform(0.0, 2.0 * math.pi)
-    return {"plant": ("dart", "mujoco")[number % 2], "drives": draw.choice(("ideal", "real")),
-            "stance": draw.choice(("left", "right", "both")), "push.start": 1, "push.impulse": round(draw.uniform(3, 8), 3),
+    return {"plant": ("dart", "mujoco")[number % 2], "drives": ("ideal", "real")[number // 2 % 2],
+            "stance": draw.choice(("left", "right", "both")), "push.start": 1, "push.impulse": round(draw.uniform(3, 12), 3),
             "push.direction": f"[{math.cos(angle):.6f}, {math.sin(angle):.6f}, 0]", "sensor.seed": draw.randrange(1, 2 ** 31)}
 
 
@@ -148,7 +150,7 @@ def main():
             found = deviations(folder)
         bad = [name for name, value in found.items() if not value <= LIMITS[name]]
         is_good = is_good and not bad
-        print(", ".join(map(str, settings.values())))
+        print(" ".join(f"{key}={value}" for key, value in settings.items()))
         for name, value in found.items():
             print(f"  {name:<36}{value:.1e}{'  TOO LARGE' if name in bad else ''}")
     return 0 if is_good else 1
