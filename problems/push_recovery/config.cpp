@@ -76,9 +76,11 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("drives", {"real"},
            {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
             "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=3", "drive.damping=0.08",
-            "swing.clearance_m=0.012", "swing.apex=0.45", "swing.touch_speed_m_per_s=0.06",
+            "swing.clearance_m=0.012", "swing.apex=0.45", "swing.touch_speed_m_per_s=0.05",
             "whole_body.swing_foot=400", "whole_body.angular_momentum=20",
-            "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60"});
+            "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60",
+            "whole_body.estimate_support=true", "sensor.rocking_walk=0.02",
+            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
   // midway between heels and toes.
   s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));

@@ -7,6 +7,10 @@
 namespace saltus::push_recovery {
 namespace {
 
+Vec<double, 4> ends_of(const robots::FootRectangle& area) {
+  return {area.x.lower, area.x.upper, area.y.lower, area.y.upper};
+}
+
 // Sets the data of the tick that depend only on the scene, which changes only during a swing.
 void set_scene(const Scene& scene, Tick<double>& data) {
   data.left_foot = scene.sole(robots::Side::left).position;
@@ -14,6 +18,8 @@ void set_scene(const Scene& scene, Tick<double>& data) {
   const Vec<double, 2> target = scene.target_point();
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
+  data.left_support = ends_of(scene.rectangle(robots::Side::left));
+  data.right_support = ends_of(scene.rectangle(robots::Side::right));
   data.set_hull(scene.hull().half_planes(hull_rows));
   data.standing = scene.two_feet ? 0.0 : 1.0;
 }
@@ -65,7 +71,8 @@ class Mpc final : public Planner {
                           const Schedule& contacts) override {
     if (scene.two_feet != scene_.two_feet || scene.side != scene_.side ||
         scene.swing.position != scene_.swing.position ||
-        scene.stance.position != scene_.stance.position) {
+        scene.stance.position != scene_.stance.position ||
+        scene.stance_foot != scene_.stance_foot || scene.swing_foot != scene_.swing_foot) {
       scene_ = scene;
       set_scene(scene, data_);
     }
@@ -109,6 +116,7 @@ class Mpc final : public Planner {
     model.step = config.planner.step;
     model.intervals = config.planner.intervals;
     model.cost_rule = config.planner.costs;
+    model.estimates_support = config.foot_support.is_estimated;
     model.follows_motion = config.planning.leads_the_way();
     return problem(model, config.weights, data_at_rest(robot, scene),
                    first_contacts(config, scene));

@@ -43,6 +43,14 @@ struct Dynamics {
   }
 };
 
+/// Distances of the centre of pressure beyond the ends of the supported area, times the force.
+template <class F, class Ends>
+auto off_support(const F& wrench, const Ends& ends) {
+  using S = typename F::Scalar;
+  return Vec<S, 4>(ends[0] * wrench[2] + wrench[4], -ends[1] * wrench[2] - wrench[4],
+                   ends[2] * wrench[2] - wrench[3], -ends[3] * wrench[2] + wrench[3]);
+}
+
 }  // namespace
 
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
@@ -68,6 +76,12 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   const auto outside_hull = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
     const auto tick = view_as<Tick>(p);
     return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
+  };
+  const auto left_off_support = [](const auto&, const auto&, const auto& f, const auto& p) {
+    return off_support(f.template head<6>().eval(), view_as<Tick>(p).left_support);
+  };
+  const auto right_off_support = [](const auto&, const auto&, const auto& f, const auto& p) {
+    return off_support(f.template tail<6>().eval(), view_as<Tick>(p).right_support);
   };
   const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
   // While walking, the motion follows the step plan; otherwise it comes to rest at the target.
@@ -105,6 +119,12 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
                        during(left_support, double_support));
   robots::keep_in_cone(phase, "right foot", model.right_contact, 6,
                        during(right_support, double_support));
+  if (model.estimates_support) {
+    phase.keep("left foot on its support", left_off_support, at_most(0.0),
+               during(left_support, double_support));
+    phase.keep("right foot on its support", right_off_support, at_most(0.0),
+               during(right_support, double_support));
+  }
   for (int i = 0; i < 6; ++i) {
     phase.bound_input(i, exactly(0.0), during(right_support));
     phase.bound_input(6 + i, exactly(0.0), during(left_support));

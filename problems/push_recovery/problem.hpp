@@ -30,6 +30,7 @@ struct Model {
   double step = 0.01;                    // dt, s
   int intervals = 15;                    // N
   CostRule cost_rule = CostRule::nodes;  // the paper sums costs over the samples
+  bool estimates_support = false;        ///< keep the centres of pressure in the areas of the data
   bool follows_motion = false;  ///< follow the motion of the data instead of coming to rest at the
                                 ///< target
 };

@@ -20,6 +20,8 @@ struct Tick {
   /// hull = {x : normals x <= offsets}, m
   Mat<S, hull_rows, 2> hull_normals = Mat<S, hull_rows, 2>::Zero();
   Vec<S, hull_rows> hull_offsets = Vec<S, hull_rows>::Zero();
+  /// Ends of the supported parts of the soles: x, y, each lower and upper, sole frame, m.
+  Vec<S, 4> left_support = Vec<S, 4>::Zero(), right_support = Vec<S, 4>::Zero();
   S standing = 0.0;   ///< 1 while no step is planned, else 0
   S following = 0.0;  ///< 1 while steps follow a task, else 0
   // Planned motion (m) as coefficients of polynomials of the time since `motion_begin` (s,
@@ -30,8 +32,9 @@ struct Tick {
   using Entries =
       ParameterEntries<&Tick::com, &Tick::force, &Tick::omega, &Tick::left_foot, &Tick::right_foot,
                        &Tick::gamma_desired, &Tick::capture_point_desired, &Tick::hull_normals,
-                       &Tick::hull_offsets, &Tick::standing, &Tick::following, &Tick::motion_begin,
-                       &Tick::com_motion, &Tick::capture_motion>;
+                       &Tick::hull_offsets, &Tick::left_support, &Tick::right_support,
+                       &Tick::standing, &Tick::following, &Tick::motion_begin, &Tick::com_motion,
+                       &Tick::capture_motion>;
 
   void set_hull(const robots::SupportPolygon::HalfPlanes& hull) {  // hull_rows rows
     hull_normals = hull.A;

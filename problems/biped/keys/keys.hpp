@@ -30,6 +30,7 @@ void declare_settings(Settings& settings, WholeBodyController::Options& control)
 /// Declares whole_body.stance_stiffness.
 void declare_settings(Settings& settings, StanceFootOptions& stance);
 /// Declares swing.*
+void declare_settings(Settings& settings, FootSupportOptions& support);
 void declare_settings(Settings& settings, SwingOptions& swing);
 /// Declares drive.stiffness and drive.damping.
 void declare_settings(Settings& settings, DriveController::Options& drive);

@@ -57,6 +57,12 @@ void declare_settings(Settings& s, StanceFootOptions& stance) {
            at_least(0.0));
 }
 
+void declare_settings(Settings& s, FootSupportOptions& support) {
+  s.flag("whole_body.estimate_support", support.is_estimated,
+         "estimate from the forces on a foot which part of its sole the ground supports, and shift "
+         "load onto it only as it is carried");
+}
+
 void declare_settings(Settings& s, SwingOptions& swing) {
   s.number("swing.clearance_m", swing.clearance, "m",
            "largest height of the swing foot above the ground", above(0.0));
@@ -90,6 +96,10 @@ void declare_settings(Settings& s, SensorOptions& o, Estimator::Options& e) {
            "time constant of the filter of the joint velocities", at_least(0.0));
   s.number("sensor.standing_force", e.standing_force, "N",
            "a foot with a larger normal force is a landmark of the estimator", at_least(0.0));
+  s.number("sensor.rocking_walk", e.rocking_walk, "m/s^0.5",
+           "random walk, in the estimator, of the stance foot while it stands on an edge; 0: it "
+           "does not move",
+           between(0.0, 1.0));
   s.integer("sensor.seed", o.seed, "", "seed of the noise, the biases and the initial estimate",
             at_least(0.0));
 }

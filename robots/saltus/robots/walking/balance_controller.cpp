@@ -9,6 +9,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/whole_body/foot_support.hpp"
 #include "saltus/robots/whole_body/stance_foot.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 
@@ -63,7 +64,13 @@ BalanceController::BalanceController(BalanceController::Parts parts,
       swing_(std::make_unique<SwingFoot>(options_.swing)),
       stance_{std::make_unique<StanceFoot>(options_.stance),
               std::make_unique<StanceFoot>(options_.stance)},
+      support_{support_of(Side::left), support_of(Side::right)},
       swing_side_(other(options_.scene.side)) {}
+
+std::unique_ptr<FootSupport> BalanceController::support_of(Side side) const {
+  return std::make_unique<FootSupport>(options_.scene.rectangle(side),
+                                       model().mass() * standard_gravity, options_.support);
+}
 
 BalanceController::~BalanceController() = default;
 BalanceController::BalanceController(BalanceController&&) noexcept = default;
@@ -80,6 +87,9 @@ void BalanceController::start(const WholeBodyState& state, const Robot::Readings
   for (const Side side : {Side::left, Side::right}) stance(side).stand(model().sole(side).pose);
   tasks_.posture = state.q;
   applied_ = options_.scene.standing_wrenches(model().mass(), model().com());
+  expected_ = applied_;
+  for (const Side side : {Side::left, Side::right})
+    support(side).stand(applied_[side == Side::left ? 2 : 8]);
   commands_ = {};
   commands_.torques = VectorXd::Zero(state.q.size());
   if (parts_.drives) {
@@ -124,6 +134,10 @@ BalancePlanner::Estimate BalanceController::centroidal_estimate() const {
   e.applied = applied_;
   e.contact_force = levelled(e.left_sole).rotation * applied_.segment<3>(0) +
                     levelled(e.right_sole).rotation * applied_.segment<3>(6);
+  if (options_.support.is_estimated) {
+    e.left_support = support(Side::left).area();
+    e.right_support = support(Side::right).area();
+  }
   return e;
 }
 
@@ -140,6 +154,7 @@ void BalanceController::plan(double t) {
     swing_side_ = step.foot;
     stands(swing_side_) = false;
     swing_->hold(model().sole(swing_side_).pose);
+    support(swing_side_).stand(0.0);
     parts_.estimator->pin(other(swing_side_));
   }
   if (update_.step.has_target) {
@@ -155,6 +170,7 @@ void BalanceController::find_landing(double t) {
   if (!planner_.is_stepping() || !contact_.has_landed(t, estimate().contact(swing_side_))) return;
   stands(swing_side_) = true;
   stance(swing_side_).stand(model().sole(swing_side_).pose);
+  support(swing_side_).stand(estimate().contact(swing_side_).wrench[2]);
   planner_.land(t, model().sole(swing_side_).pose.translation());
   update_.has_landed = true;
 }
@@ -179,8 +195,20 @@ void BalanceController::control(double t) {
   for (const Side side : {Side::left, Side::right}) {
     if (!stands(side)) continue;
     const DynamicsModel::SoleMotion& sole = model().sole(side);
-    stance(side).advance(options_.control_period, sole, estimate().contact(side).wrench[2]);
+    const Vec<double, 6>& wrench = estimate().contact(side).wrench;
+    stance(side).advance(options_.control_period, sole, wrench[2]);
+    Vec<double, 6> in_sole;
+    in_sole << sole.pose.linear().transpose() * wrench.head<3>(),
+        sole.pose.linear().transpose() * wrench.tail<3>();
+    support(side).advance(options_.control_period, sole, in_sole,
+                          expected_.segment<6>(side == Side::left ? 0 : 6));
     (side == Side::left ? tasks_.left_hold : tasks_.right_hold) = stance(side).acceleration(sole);
+  }
+  if (options_.support.is_estimated) {
+    tasks_.left_support = support(Side::left).area();
+    tasks_.right_support = support(Side::right).area();
+    tasks_.left_most_load = support(Side::left).most_load();
+    tasks_.right_most_load = support(Side::right).most_load();
   }
   swing_->advance(t);
   tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
@@ -194,7 +222,7 @@ void BalanceController::control(double t) {
     commands_ = parts_.drives->update(command, estimate().state);
   else
     commands_.torques = command.torques;
-  applied_ = command.wrenches;
+  applied_ = expected_ = command.wrenches;
   for (const Side side : {Side::left, Side::right})
     rotate(into_sole[side == Side::right].transpose(), side, applied_);
 }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/planner.hpp"
@@ -16,6 +17,7 @@
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::robots {
+class FootSupport;
 class StanceFoot;
 class SwingFoot;
 }  // namespace saltus::robots
@@ -38,9 +40,15 @@ class BalancePlanner {
     /// Wrenches applied at present, left and right, axes of the level soles, N and Nm.
     Vec<double, 12> applied = Vec<double, 12>::Zero();
     Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< sum of their forces, N
+    /// Supported parts of the soles, in their frames. Empty: the rectangles of the robot.
+    std::optional<FootRectangle> left_support, right_support;
 
     /// Contact frame of one foot.
     const SoleFrame& sole(Side foot) const { return foot == Side::left ? left_sole : right_sole; }
+    /// Supported part of one sole.
+    const std::optional<FootRectangle>& support(Side foot) const {
+      return foot == Side::left ? left_support : right_support;
+    }
     /// Velocity of the origin of the sole.
     const Vec<double, 3>& sole_velocity(Side foot) const {
       return foot == Side::left ? left_velocity : right_velocity;
@@ -134,6 +142,7 @@ class BalanceController {
     double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
     double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
     StanceFootOptions stance{};     ///< hold of standing feet
+    FootSupportOptions support{};   ///< estimate of the ground below them
     SwingOptions swing{};           ///< motion of the swing foot
     Scene scene;                    ///< feet and target at the start
     Schedule contacts;              ///< contacts known at the start
@@ -193,6 +202,9 @@ class BalanceController {
   void plan(double t);
   void find_landing(double t);
   void control(double t);
+  std::unique_ptr<FootSupport> support_of(Side side) const;
+  FootSupport& support(Side foot) { return *support_[foot == Side::left ? 0 : 1]; }
+  const FootSupport& support(Side foot) const { return *support_[foot == Side::left ? 0 : 1]; }
   StanceFoot& stance(Side foot) { return *stance_[foot == Side::left ? 0 : 1]; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
 
@@ -204,9 +216,11 @@ class BalanceController {
   ContactEstimator contact_;
   std::unique_ptr<SwingFoot> swing_;
   std::array<std::unique_ptr<StanceFoot>, 2> stance_;
+  std::array<std::unique_ptr<FootSupport>, 2> support_;
   Side swing_side_;
   WholeBodyController::Tasks tasks_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
+  Vec<double, 12> expected_ = Vec<double, 12>::Zero();  // the same, axes of the soles
   Robot::Commands commands_;
   Update update_;
   Statistics statistics_;

@@ -44,6 +44,9 @@ StepSituation BalancePlanner::situation(double t, const BalancePlanner::Estimate
 BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
                                                       const BalancePlanner::Estimate& measured) {
   StepChange change;
+  for (const Side side : {Side::left, Side::right})
+    if (const std::optional<FootRectangle>& support = measured.support(side))
+      (side == scene_.side ? scene_.stance_foot : scene_.swing_foot) = *support;
   plan_ = steps_->plan(situation(t, measured));
   scene_.motion = plan_.motion;
   if (!plan_.is_stepping()) return change;

@@ -132,8 +132,8 @@ BalanceController make_balance_controller(const BipedProblem& problem,
   parts.wrenches = make_planner(problem, robot, scene);
   return {std::move(parts),
           {period, settings.control.period, settings.planner.step,
-           landed_share * robot.mass * standard_gravity, settings.stance_foot, settings.swing_foot,
-           scene, problem.contacts(scene)}};
+           landed_share * robot.mass * standard_gravity, settings.stance_foot,
+           settings.foot_support, settings.swing_foot, scene, problem.contacts(scene)}};
 }
 
 }  // namespace saltus::robots::walking

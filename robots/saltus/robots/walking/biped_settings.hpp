@@ -123,6 +123,7 @@ struct BipedSettings {
   WholeBodyController::Options control;     ///< whole-body controller
   DriveController::Options drive_control;   ///< commands for the drives
   StanceFootOptions stance_foot;            ///< hold of standing feet
+  FootSupportOptions foot_support;          ///< estimate of the ground below them
   SwingOptions swing_foot;                  ///< motion of the swing foot
   bool pictures = true;                     ///< draw pictures at the end
   double explain_limit = 10.0;  ///< time limit for explanations of unmet constraints, s; 0: none

@@ -78,8 +78,11 @@ void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
       forget(side);  // noise of the gyroscope acts on it through the lever arm
       continue;
     }
-    if (side != pin_) walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
     const bool rests = rests_[side == Side::left ? 0 : 1];
+    if (side != pin_)
+      walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
+    else if (!rests && options_.rocking_walk > 0.0)
+      walk(State::foot(State::foot_positions, side), 3, options_.rocking_walk);
     walk(State::foot(State::foot_turns, side), side == pin_ ? 2 : 3,
          rests ? options_.resting_turn_walk : options_.foot_turn_walk);
   }

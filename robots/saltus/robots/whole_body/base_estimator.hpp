@@ -20,6 +20,7 @@ struct BaseEstimatorOptions {
   double accelerometer_walk = 1e-4;   ///< random walk of the bias, m/s^3 per sqrt(Hz)
   /// Random walk of feet on the ground. For the pin only roll and pitch.
   double foot_walk = 0.02;       ///< m/s per sqrt(Hz)
+  double rocking_walk = 0.0;     ///< the same for the pin, while it stands on an edge
   double foot_turn_walk = 0.05;  ///< rad/s per sqrt(Hz)
   /// Random walk of the orientation of a sole at rest, with its centre of pressure away from the
   /// edges about which it could rotate. It makes the bias of the gyroscope observable within a

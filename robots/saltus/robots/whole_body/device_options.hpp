@@ -100,6 +100,23 @@ struct StanceFootOptions {
   double most_distance = 0.02, most_angle = 0.1;
 };
 
+/// Options of the estimate of the ground's support of a standing foot.
+struct FootSupportOptions {
+  bool is_estimated = false;  ///< False: every sole is supported as a whole.
+  double lag = 0.01;          ///< s, of the wrenches
+  double loaded = 0.1;        ///< weights; with less load the centre of pressure is uncertain
+  /// The supported area ends where the centre of pressure stays behind the commanded one. This
+  /// needs a distance of more than `apart` (m), of which the integral over time exceeds `missed`
+  /// (m s), and a sole that has turned by more than `tilted` (rad).
+  double apart = 0.008, missed = 4e-4, tilted = 0.006;
+  double settle = 0.2, forget = 0.6;  ///< s; a turn is forgotten, sooner by a sole that rests
+  double regain = 0.02;               ///< m/s, growth of the area below a sole that rests
+  double on_edge = 0.004;             ///< m; a centre of pressure this close to the rim is on it
+  /// A foot that has landed may be given the measured load times a factor and a first load
+  /// (weights). This ends when it has carried `proven` weights.
+  double more_load = 1.5, first_load = 0.3, proven = 0.45;
+};
+
 }  // namespace saltus::robots
 
 namespace saltus {  // deprecated names, removed in 0.4

@@ -17,7 +17,10 @@ class Estimator {
     double velocity_lag = 0.0015;  ///< s, lag of the joint velocities, without the encoder delay
     double standing_force = 40.0;  ///< N, vertical: contact begins above this load and ends at
                                    ///< half of it
-    double initial_tilt = 0.01;    ///< rad, standard deviation of the initial roll and pitch
+    /// Random walk of the foot that defines the world, while it stands on an edge, m/s per
+    /// sqrt(Hz). 0: the foot does not move.
+    double rocking_walk = 0.0;
+    double initial_tilt = 0.01;  ///< rad, standard deviation of the initial roll and pitch
   };
 
   virtual ~Estimator() = default;

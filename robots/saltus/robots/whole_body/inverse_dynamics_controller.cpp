@@ -46,6 +46,11 @@ qp::StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
   return qp::StageQp({stage});
 }
 
+int row_of_most_force(const ContactCone& cone) {
+  const auto found = std::find(cone.names.begin(), cone.names.end(), "normal force max");
+  return found == cone.names.end() ? -1 : static_cast<int>(found - cone.names.begin());
+}
+
 class InverseDynamicsController final : public WholeBodyController {
  public:
   InverseDynamicsController(const FloatingRobot& robot, const ContactCone::Options& left_contact,
@@ -58,6 +63,7 @@ class InverseDynamicsController final : public WholeBodyController {
         cones{contact_cone(left_contact), contact_cone(right_contact)},
         rectangle{left_contact.foot, right_contact.foot},
         pressure_rows{left_contact.edges + 2, right_contact.edges + 2},
+        most_force_row{row_of_most_force(cones[left]), row_of_most_force(cones[right])},
         qp(capacity(n, cones, gains_in.clearance)),
         point(qp),
         effort(n),
@@ -118,6 +124,7 @@ class InverseDynamicsController final : public WholeBodyController {
   FootRectangle rectangle[2];
   // first of four rows in the cone: centre of pressure x min, max, y min, max
   int pressure_rows[2];
+  int most_force_row[2];  // of the cone; -1: none
   qp::StageQp qp;
   qp::StagePoint point;
   VectorXd effort, smallest, largest;  // largest torque at rest, and range of torques at this speed
@@ -147,6 +154,7 @@ class InverseDynamicsController final : public WholeBodyController {
   void bound_torque(int joint);
   bool bound_torques_beyond();
   void set_limits(const WholeBodyState& state);
+  void keep_on_support(qp::RowGroup& cone, int foot, const WholeBodyController::Tasks& tasks) const;
   void keep_off_tipped_corners(qp::RowGroup& cone, int foot, const Mat<double, 3, 3>& sole) const;
   void set_clearance(const WholeBodyState& state);
   double approach_speed(double distance) const;
@@ -266,6 +274,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     cone.rows = 0;
     if (standing[foot] < 0) continue;
     keep_in_cone(cone, cones[foot], standing[foot]);
+    keep_on_support(cone, foot, tasks);
     keep_off_tipped_corners(cone, foot, soles[foot]->pose.linear());
 
     add_foot_acceleration(*soles[foot]);
@@ -318,6 +327,20 @@ bool InverseDynamicsController::bound_torques_beyond() {
     any = true;
   }
   return any;
+}
+
+// The cone has its rows of the normal force last.
+void InverseDynamicsController::keep_on_support(qp::RowGroup& cone, int foot,
+                                                const WholeBodyController::Tasks& tasks) const {
+  const std::optional<FootRectangle>& area =
+      foot == left ? tasks.left_support : tasks.right_support;
+  if (area) {
+    const double ends[] = {area->x.lower, -area->x.upper, area->y.lower, -area->y.upper};
+    for (int i = 0; i < 4; ++i) cone.M(pressure_rows[foot] + i, 2) = ends[i];
+  }
+  const double most = foot == left ? tasks.left_most_load : tasks.right_most_load;
+  if (most_force_row[foot] >= 0 && most < cone.upper[most_force_row[foot]])
+    cone.upper[most_force_row[foot]] = most;
 }
 
 // The ground supports a tipped sole only where the sole touches it, independent of the requested

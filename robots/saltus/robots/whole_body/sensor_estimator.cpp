@@ -60,6 +60,7 @@ BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
   o.gyroscope_bias = std::max(o.gyroscope_bias, sensors.gyroscope.bias);
   o.accelerometer_bias = std::max(o.accelerometer_bias, sensors.accelerometer.bias);
   o.turn = std::max(o.turn, options.initial_tilt);
+  o.rocking_walk = options.rocking_walk;
   return o;
 }
 
@@ -90,7 +91,8 @@ SensorEstimator::SensorEstimator(const FloatingRobot& robot, Side pin, const Sen
       base_(estimator_options(sensors, options)) {
   for (const auto& [name, value] : {std::pair{"lag of the velocities", options.velocity_lag},
                                     std::pair{"standing force", options.standing_force},
-                                    std::pair{"initial tilt", options.initial_tilt}})
+                                    std::pair{"initial tilt", options.initial_tilt},
+                                    std::pair{"walk of a rocking foot", options.rocking_walk}})
     if (!(value >= 0.0) || !std::isfinite(value))
       throw DefinitionError(fmt::format(
           "estimator: the {} is {}, expected a finite number of at least 0", name, value));

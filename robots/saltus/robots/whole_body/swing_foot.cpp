@@ -76,8 +76,9 @@ void SwingFoot::advance(double t) {
   const double dt = t - now_;
   now_ = t;
   if (!under_way_ || dt <= 0.0) return;
+  // The foot may still move forward when its descent has become slow, but not when it touches.
   for (int i = 0; i < 2; ++i)
-    minimum_jerk(place_[i], landing_time_ - touching() - t, dt, position_[i], velocity_[i],
+    minimum_jerk(place_[i], landing_time_ - 0.5 * touching() - t, dt, position_[i], velocity_[i],
                  acceleration_[i]);
   if (t < apex_time_) {
     minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2], velocity_[2],

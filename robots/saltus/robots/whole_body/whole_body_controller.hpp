@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "saltus/qp/qp_result.hpp"
@@ -26,6 +27,10 @@ class WholeBodyController {
     /// Accelerations of the left and right foot while they stand, in addition to the damping.
     Vec<double, 6> left_hold = Vec<double, 6>::Zero(), right_hold = Vec<double, 6>::Zero();
     VectorXd posture;  ///< desired joint positions, rad
+    /// Supported parts of the soles, in the sole frames. Empty: the rectangles of the robot.
+    std::optional<FootRectangle> left_support, right_support;
+    /// Largest vertical forces on the feet, N.
+    double left_most_load = infinity, right_most_load = infinity;
   };
 
   /// Torques, and diagnostics of their computation.

@@ -1,0 +1,89 @@
+#include "saltus/robots/whole_body/foot_support.hpp"
+
+#include <algorithm>
+
+namespace saltus::robots {
+namespace {
+
+// Smallest length of the area along an axis, m.
+constexpr double smallest = 0.01;
+
+// (forward, left), m.
+Vec<double, 2> pressure_of(const FootSupport::Wrench& wrench) {
+  return {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
+}
+
+// Share of a first-order filter in a step of dt.
+double share_of(double dt, double time) { return std::min(1.0, dt / time); }
+
+}  // namespace
+
+FootSupport::FootSupport(const FootRectangle& sole, double weight,
+                         const FootSupportOptions& options)
+    : sole_(sole), area_(sole), weight_(weight), options_(options) {}
+
+void FootSupport::stand(double load) {
+  area_ = sole_;
+  down_.setZero();
+  missed_.setZero();
+  measured_.setZero();
+  measured_[2] = load;
+  commanded_.setZero();
+  has_carried_ = has_carried(load);
+}
+
+double FootSupport::most_load() const {
+  if (!options_.is_estimated || has_carried_) return infinity;
+  return options_.more_load * std::max(0.0, measured_[2]) + options_.first_load * weight_;
+}
+
+void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, const Wrench& measured,
+                          const Wrench& commanded) {
+  if (!options_.is_estimated) return;
+  const double share = share_of(dt, options_.lag);
+  measured_ += share * (measured - measured_);
+  commanded_ += share * (commanded - commanded_);
+  has_carried_ |= has_carried(measured_[2]);
+  const double least = options_.loaded * weight_;
+  if (measured_[2] < least || commanded_[2] < least) return;
+
+  const Vec<double, 2> pressure = pressure_of(measured_), wanted = pressure_of(commanded_);
+  const Vec<double, 3> turn = sole.pose.linear().transpose() * sole.twist.head<3>();
+  const bool rests = (wanted - pressure).cwiseAbs().maxCoeff() < options_.apart;
+  down_ *= 1.0 - share_of(dt, rests ? options_.settle : options_.forget);
+  down_ += dt * Vec<double, 2>(turn[1], -turn[0]);
+  for (const int axis : {0, 1}) {
+    Bounds& area = axis == 0 ? area_.x : area_.y;
+    const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
+    const double at = std::clamp(pressure[axis], whole.lower, whole.upper);
+    const double more = rests ? options_.regain * dt : 0.0;
+    area.lower = std::max(whole.lower, std::min(area.lower - more, at));
+    area.upper = std::min(whole.upper, std::max(area.upper + more, at));
+    end_area(axis, at, wanted[axis], dt);
+  }
+}
+
+// Ends the area at the centre of pressure if the sole has turned over an edge there.
+void FootSupport::end_area(int axis, double pressure, double wanted, double dt) {
+  Bounds& area = axis == 0 ? area_.x : area_.y;
+  const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
+  // A sole on its rim turns until it is flat.
+  if (pressure < whole.lower + options_.on_edge || pressure > whole.upper - options_.on_edge)
+    return;
+  for (const int end : {0, 1}) {
+    const double sign = end == 0 ? -1.0 : 1.0;
+    const double beyond = sign * (wanted - pressure) - options_.apart;
+    double& missed = missed_(axis, end);
+    if (beyond > 0.0 && sign * down_[axis] > options_.tilted)
+      missed += beyond * dt;
+    else
+      missed *= 1.0 - share_of(dt, options_.lag);
+    if (missed < options_.missed) continue;
+    if (end == 0)
+      area.lower = std::min(std::max(area.lower, pressure), area.upper - smallest);
+    else
+      area.upper = std::max(std::min(area.upper, pressure), area.lower + smallest);
+  }
+}
+
+}  // namespace saltus::robots

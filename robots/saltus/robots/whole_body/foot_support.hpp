@@ -1,0 +1,48 @@
+// Area and load with which the ground supports a standing foot.
+#pragma once
+
+#include "saltus/robots/whole_body/device_options.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
+
+namespace saltus::robots {
+
+/// Estimates from the measured wrench which part of a sole the ground supports, and how much load
+/// the foot may be given. No plan knows whether a sole has landed on an edge or a slope.
+///
+/// If a sole turns over an edge, its centre of pressure stays at the edge while the commanded one
+/// lies beyond. The area then ends there. It grows again as soon as the ground carries load
+/// further out. A foot that has just landed may be given the load that it carries already, and a
+/// little more.
+class FootSupport {
+ public:
+  /// Wrenches of the ground on the foot: (force N | torque Nm), axes of the sole.
+  using Wrench = Vec<double, 6>;
+
+  /// `sole`: the rectangle of the foot; `weight` of the robot, N.
+  FootSupport(const FootRectangle& sole, double weight, const FootSupportOptions& options);
+
+  /// Begins to stand with the whole sole and this load (N).
+  void stand(double load);
+  /// Advances by `dt` (s). `commanded` is the wrench that the controller expected.
+  void advance(double dt, const DynamicsModel::SoleMotion& sole, const Wrench& measured,
+               const Wrench& commanded);
+
+  /// Part of the sole that is supported, in the sole frame.
+  const FootRectangle& area() const { return area_; }
+  /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
+  double most_load() const;
+
+ private:
+  void end_area(int axis, double pressure, double wanted, double dt);
+  bool has_carried(double load) const { return load > options_.proven * weight_; }
+
+  FootRectangle sole_, area_;
+  double weight_;
+  FootSupportOptions options_;
+  bool has_carried_ = false;
+  Vec<double, 2> down_ = Vec<double, 2>::Zero();          // angles of front and left edge, rad
+  Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero();  // m s; axis by lower and upper end
+  Wrench measured_ = Wrench::Zero(), commanded_ = Wrench::Zero();  // filtered
+};
+
+}  // namespace saltus::robots
