@@ -258,7 +258,8 @@ TEST(UrdfModel, MergesMasslessLinksIntoTheirBody) {
         "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"2\"/><inertia ixx=\"0.1\" "
         "iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><link "
         "name=\"sensor\"><inertial><mass value=\"0.1\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
-        "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"j\" type=\"{}\"><parent "
+        "ixy=\"0\" ixz=\"1e-20\" iyz=\"0\"/></inertial></link><joint name=\"j\" "
+        "type=\"{}\"><parent "
         "link=\"a\"/><child link=\"sensor\"/><axis xyz=\"0 0 1\"/></joint></robot>",
         joint_type);
   };

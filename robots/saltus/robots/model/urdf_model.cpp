@@ -108,7 +108,10 @@ void check_inertial(const UrdfModel::Link& link, const std::string& source) {
   if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
   if (link.mass == 0.0) return;  // a massless frame; its inertia is ignored
   const Vec<double, 3> moments = principal_moments(link.inertia);
-  // A point mass may be fixed to a body: see check_rigid_groups().
+  // A point mass may be fixed to a body: see check_rigid_groups(). Its moments are zero up to the
+  // rounding of the file's author.
+  constexpr double no_radius = 1e-8;  // m, radius of gyration
+  if (moments.cwiseAbs().maxCoeff() < no_radius * no_radius * link.mass) return;
   if (moments[0] < 0.0 || (moments[0] == 0.0 && moments[2] > 0.0))
     fail(fmt::format("has an inertia that is not positive ({})", text_of(moments)));
   // Files carry about six digits. A flat body, for which the sum is exact, must pass.
