@@ -251,7 +251,8 @@ double start_of_limb(const Survey& survey, const robots::RobotDescription::Mirro
     start = survey.pose(i).translation().z();
     ++count;
   }
-  return count < fewest ? infinity : start;
+  if (count < fewest) return infinity;
+  return start;
 }
 
 // The two lowest groups that no arm carries. Legs begin lower than arms, whatever their names are.
