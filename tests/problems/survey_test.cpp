@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "problems/biped/survey/foot_reach.hpp"
+#include "problems/biped/survey/leg.hpp"
 #include "problems/biped/survey/limbs.hpp"
 #include "problems/biped/survey/posture_search.hpp"
 #include "problems/biped/survey/robot_check.hpp"
@@ -30,7 +33,8 @@ class Biped {
  public:
   std::string soles = "_foot", effort = "80";
   const char *knee_axis = "0 1 0", *knee_lower = "0", *knee_upper = "2.4";
-  double foot_height = 0.05;
+  double foot_height = 0.05, foot_mass = 0.8, foot_inertia_size = 0.1;  // m, kg, m
+  double mass_unit = 1.0;                                               // kg
 
   std::string urdf() const {
     std::string text = "<robot name=\"boxes\">" + link("pelvis", 10.0, 0.2, 0.0);
@@ -55,7 +59,8 @@ class Biped {
                  knee_lower, knee_upper) +
            link(name("ankle"), 0.2, 0.03, 0.0) +
            joint("leg_" + side + "_ankle_pitch", name("shin"), name("ankle"), "0 1 0", "0 0 -0.4") +
-           "<link name=\"" + side + soles + "\">" + inertial(0.8, 0.1, -0.5 * foot_height) +
+           "<link name=\"" + side + soles + "\">" +
+           inertial(foot_mass, foot_inertia_size, -0.5 * foot_height) +
            "<collision><origin xyz=\"0.03 0 " + std::to_string(-0.5 * foot_height) +
            "\"/><geometry><box size=\"0.2 0.1 " + std::to_string(foot_height) +
            "\"/></geometry></collision></link>" +
@@ -66,13 +71,14 @@ class Biped {
            link(name("finger"), 0.02, 0.02, 0.0) +
            joint("finger_" + side, name("arm"), name("finger"), "0 1 0", "0 0 -0.3");
   }
-  static std::string inertial(double mass, double size, double z) {
-    const std::string I = std::to_string(mass * size * size / 6.0);
+  std::string inertial(double mass, double size, double z) const {
+    mass *= mass_unit;
+    const std::string I = fmt::format("{:.9g}", mass * size * size / 6.0);
     return "<inertial><origin xyz=\"0 0 " + std::to_string(z) + "\"/><mass value=\"" +
-           std::to_string(mass) + "\"/><inertia ixx=\"" + I + "\" iyy=\"" + I + "\" izz=\"" + I +
-           "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+           fmt::format("{:.9g}", mass) + "\"/><inertia ixx=\"" + I + "\" iyy=\"" + I + "\" izz=\"" +
+           I + "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
   }
-  static std::string link(const std::string& name, double mass, double size, double z) {
+  std::string link(const std::string& name, double mass, double size, double z) const {
     return "<link name=\"" + name + "\">" + inertial(mass, size, z) + "</link>";
   }
   std::string joint(const std::string& name, const std::string& parent, const std::string& child,
@@ -84,6 +90,24 @@ class Biped {
            "\" velocity=\"6\"/></joint>";
   }
 };
+
+// Replaces the first `from` after the first `after`.
+std::string edited(std::string text, const std::string& after, const std::string& from,
+                   const std::string& to) {
+  const std::size_t at = text.find(from, text.find(after));
+  EXPECT_NE(at, std::string::npos) << after << " " << from;
+  return text.replace(at, from.size(), to);
+}
+
+robots::UrdfModel model_of(const std::string& urdf) {
+  return robots::UrdfModel::parse(urdf, "boxes.urdf");
+}
+
+std::string with_word(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
 
 bool holds(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
@@ -146,6 +170,92 @@ TEST(Limbs, NamesMissingPartsWithTheirRemedy) {
       "iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link></robot>",
       "stick.urdf");
   EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "form left and right pairs"));
+}
+
+// Two arms of three joints, down to boxes below the feet. `names` are those of the joints.
+std::string long_arms(const std::array<const char*, 3>& names) {
+  std::string text;
+  for (const std::string side : {"left", "right"}) {
+    std::string parent = "chest";
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const std::string child = side + "_part" + std::to_string(k);
+      const std::string at = k == 0 ? (side == "left" ? "0 0.4 0.3" : "0 -0.4 0.3") : "0 0 -0.5";
+      text += "<link name=\"" + child +
+              "\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" "
+              "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>" +
+              (k == 2 ? "<collision><origin xyz=\"0 0 -0.5\"/><geometry><box size=\"0.1 0.1 0.1\"/>"
+                        "</geometry></collision>"
+                      : "") +
+              "</link><joint name=\"" + side + "_" + names[k] +
+              "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+              "\"/><origin xyz=\"" + at +
+              "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" "
+              "velocity=\"6\"/></joint>";
+      parent = child;
+    }
+  }
+  return text;
+}
+
+TEST(Limbs, HandsAreNeverFeet) {
+  for (const auto& names : {std::array<const char*, 3>{"shoulder", "elbow", "wrist"},
+                            std::array<const char*, 3>{"x1", "x2", "x3"}}) {
+    const Limbs limbs =
+        find_limbs(model_of(edited(Biped().urdf(), "", "</robot>", long_arms(names) + "</robot>")));
+    EXPECT_EQ(limbs.left.sole, "left_foot");
+    EXPECT_EQ(limbs.right.sole, "right_foot");
+  }
+  const std::string torso =
+      "<robot name=\"torso\"><link name=\"chest\"><inertial><mass value=\"5\"/><inertia "
+      "ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>" +
+      long_arms({"shoulder", "elbow", "wrist"}) + "</robot>";
+  EXPECT_TRUE(contains(complaint([&] { find_limbs(model_of(torso)); }),
+                       "the robot has no legs, because its lowest links, \"left_part2\""));
+}
+
+TEST(Limbs, SidesMayBeSingleLettersInOrAtTheEndOfNames) {
+  const std::string urdf = with_word(with_word(Biped().urdf(), "_left", "_l"), "_right", "_r");
+  const robots::RobotDescription::Mirror inside = find_limbs(model_of(urdf)).mirror;
+  EXPECT_EQ(inside.namesake("leg_l_roll"), "leg_r_roll");
+  std::string suffixed = urdf;
+  for (const char* part : {"pitch", "roll", "knee", "ankle_pitch", "ankle_roll", "lift"})
+    for (const char* side : {"l", "r"})
+      for (const char* limb : {"leg", "arm"})
+        suffixed = with_word(suffixed, fmt::format("\"{}_{}_{}\"", limb, side, part),
+                             fmt::format("\"{}_{}_{}\"", limb, part, side));
+  const robots::RobotDescription::Mirror at_end = find_limbs(model_of(suffixed)).mirror;
+  EXPECT_EQ(at_end.namesake("leg_roll_l"), "leg_roll_r");
+  EXPECT_EQ(at_end.namesake("leg_roll_r"), "leg_roll_l");
+}
+
+TEST(Limbs, RefusesOtherUnitsExchangedSidesAndCoupledLegs) {
+  const std::string urdf = Biped().urdf();
+  const auto complaint_of = [](const std::string& text) {
+    return complaint([&] { find_limbs(model_of(text)); });
+  };
+  std::string millimetres;
+  for (std::size_t at = 0; at < urdf.size();) {
+    const std::size_t start = std::min(urdf.find("origin xyz=\"", at), urdf.find("size=\"", at));
+    if (start == std::string::npos) {
+      millimetres += urdf.substr(at);
+      break;
+    }
+    const std::size_t from = urdf.find('"', start) + 1, to = urdf.find('"', from);
+    millimetres += urdf.substr(at, from - at);
+    std::istringstream numbers(urdf.substr(from, to - from));
+    for (double x; numbers >> x;) millimetres += fmt::format("{} ", 1e3 * x);
+    at = to;
+  }
+  EXPECT_TRUE(contains(complaint_of(millimetres), "write all lengths in m"));
+  EXPECT_TRUE(contains(complaint_of(with_word(urdf, "size=\"0.2 0.1 ", "size=\"200 100 ")),
+                       "scale=\"0.001 0.001 0.001\""));
+  const std::string exchanged =
+      with_word(with_word(with_word(urdf, "left", "?"), "right", "left"), "?", "right");
+  EXPECT_TRUE(contains(complaint_of(exchanged), "left and right are exchanged"));
+  EXPECT_TRUE(
+      contains(complaint_of(edited(urdf, "joint name=\"leg_left_knee\"", "<axis",
+                                   "<mimic joint=\"leg_left_pitch\" multiplier=\"2\"/><axis")),
+               "joint \"leg_left_knee\" of a leg follows \"leg_left_pitch\" by <mimic>"));
 }
 
 double distance(const robots::RobotDescription::LinkCapsule& limb, const Vec<double, 3>& point) {
@@ -338,6 +448,129 @@ TEST(SurveyedRobot, LoadedKneeBendsTowardsItsLargerRange) {
     const char* knee = posture.stance == robots::Stance::left ? "leg_left_knee" : "leg_right_knee";
     EXPECT_GT(posture.joints.at(knee), 0.0) << posture.name;
   }
+}
+
+// Knees of any range bend forward, in both legs and in every posture.
+TEST(SurveyedRobot, KneesBendForward) {
+  for (const char* lower : {"-2.4", "-0.6", "-0.05"}) {
+    Biped biped;
+    biped.knee_lower = lower;
+    const robots::UrdfModel model = biped.model();
+    const robots::RobotDescription robot = survey_robot(model).description;
+    for (const robots::StandingPosture& posture : robot.postures)
+      for (const std::string& sole : {robot.left_sole, robot.right_sole})
+        EXPECT_GT(knee_ahead(model, find_leg(model, sole), posture.joints), 0.01)  // m
+            << lower << posture.name << sole;
+    EXPECT_TRUE(holds(subjects(check(model, robot), Finding::Level::good), "knees"));
+  }
+}
+
+// Text of the findings on the subject that are not good.
+std::string doubts(const std::string& subject, const robots::UrdfModel& model,
+                   const robots::RobotDescription& robot, Finding::Level level) {
+  std::string text;
+  for (const Finding& f : check(model, robot))
+    if (f.subject == subject && f.level == level) text += f.text + "\n";
+  return text;
+}
+
+TEST(Doubts, KneesThatBendTheWrongWay) {
+  const auto wrong = Finding::Level::wrong;
+  Biped loose;
+  loose.knee_lower = "-0.6";
+  robots::RobotDescription robot = survey_robot(loose.model()).description;
+  EXPECT_EQ(doubts("knees", loose.model(), robot, wrong), "");
+  robot.postures[0].joints["leg_left_knee"] = -0.3;
+  EXPECT_TRUE(contains(doubts("knees", loose.model(), robot, wrong),
+                       "in \"left_stance\" the knee \"leg_left_knee\" is"));
+  Biped backwards;
+  backwards.knee_lower = "-2.4";
+  backwards.knee_upper = "0.1";
+  robot.postures.clear();
+  EXPECT_TRUE(contains(doubts("knees", backwards.model(), robot, wrong),
+                       "\"leg_left_knee\" bends the shin backwards by at most 0.10 rad"));
+  robots::RobotDescription heels = robot;
+  for (robots::FootRectangle* foot : {&heels.left_foot, &heels.right_foot})
+    foot->x = between(-0.13, 0.07);
+  EXPECT_TRUE(contains(doubts("knees", backwards.model(), heels, wrong), "are exchanged"));
+  EXPECT_TRUE(contains(doubts("knees", Biped().model(), heels, Finding::Level::note),
+                       "the forward direction is doubtful"));
+}
+
+TEST(Doubts, Units) {
+  const robots::RobotDescription robot = survey_robot(Biped().model()).description;
+  const auto wrong = [&](const Biped& biped) {
+    return doubts("units", biped.model(), robot, Finding::Level::wrong);
+  };
+  EXPECT_EQ(wrong(Biped()), "");
+  Biped grams;
+  grams.mass_unit = 1e3;
+  EXPECT_TRUE(contains(wrong(grams), "4.004e+04 kg is too heavy"));
+  Biped tonnes;
+  tonnes.mass_unit = 1e-3;
+  EXPECT_TRUE(contains(wrong(tonnes), "is too light"));
+  Biped leaden;
+  leaden.foot_mass = 40.0;
+  EXPECT_TRUE(contains(wrong(leaden), "\"left_foot\" has 40 kg"));
+  Biped spread;
+  spread.foot_inertia_size = 0.8;
+  EXPECT_TRUE(contains(doubts("units", spread.model(), robot, Finding::Level::note),
+                       "the radii of gyration of \"left_foot\" and \"right_foot\""));
+  robots::RobotDescription giant = robot;
+  Biped biped;
+  for (robots::StandingPosture& p : giant.postures) p.com *= 1e3;
+  EXPECT_TRUE(
+      contains(doubts("units", biped.model(), giant, Finding::Level::wrong), "write lengths in m"));
+}
+
+TEST(Doubts, CoupledAndFrozenJoints) {
+  const std::string urdf = Biped().urdf();
+  robots::RobotDescription robot = survey_robot(model_of(urdf)).description;
+  robot.postures.clear();
+  const auto coupled = model_of(
+      edited(urdf, "joint name=\"finger_left\"", "<axis", "<mimic joint=\"arm_left_lift\"/><axis"));
+  EXPECT_TRUE(contains(doubts("joints", coupled, robot, Finding::Level::note),
+                       "\"finger_left\" follow moving joints by <mimic>"));
+  EXPECT_FALSE(holds(find_limbs(model_of(edited(urdf, "joint name=\"arm_left_lift\"", "<axis",
+                                                "<mimic joint=\"waist_yaw\"/><axis")))
+                         .joints,
+                     "arm_left_lift"));
+  robots::RobotDescription driven = robot;
+  driven.joints.emplace_back().name = "finger_left";
+  EXPECT_TRUE(contains(doubts("masses", coupled, driven, Finding::Level::wrong),
+                       "joint \"finger_left\" follows \"arm_left_lift\" by <mimic>"));
+
+  const auto bent = [&](const char* joint) {
+    return model_of(
+        edited(urdf, fmt::format("joint name=\"{}\"", joint), "lower=\"-1.5", "lower=\"0.2"));
+  };
+  EXPECT_TRUE(contains(doubts("joints", bent("finger_left"), robot, Finding::Level::note),
+                       "\"finger_left\" are frozen at zero, outside their limits"));
+  std::erase_if(robot.joints, [](const auto& joint) { return joint.name == "arm_left_lift"; });
+  EXPECT_TRUE(contains(doubts("joints", bent("arm_left_lift"), robot, Finding::Level::wrong),
+                       "\"arm_left_lift\" is frozen at zero, 0.2 rad outside its limits"));
+}
+
+TEST(Doubts, DifferentSides) {
+  const std::string urdf = Biped().urdf();
+  robots::RobotDescription robot = survey_robot(model_of(urdf)).description;
+  robot.postures.clear();
+  const auto notes = [&](const std::string& after, const std::string& from, const std::string& to) {
+    return doubts("sides", model_of(edited(urdf, after, from, to)), robot, Finding::Level::note);
+  };
+  EXPECT_TRUE(holds(subjects(check(model_of(urdf), robot), Finding::Level::good), "sides"));
+  EXPECT_TRUE(contains(notes("link name=\"shin_right\"", "mass value=\"2\"", "mass value=\"2.3\""),
+                       "different masses on the left and right: \"shin_left\" has 2 kg"));
+  EXPECT_TRUE(contains(notes("link name=\"arm_right\"", "xyz=\"0 0", "xyz=\"0.02 0"),
+                       "the CoMs of \"arm_left\" and \"arm_right\" are 20 mm"));
+  EXPECT_TRUE(contains(notes("joint name=\"leg_right_knee\"", "upper=\"2.4", "upper=\"2.0"),
+                       "joint \"leg_left_knee\" has 0 to 2.4 rad"));
+  EXPECT_TRUE(contains(notes("joint name=\"arm_right_lift\"", "effort=\"80", "effort=\"8"),
+                       "joint \"arm_left_lift\" has 80 Nm"));
+  EXPECT_TRUE(contains(notes("joint name=\"arm_right_lift\"", "axis xyz=\"1 0", "axis xyz=\"1 1"),
+                       "are 0.79 rad apart"));
+  EXPECT_TRUE(contains(notes("joint name=\"leg_right_knee\"", "0 0 -0.4", "0 0 -0.41"),
+                       "the left thigh is 400.0 mm long and the right one 410.0 mm"));
 }
 
 TEST(RobotVerb, PrintsUsageWithoutArguments) {

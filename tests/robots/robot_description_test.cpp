@@ -148,6 +148,17 @@ TEST(RobotDescription, MirrorImageSwapsSidesAndReversesNamedJoints) {
   EXPECT_EQ(back.joints, robot.posture("crouch").joints);
 }
 
+TEST(RobotDescription, SidesAreMarkedAtTheBeginningTheEndOrInside) {
+  const auto namesake = [](const char* left, const char* right, const char* joint) {
+    return robots::RobotDescription::Mirror{left, right, {}}.namesake(joint);
+  };
+  EXPECT_EQ(namesake("l_", "r_", "r_hip_l"), "l_hip_l");
+  EXPECT_EQ(namesake("_l", "_r", "hip_roll_l"), "hip_roll_r");
+  EXPECT_EQ(namesake("_l", "_r", "hip_roll"), "hip_roll");
+  EXPECT_EQ(namesake("l", "r", "torso_roll"), "torso_roll");
+  EXPECT_EQ(namesake("_l_", "_r_", "hip_r_roll"), "hip_l_roll");
+}
+
 TEST(RobotDescription, RejectsMirrorImagesWithoutRuleOrOriginal) {
   const std::string image = "  other: {mirror_of: crouch}\n";
   expect_has(complaint(sample + image), "postures.other.mirror_of needs the key mirror");

@@ -170,6 +170,33 @@ TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
   EXPECT_NEAR(foot.contact_plane_offset, -0.016, 1e-15);
 }
 
+// A bevelled toe touches the ground with its edge, and does not change the rectangle. A lower one
+// is rejected.
+TEST(UrdfModel, LeavesOutRotatedBoxesThatAreNotLower) {
+  const auto foot_with_toe = [](const char* xyz) {
+    std::string toe = foot_box;
+    toe.replace(toe.find("xyz=\""), toe.find("\"/>") - toe.find("xyz=\""),
+                std::string("xyz=\"") + xyz + "\" rpy=\"0 0.5 0");
+    return robots::UrdfModel::parse(one_leg(foot_box + toe), "robot.urdf").foot("sole");
+  };
+  const robots::UrdfModel::Foot plain =
+      robots::UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
+  const robots::UrdfModel::Foot foot = foot_with_toe("0.1 0 -0.1");
+  EXPECT_EQ(foot.contact_plane_offset, plain.contact_plane_offset);
+  EXPECT_EQ(foot.rectangle.x.upper, plain.rectangle.x.upper);
+  expect_has(input_error([&] { foot_with_toe("0.1 0 0.1"); }), "rotated relative to the frame");
+}
+
+TEST(UrdfModel, KeepsTheLeaderOfACoupledJoint) {
+  std::string text = one_leg();
+  const std::size_t at = text.find("<axis", text.find("\"knee\""));
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at, "<mimic joint=\"hip\"/>");
+  const robots::UrdfModel model = robots::UrdfModel::parse(text, "robot.urdf");
+  for (const robots::UrdfModel::Link& link : model.links())
+    EXPECT_EQ(link.joint.leader, link.joint.name == "knee" ? "hip" : "") << link.joint.name;
+}
+
 TEST(UrdfModel, RejectsAFootWithoutRectangle) {
   const auto foot_complaint = [](const std::string& inside) {
     return input_error(
@@ -231,7 +258,8 @@ TEST(UrdfModel, MergesMasslessLinksIntoTheirBody) {
         "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"2\"/><inertia ixx=\"0.1\" "
         "iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><link "
         "name=\"sensor\"><inertial><mass value=\"0.1\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
-        "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"j\" type=\"{}\"><parent "
+        "ixy=\"0\" ixz=\"1e-20\" iyz=\"0\"/></inertial></link><joint name=\"j\" "
+        "type=\"{}\"><parent "
         "link=\"a\"/><child link=\"sensor\"/><axis xyz=\"0 0 1\"/></joint></robot>",
         joint_type);
   };

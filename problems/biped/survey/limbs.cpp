@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "saltus/core/text.hpp"
@@ -89,6 +90,16 @@ int sole_link(const robots::UrdfModel& model, const Survey& survey, int group) {
       best_rank = rank;
     }
   }
+  const Mat<double, 3, 3> half_turn = Vec<double, 3>(-1.0, -1.0, 1.0).asDiagonal();
+  for (std::size_t i = 0; i < survey.links().size() && best < 0; ++i) {
+    const int link = static_cast<int>(i);
+    if (survey.group(link) == group && survey.pose(link).linear().isApprox(half_turn, parallel))
+      throw InputError(
+          fmt::format("{}: by the names of the joints, left and right are exchanged: \"{}\" is on "
+                      "the other side "
+                      "of the robot, seen along its x axis; correct the names, or turn x forward",
+                      model.source(), survey.link(link).name));
+  }
   if (best < 0)
     throw InputError(fmt::format(
         "{}: no link fixed to \"{}\" has x forward, y to the left and z up when all joints are at "
@@ -130,27 +141,6 @@ FoundFoot foot_of_group(const robots::UrdfModel& model, const Survey& survey, in
   return foot;
 }
 
-// The two lowest groups.
-std::pair<int, int> feet(const robots::UrdfModel& model, const Survey& survey) {
-  constexpr double level = 0.02;  // m, largest height difference of the two
-  std::vector<std::pair<double, int>> lowest;
-  for (std::size_t i = 0; i < survey.links().size(); ++i) {
-    const int link = static_cast<int>(i);
-    if (survey.group(link) != link) continue;
-    double z = infinity;
-    for (const Vec<double, 3>& p : survey.points_of_group(link)) z = std::min(z, p.z());
-    if (z < infinity) lowest.emplace_back(z, link);
-  }
-  std::sort(lowest.begin(), lowest.end());
-  if (lowest.size() < 2 || lowest[1].first > lowest[0].first + level ||
-      (lowest.size() > 2 && lowest[2].first < lowest[1].first + 1e-3))
-    throw InputError(
-        fmt::format("{}: with all joints at zero, the lowest links are not two feet at the same "
-                    "height; model the robot standing, with the z axis of the root link up",
-                    model.source()));
-  return {lowest[0].second, lowest[1].second};
-}
-
 bool moves(const robots::UrdfModel::Link& link) {
   return link.parent >= 0 && link.joint.motion == robots::UrdfModel::Joint::Motion::revolute;
 }
@@ -161,6 +151,11 @@ std::vector<int> chain(const robots::UrdfModel& model, const Survey& survey, int
   for (int i = group; i >= 0; i = survey.link(i).parent) {
     const robots::UrdfModel::Link& link = survey.link(i);
     if (link.parent < 0 || link.joint.motion == robots::UrdfModel::Joint::Motion::fixed) continue;
+    if (!link.joint.leader.empty())
+      throw InputError(fmt::format(
+          "{}: joint \"{}\" of a leg follows \"{}\" by <mimic>, so it has no motor of its "
+          "own; remove its <mimic>",
+          model.source(), link.joint.name, link.joint.leader));
     if (!moves(link) || !(link.joint.effort > 0.0))
       throw InputError(
           fmt::format("{}: joint \"{}\" of a leg {}; give it {}", model.source(), link.joint.name,
@@ -176,23 +171,33 @@ bool is_of_left(const robots::RobotDescription::Mirror& mirror, const std::strin
   if (mirror.namesake(joint) == joint) return false;
   if (joint.starts_with(mirror.left) || joint.starts_with(mirror.right))
     return joint.starts_with(mirror.left);
+  if (joint.ends_with(mirror.left) || joint.ends_with(mirror.right))
+    return joint.ends_with(mirror.left);
   return joint.find(mirror.left) != std::string::npos;
+}
+
+std::set<std::string> names_of_joints(const Survey& survey) {
+  std::set<std::string> names;
+  for (const robots::UrdfModel::Link& link : survey.links())
+    if (moves(link)) names.insert(link.joint.name);
+  return names;
 }
 
 // The pair of words whose exchange maps the most joint names onto each other.
 robots::RobotDescription::Mirror names_of_sides(const robots::UrdfModel& model,
                                                 const Survey& survey) {
-  constexpr std::array<std::pair<const char*, const char*>, 8> words{{{"left", "right"},
-                                                                      {"Left", "Right"},
-                                                                      {"LEFT", "RIGHT"},
-                                                                      {"l_", "r_"},
-                                                                      {"L_", "R_"},
-                                                                      {"l", "r"},
-                                                                      {"L", "R"},
-                                                                      {"_l", "_r"}}};
-  std::set<std::string> names;
-  for (const robots::UrdfModel::Link& link : survey.links())
-    if (moves(link)) names.insert(link.joint.name);
+  constexpr std::array<std::pair<const char*, const char*>, 11> words{{{"left", "right"},
+                                                                       {"Left", "Right"},
+                                                                       {"LEFT", "RIGHT"},
+                                                                       {"l_", "r_"},
+                                                                       {"L_", "R_"},
+                                                                       {"l", "r"},
+                                                                       {"L", "R"},
+                                                                       {"_l_", "_r_"},
+                                                                       {"_L_", "_R_"},
+                                                                       {"_l", "_r"},
+                                                                       {"_L", "_R"}}};
+  const std::set<std::string> names = names_of_joints(survey);
   robots::RobotDescription::Mirror best;
   std::size_t most = 0;
   for (const auto& [left, right] : words) {
@@ -214,6 +219,114 @@ robots::RobotDescription::Mirror names_of_sides(const robots::UrdfModel& model,
   return best;
 }
 
+// True if the names of the joints between the root and the link are those of an arm.
+bool is_named_arm(const Survey& survey, int link) {
+  constexpr std::array<std::string_view, 7> arm{"shoulder", "elbow", "wrist",  "hand",
+                                                "finger",   "thumb", "gripper"};
+  constexpr std::array<std::string_view, 6> leg{"hip", "thigh", "knee", "ankle", "leg", "foot"};
+  bool is_arm = false;
+  for (int i = link; survey.link(i).parent >= 0; i = survey.link(i).parent) {
+    if (!moves(survey.link(i))) continue;
+    const std::string name = lower_case(survey.link(i).joint.name);
+    const auto is_part = [&](std::string_view word) {
+      return name.find(word) != std::string::npos;
+    };
+    if (std::any_of(leg.begin(), leg.end(), is_part)) return false;
+    is_arm = is_arm || std::any_of(arm.begin(), arm.end(), is_part);
+  }
+  return is_arm;
+}
+
+// Height of the joint at which a limb of at least three paired joints begins, m; infinite if the
+// link belongs to no limb.
+double start_of_limb(const Survey& survey, const robots::RobotDescription::Mirror& mirror,
+                     const std::set<std::string>& names, int link) {
+  constexpr int fewest = 3;
+  double start = infinity;
+  int count = 0;
+  for (int i = link; i >= 0; i = survey.link(i).parent) {
+    if (!moves(survey.link(i))) continue;
+    const std::string namesake = mirror.namesake(survey.link(i).joint.name);
+    if (namesake == survey.link(i).joint.name || !names.contains(namesake)) continue;
+    start = survey.pose(i).translation().z();
+    ++count;
+  }
+  if (count < fewest) return infinity;
+  return start;
+}
+
+// The two lowest groups that no arm carries. Legs begin lower than arms, whatever their names are.
+std::pair<int, int> feet(const robots::UrdfModel& model, const Survey& survey,
+                         const robots::RobotDescription::Mirror& mirror) {
+  constexpr double level = 0.02;  // m, largest height difference of the two
+  constexpr double waist = 0.1;   // m, least height of shoulders above hips
+  const std::set<std::string> names = names_of_joints(survey);
+  struct End {
+    double z, start;
+    int link;
+  };
+  std::vector<End> ends;
+  double hips = infinity;
+  for (std::size_t i = 0; i < survey.links().size(); ++i) {
+    const int link = static_cast<int>(i);
+    if (survey.group(link) != link) continue;
+    double z = infinity;
+    for (const Vec<double, 3>& p : survey.points_of_group(link)) z = std::min(z, p.z());
+    if (!(z < infinity)) continue;
+    ends.push_back({z, start_of_limb(survey, mirror, names, link), link});
+    if (!is_named_arm(survey, link)) hips = std::min(hips, ends.back().start);
+  }
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
+    return std::pair(a.z, a.link) < std::pair(b.z, b.link);
+  });
+  const std::vector<End> all = ends;
+  std::erase_if(ends, [&](const End& end) {
+    return is_named_arm(survey, end.link) || (end.start < infinity && end.start > hips + waist);
+  });
+  const bool has_legs =
+      std::any_of(ends.begin(), ends.end(), [](const End& end) { return end.start < infinity; });
+  if (!has_legs && all.size() > ends.size() + 1)
+    throw InputError(fmt::format(
+        "{}: the robot has no legs, because its lowest links, \"{}\" and \"{}\", belong to arms; "
+        "give a URDF with the legs",
+        model.source(), survey.link(all[0].link).name, survey.link(all[1].link).name));
+  const auto carries = [&](int one, int other) {
+    for (int i = other; i >= 0; i = survey.link(i).parent)
+      if (i == one) return true;
+    return false;
+  };
+  if (ends.size() < 2 || ends[1].z > ends[0].z + level ||
+      (ends.size() > 2 && ends[2].z < ends[1].z + 1e-3) || carries(ends[0].link, ends[1].link) ||
+      carries(ends[1].link, ends[0].link))
+    throw InputError(
+        fmt::format("{}: with all joints at zero, the lowest links are not two feet at the same "
+                    "height; model the robot standing, with the z axis of the root link up",
+                    model.source()));
+  return {ends[0].link, ends[1].link};
+}
+
+// Lengths are in m in a URDF. A CAD program may write mm.
+void check_lengths(const robots::UrdfModel& model, const Survey& survey, int foot,
+                   const FoundFoot& found) {
+  constexpr double shortest = 0.05, longest = 3.0;  // m, of the legs of a humanoid
+  double top = -infinity;
+  for (const int joint : chain(model, survey, foot))
+    top = std::max(top, survey.pose(joint).translation().z());
+  const double leg = top - found.origin.z();
+  if (leg < shortest || leg > longest)
+    throw InputError(fmt::format(
+        "{}: the leg of \"{}\" is {:.4g} m long, but those of humanoids have {} to {} m; write all "
+        "lengths in m",
+        model.source(), found.sole, leg, shortest, longest));
+  const double length = found.rectangle.x.upper - found.rectangle.x.lower;
+  if (length > leg)
+    throw InputError(
+        fmt::format("{}: the foot of \"{}\" is {:.4g} m long, but its leg only {:.4g} m; correct "
+                    "its shape, for "
+                    "example with scale=\"0.001 0.001 0.001\" for a mesh in mm",
+                    model.source(), found.sole, length, leg));
+}
+
 }  // namespace
 
 Limbs find_limbs(const robots::UrdfModel& model) {
@@ -222,7 +335,7 @@ Limbs find_limbs(const robots::UrdfModel& model) {
   Survey survey(model);
   Limbs limbs;
   limbs.mirror = names_of_sides(model, survey);
-  auto [left, right] = feet(model, survey);
+  auto [left, right] = feet(model, survey, limbs.mirror);
   const std::vector<int> leg = chain(model, survey, left);
   if (std::none_of(leg.begin(), leg.end(), [&](int joint) {
         return is_of_left(limbs.mirror, survey.link(joint).joint.name);
@@ -231,6 +344,8 @@ Limbs find_limbs(const robots::UrdfModel& model) {
   survey.face(survey.pose(left).translation() - survey.pose(right).translation());
   limbs.left = foot_of_group(model, survey, left);
   limbs.right = foot_of_group(model, survey, right);
+  check_lengths(model, survey, left, limbs.left);
+  check_lengths(model, survey, right, limbs.right);
 
   std::map<std::string, int> joints;
   for (std::size_t i = 0; i < survey.links().size(); ++i)
@@ -249,12 +364,14 @@ Limbs find_limbs(const robots::UrdfModel& model) {
     for (int k = i; k >= 0; k = survey.link(k).parent)
       if (moves(survey.link(k))) kept.insert(k);
   }
-  std::string frozen, idle;
+  std::string frozen, idle, coupled;
   for (const auto& [name, i] : joints)
     if (!kept.contains(i)) frozen += (frozen.empty() ? "" : ", ") + name;
   for (const int i : kept) {
     const robots::UrdfModel::Joint& joint = survey.link(i).joint;
-    if (joint.effort > 0.0)
+    if (!joint.leader.empty())
+      coupled += (coupled.empty() ? "" : ", ") + joint.name;
+    else if (joint.effort > 0.0)
       limbs.joints.push_back(joint.name);
     else
       idle += (idle.empty() ? "" : ", ") + joint.name;
@@ -265,6 +382,9 @@ Limbs find_limbs(const robots::UrdfModel& model) {
   if (!idle.empty())
     limbs.notes.push_back(
         fmt::format("Frozen at zero, because their effort limit is 0: {}.", idle));
+  if (!coupled.empty())
+    limbs.notes.push_back(
+        fmt::format("Frozen at zero, because they follow another joint (mimic): {}.", coupled));
 
   // A reflection in the plane y = 0 turns the axis a of a joint into -S a, S = diag(1, -1, 1).
   const Vec<double, 3> reflection(1.0, -1.0, 1.0);

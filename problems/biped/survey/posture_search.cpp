@@ -13,7 +13,7 @@ namespace {
 
 // Weights of residuals in m and rad, from hard requirements to weak preferences.
 constexpr double place_weight = 1e3, apart_weight = 100.0, upright_weight = 3.0,
-                 height_weight = 10.0, rest_weight = 0.1;
+                 height_weight = 10.0;
 constexpr int nearest_pairs = 8;  // number of limb pairs that are kept apart
 constexpr int errors_count = 11;
 
@@ -91,7 +91,7 @@ class Search {
     const robots::Clearance& near = limbs(q);
     for (int i = 0; i < near.count(); ++i) apart[i] = wish_.clearance - near.approach(i).distance;
     VectorXd r(errors_count + nearest_pairs + q.size());
-    r << weights.cwiseProduct(errors(q)), apart_weight * apart, rest_weight * (q - rest);
+    r << weights.cwiseProduct(errors(q)), apart_weight * apart, wish_.rest_weight * (q - rest);
     return r;
   }
 

@@ -17,6 +17,7 @@ struct PostureWish {
   Vec<double, 2> com = Vec<double, 2>::Zero();         ///< horizontal position of the CoM
   double trunk_height = 0.0;  ///< desired height of the root link's origin (soft)
   double clearance = 0.02;    ///< desired distance between limbs with capsules
+  double rest_weight = 0.1;   ///< weight of the joints' distance from the start; soft
 };
 
 struct FoundPosture {

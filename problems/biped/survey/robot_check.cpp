@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "problems/biped/survey/doubts.hpp"
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -29,6 +30,7 @@ class Check {
 
   std::vector<Finding> run(double forward, Bounds sideways) {
     if (!masses()) return std::move(findings_);
+    doubt_figures(model_, robot_, body_, findings_);
     limits();
     meshes();
     feet();
@@ -38,30 +40,8 @@ class Check {
   }
 
  private:
-  using Level = Finding::Level;
-
-  // Reports `good` at the end if there was no other finding on the subject.
-  class Subject {
-   public:
-    Subject(Check& check, std::string name) : check_(check), name_(std::move(name)) {}
-    void note(std::string text) { say(Level::note, std::move(text)); }
-    void wrong(std::string text) { say(Level::wrong, std::move(text)); }
-    void good(std::string text) {
-      if (is_good_) say(Level::good, std::move(text));
-    }
-
-   private:
-    void say(Level level, std::string text) {
-      is_good_ = is_good_ && level == Level::good;
-      check_.findings_.push_back({level, name_, std::move(text)});
-    }
-    Check& check_;
-    std::string name_;
-    bool is_good_ = true;
-  };
-
   bool masses() {
-    Subject masses(*this, "masses");
+    Subject masses(findings_, "masses");
     try {
       body_ = robots::floating_robot(model_, robot_);
     } catch (const InputError& error) {
@@ -72,7 +52,7 @@ class Check {
       robots::add_capsules(body_, model_, robot_);
       has_capsules_ = true;
     } catch (const InputError& error) {
-      Subject(*this, "limbs").note(error.what());
+      Subject(findings_, "limbs").note(error.what());
     }
     constexpr double trifle =
         1e-4;  // relative to the robot's mass; a lighter body makes the mass matrix ill-conditioned
@@ -96,7 +76,7 @@ class Check {
   }
 
   void limits() {
-    Subject limits(*this, "limits");
+    Subject limits(findings_, "limits");
     const double weight = body_.total_mass * robots::standard_gravity;
     std::vector<std::string> unlimited;
     for (int i = 0; i < body_.joints(); ++i) {
@@ -112,7 +92,7 @@ class Check {
   }
 
   void meshes() {
-    Subject meshes(*this, "meshes");
+    Subject meshes(findings_, "meshes");
     std::set<std::string> seen, missing;
     for (const robots::UrdfModel::Link& link : model_.links())
       for (const auto* shapes : {&link.collisions, &link.visuals})
@@ -131,7 +111,7 @@ class Check {
   }
 
   void feet() {
-    Subject feet(*this, "feet");
+    Subject feet(findings_, "feet");
     constexpr double same = 1e-3;  // m
     const robots::FootRectangle image = robot_.right_foot.mirrored();
     const robots::FootRectangle& left = robot_.left_foot;
@@ -166,7 +146,7 @@ class Check {
   }
 
   void posture(const robots::StandingPosture& p) {
-    Subject subject(*this, p.name);
+    Subject subject(findings_, p.name);
     try {
       clearance(p, robots::standing_state(body_, model_, robot_, p), subject);
     } catch (const InputError& error) {
@@ -222,7 +202,7 @@ class Check {
   }
 
   void reach(double forward, Bounds sideways) {
-    Subject reach(*this, "reach");
+    Subject reach(findings_, "reach");
     const auto posture =
         std::find_if(robot_.postures.begin(), robot_.postures.end(),
                      [](const auto& p) { return p.stance == robots::Stance::left; });

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "saltus/robots/model/robot_description.hpp"
@@ -18,7 +19,30 @@ struct Finding {
   std::string text;     ///< the finding, and a remedy unless it is good
 };
 
-/// Checks masses, inertias, joint limits, meshes and feet. In every posture the CoM must be above
+/// Findings on one subject. Adds a good one only if there is no other.
+class Subject {
+ public:
+  /// `findings` must outlive this object.
+  Subject(std::vector<Finding>& findings, std::string name)
+      : findings_(findings), name_(std::move(name)) {}
+  void note(std::string text) { say(Finding::Level::note, std::move(text)); }
+  void wrong(std::string text) { say(Finding::Level::wrong, std::move(text)); }
+  void good(std::string text) {
+    if (is_good_) say(Finding::Level::good, std::move(text));
+  }
+
+ private:
+  void say(Finding::Level level, std::string text) {
+    is_good_ = is_good_ && level == Finding::Level::good;
+    findings_.push_back({level, name_, std::move(text)});
+  }
+  std::vector<Finding>& findings_;
+  std::string name_;
+  bool is_good_ = true;
+};
+
+/// Checks masses, inertias, joint limits, meshes and feet, and what a URDF often has wrong (units,
+/// sides, knees, coupled joints; doubts.hpp). In every posture the CoM must be above
 /// the support and limbs apart. The legs must reach the edges of the step region (`forward` and
 /// `sideways`, m). Throws InputError only for files that cannot be read.
 std::vector<Finding> check_robot(const robots::UrdfModel& model,

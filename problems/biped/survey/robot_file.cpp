@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/biped/survey/leg.hpp"
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
@@ -23,39 +24,63 @@ const robots::UrdfModel::Link& link_of(const robots::UrdfModel& model, const std
       [&](const robots::UrdfModel::Link& link) { return link.joint.name == joint; });
 }
 
-// Start of the search: knees bent in their natural direction, arms slightly away from the body.
-robots::Posture start_of(const robots::UrdfModel& model, const Limbs& limbs) {
+const robots::UrdfModel::Joint& joint_of(const robots::UrdfModel& model, int link) {
+  return model.links()[static_cast<std::size_t>(link)].joint;
+}
+
+// Start of the search: legs bent so that the knees go forward and the soles stay level, arms
+// slightly away from the body.
+robots::Posture start_of(const robots::UrdfModel& model, const Limbs& limbs,
+                         const std::vector<Leg>& legs) {
   constexpr double bent = 0.5, off = 0.2;  // rad
-  constexpr double one_sided = 0.25;       // fraction of a knee's range in the opposite direction
   constexpr double along = 0.9;            // least component of an axis along a coordinate axis
   const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
+  const auto axis = [&](int link) -> Vec<double, 3> {
+    const auto index = static_cast<std::size_t>(link);
+    return poses[index].linear() * model.links()[index].joint.axis;
+  };
   robots::Posture start;
+  for (const Leg& leg : legs) {
+    if (!leg.has_knee()) continue;
+    const double knee = leg.position(bent);
+    start[joint_of(model, leg.knee).name] = knee;
+    // Hip and ankle turn the other way, by half each. Their axes may be opposite to the knee's.
+    for (const int link : {leg.hip, leg.ankle})
+      start[joint_of(model, link).name] =
+          axis(link).dot(axis(leg.knee)) > 0.0 ? -knee / 2.0 : knee / 2.0;
+  }
   bool left_arm_done = false, right_arm_done = false;
   for (const std::string& name : limbs.joints) {
-    const robots::UrdfModel::Link& link = link_of(model, name);
-    const Bounds range = link.joint.position;
-    const auto index = static_cast<std::size_t>(model.link_index(link.name));
-    const Vec<double, 3> axis = poses[index].linear() * link.joint.axis;
-    const bool is_leg = std::find(limbs.legs.begin(), limbs.legs.end(), name) != limbs.legs.end();
-    if (is_leg) {
-      const double small = std::min(-range.lower, range.upper);
-      const double large = std::max(-range.lower, range.upper);
-      if (std::abs(axis.y()) > along && std::isfinite(large) && small < one_sided * large)
-        start[name] = range.upper > -range.lower ? bent : -bent;
-    } else if (std::abs(axis.x()) > along && limbs.mirror.namesake(name) != name) {
-      // The first joint of an arm that moves it sideways.
-      const bool is_left = poses[index].translation().y() > 0.0;
-      bool& done = is_left ? left_arm_done : right_arm_done;
-      if (!done) start[name] = (is_left ? off : -off) * (axis.x() > 0.0 ? 1.0 : -1.0);
-      done = true;
-    }
+    if (std::find(limbs.legs.begin(), limbs.legs.end(), name) != limbs.legs.end()) continue;
+    const int link = model.link_index(link_of(model, name).name);
+    if (std::abs(axis(link).x()) < along || limbs.mirror.namesake(name) == name) continue;
+    // The first joint of an arm that moves it sideways.
+    const bool is_left = poses[static_cast<std::size_t>(link)].translation().y() > 0.0;
+    bool& done = is_left ? left_arm_done : right_arm_done;
+    if (!done) start[name] = (is_left ? off : -off) * (axis(link).x() > 0.0 ? 1.0 : -1.0);
+    done = true;
   }
   return start;
 }
 
+// Restricts the knees of the search to the side on which humans bend them, if the limits allow it.
+void bend_knees_forward(robots::FloatingRobot& body, const robots::UrdfModel& model,
+                        const std::vector<Leg>& legs) {
+  constexpr double least = 0.1, most = 0.3;  // rad, least flexion and the range that it requires
+  for (const Leg& leg : legs) {
+    if (!leg.has_knee()) continue;
+    const int joint = body.joint_index(joint_of(model, leg.knee).name);
+    Bounds& range = body.bodies[static_cast<std::size_t>(joint) + 1].position;
+    if (leg.flexion(range).upper < most) continue;
+    (leg.sign > 0.0 ? range.lower : range.upper) =
+        leg.position(std::max(leg.flexion(range).lower, least));
+  }
+}
+
 robots::StandingPosture posture_of(const robots::UrdfModel& model,
                                    const robots::FloatingRobot& body, const SurveyedRobot& robot,
-                                   const char* name, robots::Stance stance) {
+                                   const robots::Posture& start, const char* name,
+                                   robots::Stance stance) {
   const Limbs& limbs = robot.limbs;
   // Feet as far apart as with straight legs. The root link is lowered by this fraction of its
   // height.
@@ -66,6 +91,8 @@ robots::StandingPosture posture_of(const robots::UrdfModel& model,
   wish.stance = stance == robots::Stance::right ? robots::Side::right : robots::Side::left;
   const double away = wish.stance == robots::Side::left ? -1.0 : 1.0;
   wish.trunk_height = (1.0 - lower) * height;
+  // On both feet the legs must not twist to part limbs; the feet move apart instead.
+  if (stance == robots::Stance::both) wish.rest_weight = 1.0;
   FoundPosture found;
   // Increase the distance if the shapes of the feet overlap.
   double apart = limbs.left.origin.y() - limbs.right.origin.y();
@@ -76,7 +103,7 @@ robots::StandingPosture posture_of(const robots::UrdfModel& model,
     const Vec<double, 2> there =
         centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
     wish.com = stance == robots::Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
-    found = find_posture(model, robot.description, body, wish, start_of(model, limbs));
+    found = find_posture(model, robot.description, body, wish, start);
     if (found.clearance >= 0.75 * wish.clearance) break;
     apart += wish.clearance - found.clearance;
   }
@@ -134,9 +161,13 @@ SurveyedRobot survey_robot(const robots::UrdfModel& model) {
   for (const std::string& joint : limbs.joints) d.joints.emplace_back().name = joint;
   robots::FloatingRobot body = robots::floating_robot(model, d);
   robots::add_capsules(body, model, d);
-  d.postures.push_back(posture_of(model, body, robot, "left_stance", robots::Stance::left));
-  d.postures.push_back(posture_of(model, body, robot, "right_stance", robots::Stance::right));
-  d.postures.push_back(posture_of(model, body, robot, "two_feet", robots::Stance::both));
+  const std::vector<Leg> legs{find_leg(model, d.left_sole), find_leg(model, d.right_sole)};
+  bend_knees_forward(body, model, legs);
+  const robots::Posture start = start_of(model, limbs, legs);
+  d.postures.push_back(posture_of(model, body, robot, start, "left_stance", robots::Stance::left));
+  d.postures.push_back(
+      posture_of(model, body, robot, start, "right_stance", robots::Stance::right));
+  d.postures.push_back(posture_of(model, body, robot, start, "two_feet", robots::Stance::both));
   d = describe(model, d);
   return robot;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -197,6 +198,13 @@ std::string RobotDescription::Mirror::namesake(const std::string& joint) const {
   std::string mirrored = joint;
   if (mirrored.starts_with(left)) return mirrored.replace(0, left.size(), right);
   if (mirrored.starts_with(right)) return mirrored.replace(0, right.size(), left);
+  // A short word that begins with a separator, such as "_l", also counts at the end.
+  if (!left.empty() && std::isalnum(static_cast<unsigned char>(left.front())) == 0) {
+    if (mirrored.ends_with(left))
+      return mirrored.replace(mirrored.size() - left.size(), left.size(), right);
+    if (mirrored.ends_with(right))
+      return mirrored.replace(mirrored.size() - right.size(), right.size(), left);
+  }
   if (std::min(left.size(), right.size()) < telling) return mirrored;
   if (const auto at = mirrored.find(left); at != std::string::npos)
     return mirrored.replace(at, left.size(), right);

@@ -113,8 +113,9 @@ struct RobotDescription {
     std::vector<std::string> reversed;  // joints that change sign; both joints of a pair are listed
 
     /// Name of the mirrored joint: `left` is replaced by `right` and vice versa. The word is
-    /// replaced at the beginning of the name, else (for words of more than two letters) at its
-    /// first occurrence. Returns the name itself if it contains neither word.
+    /// replaced at the beginning of the name, else at the end if it begins with a separator such as
+    /// "_", else (for words of more than two letters) at its first occurrence. Returns the name
+    /// itself if it contains neither word.
     std::string namesake(const std::string& joint) const;
     /// Mirrors a posture on one foot to the other foot.
     StandingPosture operator()(const StandingPosture& posture) const;

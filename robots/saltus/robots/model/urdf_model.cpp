@@ -108,7 +108,10 @@ void check_inertial(const UrdfModel::Link& link, const std::string& source) {
   if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
   if (link.mass == 0.0) return;  // a massless frame; its inertia is ignored
   const Vec<double, 3> moments = principal_moments(link.inertia);
-  // A point mass may be fixed to a body: see check_rigid_groups().
+  // A point mass may be fixed to a body: see check_rigid_groups(). Its moments are zero up to the
+  // rounding of the file's author.
+  constexpr double no_radius = 1e-8;  // m, radius of gyration
+  if (moments.cwiseAbs().maxCoeff() < no_radius * no_radius * link.mass) return;
   if (moments[0] < 0.0 || (moments[0] == 0.0 && moments[2] > 0.0))
     fail(fmt::format("has an inertia that is not positive ({})", text_of(moments)));
   // Files carry about six digits. A flat body, for which the sum is exact, must pass.
@@ -151,6 +154,7 @@ UrdfModel::Joint convert(const urdf::Joint& joint, const std::string& source) {
     result.effort = joint.limits->effort;
     if (joint.limits->velocity > 0.0) result.velocity = joint.limits->velocity;
   }
+  if (joint.mimic) result.leader = joint.mimic->joint_name;
   return result;
 }
 
@@ -438,32 +442,40 @@ UrdfModel::Foot UrdfModel::foot(const std::string& sole_link) const {
     Vec<double, 3> lowest, highest;
   };
   std::vector<Extent> boxes;
+  double lowest_corner = infinity;  // m, of the rotated boxes
+  std::string rotated;              // link of that box
   for (int i : rigid_group(sole))
     for (const UrdfModel::Box& box : links_[i].collision_boxes) {
       const Eigen::Isometry3d pose = to_sole * poses[i] * box.pose;
       const Mat<double, 3, 3> turn = pose.linear().cwiseAbs();
       // Parallel axes: every column has one entry near 1. Angles in files carry about six digits.
-      if ((turn.colwise().maxCoeff().array() < 1.0 - 1e-6).any())
-        throw InputError(
-            fmt::format("{}: the collision box on link \"{}\" is rotated relative to the frame of "
-                        "\"{}\"; give a "
-                        "sole link whose axes are parallel to the foot's box",
-                        source_, shortened(links_[i].name), shortened(sole_link)));
+      if ((turn.colwise().maxCoeff().array() < 1.0 - 1e-6).any()) {
+        const double corner = pose.translation().z() - 0.5 * turn.row(2).dot(box.size);
+        if (corner < lowest_corner) rotated = links_[i].name;
+        lowest_corner = std::min(lowest_corner, corner);
+        continue;
+      }
       const Vec<double, 3> half = 0.5 * turn.array().round().matrix() * box.size;
       boxes.push_back({pose.translation() - half, pose.translation() + half});
     }
+  double plane = infinity;
+  for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
+  // m: boxes within this distance of the lowest one also touch the ground
+  constexpr double same_plane = 1e-4;
+  if (lowest_corner < plane - same_plane)
+    throw InputError(
+        fmt::format("{}: the collision box on link \"{}\" is rotated relative to the frame of "
+                    "\"{}\"; give a "
+                    "sole link whose axes are parallel to the foot's box",
+                    source_, shortened(rotated), shortened(sole_link)));
   if (boxes.empty())
     throw InputError(
         fmt::format("{}: the foot of \"{}\" has no collision box that defines its rectangle; add "
                     "a <collision> with a <box> to a link fixed to it",
                     source_, shortened(sole_link)));
-  double plane = infinity;
-  for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
   UrdfModel::Foot foot;
   foot.contact_plane_offset = plane;
   foot.rectangle = {between(infinity, -infinity), between(infinity, -infinity)};
-  // m: boxes within this distance of the lowest one also touch the ground
-  constexpr double same_plane = 1e-4;
   for (const Extent& box : boxes) {
     if (box.lowest.z() > plane + same_plane) continue;
     foot.rectangle.x.lower = std::min(foot.rectangle.x.lower, box.lowest.x());

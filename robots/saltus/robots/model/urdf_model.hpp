@@ -36,6 +36,7 @@ class UrdfModel {
     Bounds position;                                           // rad or m
     double effort = infinity;                                  // Nm or N
     double velocity = infinity;  // rad/s or m/s; 0 in a file means no limit
+    std::string leader;          // joint that this one follows by <mimic>; empty if it is free
   };
 
   /// A box of a URDF.
@@ -124,8 +125,9 @@ class UrdfModel {
   bool has_collision_box(const std::string& link) const;
 
   /// The foot that carries the frame `sole_link`. Its rectangle bounds the lowest faces, in the
-  /// direction of -z of that frame, of the collision boxes rigidly attached to it. Throws
-  /// InputError if there is no such box or its edges are not parallel to the axes of the frame.
+  /// direction of -z of that frame, of the collision boxes rigidly attached to it. Rotated boxes
+  /// that are not lower, such as bevelled toes, have no effect. Throws InputError if there is no
+  /// box, or if the edges of the lowest one are not parallel to the axes of the frame.
   Foot foot(const std::string& sole_link) const;
 
  private:

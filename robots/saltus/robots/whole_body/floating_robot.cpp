@@ -140,6 +140,11 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
         body.effort = motor->effort.value_or(link.joint.effort);
         body.velocity = motor->velocity.value_or(link.joint.velocity);
         body.drive = motor->drive;
+        if (!link.joint.leader.empty())
+          throw InputError(fmt::format(
+              "{}: joint \"{}\" follows \"{}\" by <mimic>, so it has no motor of its own; remove "
+              "it from joints in {}, or remove its <mimic>",
+              model.source(), body.joint, link.joint.leader, robot.file));
         check_limits(body, model.source(), robot.file);
       }
       body_of[i] = static_cast<int>(result.bodies.size());

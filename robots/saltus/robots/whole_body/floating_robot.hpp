@@ -73,7 +73,8 @@ struct FloatingRobot {
 /// Keeps the joints that `robot` lists as actuated and freezes all others at zero. A foot without a
 /// collision box receives a thin box on the rectangle in `robot`. Throws InputError, naming the
 /// robot's file and the joint, if `robot` names no base or joints, if a joint is missing from the
-/// URDF or cannot move, or if the base link does not belong to the group of the root link.
+/// URDF, cannot move or follows another one (<mimic>), or if the base link does not belong to the
+/// group of the root link.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 
 /// The frame of any link of the URDF, fixed to the body that it moves with. Throws InputError that
