@@ -402,6 +402,7 @@ TEST(Settings, KeepsAllKeys) {
       "sensor.standing_force sensor.velocity_lag_s sensors simulator.delay_ticks "
       "simulator.friction simulator.ground_end_forward_m simulator.ground_end_side_m "
       "simulator.ground_friction simulator.ground_roughness_m simulator.ground_seed "
+      "simulator.ground_sink_m "
       "simulator.ground_slope_forward simulator.ground_slope_side simulator.ground_step_m "
       "simulator.joint_friction_nms_per_rad "
       "simulator.step_s solver solver_tolerance stance step.bring_back step.decide "

@@ -123,6 +123,16 @@ TEST(Ground, FrictionBelongsToThePartBeyondTheEdge) {
   }
 }
 
+TEST(Ground, SoftPartsLieAboveARigidBottom) {
+  const auto boxes = ground_boxes({.ground = {.edge = edge, .sink = 0.02}});
+  ASSERT_EQ(boxes.size(), 3u);
+  EXPECT_FALSE(boxes[0].is_soft);
+  EXPECT_TRUE(boxes[1].is_soft);
+  EXPECT_FALSE(boxes[2].is_soft);
+  EXPECT_NEAR(robots::height_at(boxes, 0.0, 0.3), 0.0, rounding);
+  EXPECT_NEAR(robots::height_at({boxes[2]}, 0.0, 0.3), -drop, rounding);
+}
+
 TEST(Ground, RejectsInvalidValues) {
   const auto expect_refusal = [](const Ground& ground, const char* member) {
     expect_error<DefinitionError>([&] { ground_boxes({.ground = ground}); }, {member, "set it to"});
@@ -136,6 +146,7 @@ TEST(Ground, RejectsInvalidValues) {
   for (const double width : {0.0, nan}) expect_refusal({.end_side = width}, "end_side");
   for (const double bound : {-0.01, 0.06, nan}) expect_refusal({.roughness = bound}, "roughness");
   expect_refusal({.friction = -1.0}, "friction");
+  expect_refusal({.sink = 0.06}, "sink");
 }
 
 }  // namespace

@@ -44,6 +44,11 @@ void declare_settings(Settings& s, Plant::Ground& ground) {
             "whole body: seed of the heights of the tiles", at_least(0.0));
   s.number("simulator.ground_friction", ground.friction, "",
            "whole body: friction coefficient; 0: as simulator.friction", between(0.0, 100.0));
+  s.number(
+      "simulator.ground_sink_m", ground.sink, "m",
+      "whole body: soft ground, in which a sole that carries the robot's whole weight sinks by "
+      "this depth; 0: rigid ground",
+      between(0.0, 0.03));
 }
 
 void declare_settings(Settings& s, PlantSettings& plant) {

@@ -55,6 +55,7 @@ dd::SkeletonPtr ground(const DartOptions& options) {
   dd::SkeletonPtr skeleton = dd::Skeleton::create("ground");
   dd::BodyNode* body = skeleton->createJointAndBodyNodePair<dd::WeldJoint>().second;
   for (const GroundBox& box : ground_boxes(options)) {
+    if (box.is_soft) continue;
     dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
         std::make_shared<dd::BoxShape>(box.size));
     shape->setRelativeTransform(box.pose);

@@ -133,11 +133,13 @@ std::string ground_xml(const Plant::Options& options) {
   if (options.ground.is_level())
     return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
   std::string text;
-  for (const GroundBox& box : ground_boxes(options))
+  for (const GroundBox& box : ground_boxes(options)) {
+    if (box.is_soft) continue;
     text +=
         fmt::format("<geom type=\"box\" contype=\"0\" conaffinity=\"1\" priority=\"1\"{}{}{}/>\n",
                     numbers("friction", Vec<double, 3>(box.friction, 0.0, 0.0)),
                     numbers("size", 0.5 * box.size), pose_xml(box.pose));
+  }
   return text;
 }
 

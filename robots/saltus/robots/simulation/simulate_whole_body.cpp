@@ -18,6 +18,7 @@
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "saltus/robots/whole_body/ground.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
+#include "saltus/robots/whole_body/soft_ground.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -42,8 +43,11 @@ DartOptions engine_options(const BipedSettings& settings, Side stance) {
 std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
                                    Side stance) {
   const DartOptions options = engine_options(settings, stance);
-  return settings.plant.choice == PlantSettings::Choice::mujoco ? make_mujoco_plant(body, options)
-                                                                : make_dart_plant(body, options);
+  std::unique_ptr<Plant> engine = settings.plant.choice == PlantSettings::Choice::mujoco
+                                      ? make_mujoco_plant(body, options)
+                                      : make_dart_plant(body, options);
+  return options.ground.sink > 0.0 ? make_soft_ground(std::move(engine), body, options)
+                                   : std::move(engine);
 }
 
 // The controllers know the speed at which the torque of a motor vanishes.

@@ -12,6 +12,7 @@ struct GroundBox {
   Eigen::Isometry3d pose;  ///< pose of the centre in the world
   Vec<double, 3> size;     ///< edge lengths, m
   double friction;         ///< Coulomb friction
+  bool is_soft = false;    ///< true if engines must leave it out
 };
 /// The ground as boxes; one if it is level. Throws DefinitionError, naming the member of
 /// Plant::Ground that is not finite or out of range.

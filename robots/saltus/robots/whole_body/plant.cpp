@@ -13,7 +13,7 @@ namespace {
 constexpr double ground_size = 2000.0, ground_depth = 0.2;  // m: enough for an hour of walking
 constexpr double half = 0.5 * ground_size;
 constexpr double landing = 0.06;  // m from the edge, where the height is Ground::height
-constexpr double drop = 0.05;     // m, beyond an end
+constexpr double drop = 0.05;     // m, beyond an end and below soft ground
 constexpr double tile = 0.1;      // m
 constexpr int tiles = 20;         // from the origin along x, and from the edge
 
@@ -21,6 +21,7 @@ constexpr int tiles = 20;         // from the origin along x, and from the edge
 struct Rectangle {
   Bounds x, distance;   // distance from the edge, m
   double height = 0.0;  // above the plane of the slopes, m
+  bool is_soft = false;
 };
 
 std::vector<Rectangle> rectangles(const Plant::Ground& ground) {
@@ -40,13 +41,15 @@ std::vector<Rectangle> rectangles(const Plant::Ground& ground) {
                          random.uniform(-ground.roughness, ground.roughness)});
   }
   for (Rectangle& part : parts) {
+    part.is_soft = ground.sink > 0.0;
     part.x.upper = std::min(part.x.upper, ground.end_forward.value_or(half));
     part.distance.upper = std::min(part.distance.upper, ground.end_side.value_or(far));
   }
   std::erase_if(parts, [](const Rectangle& part) {
     return part.x.lower >= part.x.upper || part.distance.lower >= part.distance.upper;
   });
-  if (ground.end_forward || ground.end_side) parts.push_back({all.x, all.distance, -drop});
+  if (ground.end_forward || ground.end_side || ground.sink > 0.0)
+    parts.push_back({all.x, all.distance, -drop});
   return parts;
 }
 
@@ -75,6 +78,7 @@ class Plane {
     box.pose.translation() =
         origin_ + Vec<double, 3>(0.0, 0.0, part.height) + axes_ * stretch_.cwiseProduct(centre);
     box.friction = friction;
+    box.is_soft = part.is_soft;
     return box;
   }
 
@@ -105,6 +109,7 @@ void expect_valid(const Plant::Ground& g) {
   const double end_side = g.end_side.value_or(half);
   expect(end_side > 0.0 && end_side <= half, "end_side", end_side, "above 0 m, up to 1000 m");
   expect(is_within(g.roughness, 0.0, drop), "roughness", g.roughness, "between 0 m and 0.05 m");
+  expect(is_within(g.sink, 0.0, drop), "sink", g.sink, "between 0 m and 0.05 m");
   expect(is_within(g.friction, 0.0, 1e3), "friction", g.friction, "between 0 and 1000");
 }
 

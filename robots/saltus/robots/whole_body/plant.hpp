@@ -28,11 +28,14 @@ class Plant {
     double roughness = 0.0;
     int seed = 1;           ///< seed of the random heights
     double friction = 0.0;  ///< Coulomb friction; 0: as Options::friction
+    /// Depth to which a sole sinks that carries the whole weight, m; 0: rigid ground. Engines leave
+    /// soft ground out; make_soft_ground() adds its forces on the feet. It is 5 cm deep.
+    double sink = 0.0;
 
     /// True if the whole ground is level and has the same properties.
     bool is_level() const {
       return height == 0.0 && slope_forward == 0.0 && slope_side == 0.0 && !end_forward &&
-             !end_side && roughness == 0.0 && friction == 0.0;
+             !end_side && roughness == 0.0 && friction == 0.0 && sink == 0.0;
     }
   };
 
