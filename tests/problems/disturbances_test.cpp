@@ -1,5 +1,6 @@
 // Disturbances of the whole body in DART: the step must still recover from 6 N s. Needs the URDF
 // file named by SALTUS_ICUB_URDF.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -101,7 +102,7 @@ TEST_F(Disturbed, RecoversOnGroundOfUnexpectedHeight) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
   for (const double height : {step, -step}) {
-    config.plant.engine.ground_step = height;
+    config.plant.engine.ground.height = height;
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << height << ": " << verdict.reason;
@@ -111,6 +112,23 @@ TEST_F(Disturbed, RecoversOnGroundOfUnexpectedHeight) {
       EXPECT_GT(log.touchdown, level.touchdown + 0.01);
     // The foot rests there; contacts penetrate by 1 to 2 mm.
     EXPECT_NEAR(log.body.back().right_sole.translation()[2], height, 0.002);
+    EXPECT_NEAR(log.body.back().left_sole.translation()[2], 0.0, 0.002);
+  }
+}
+
+// The foot lands with its inner or its outer edge first, and rests flat on the slope.
+TEST_F(Disturbed, RecoversOnASlopeThatRisesToTheSide) {
+  for (const char* slope : {"0.04", "-0.04"}) {
+    Settings settings;
+    declare_settings(settings, config);
+    settings.apply({parse_set_argument(fmt::format("simulator.ground_slope_side={}", slope))});
+    const RunLog log = run();
+    const Verdict verdict = judge(config, log);
+    EXPECT_TRUE(verdict.recovered) << slope << ": " << verdict.reason;
+    const Eigen::Isometry3d& sole = log.body.back().right_sole;
+    const double height = config.plant.engine.ground.slope_side * (-sole.translation()[1] - 0.24);
+    EXPECT_NEAR(sole.translation()[2], height, 0.002);
+    EXPECT_NEAR(sole(1, 2), config.plant.engine.ground.slope_side, 0.005);  // the normal
     EXPECT_NEAR(log.body.back().left_sole.translation()[2], 0.0, 0.002);
   }
 }

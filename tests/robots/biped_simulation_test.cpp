@@ -200,14 +200,14 @@ TEST_F(SyntheticProblem, SampledPushHasItsImpulse) {
 // No foot may initially be on the ground's step.
 TEST_F(SyntheticProblem, RejectsAGroundStepUnderAFoot) {
   const double beside = std::abs(initial_scene(problem, robot).swing.position[1]);
-  DartOptions& ground = problem.settings().plant.engine;
-  ground.ground_step = 0.03;
-  ground.ground_edge = beside;
+  Plant::Ground& ground = problem.settings().plant.engine.ground;
+  ground.height = 0.03;
+  ground.edge = beside;
   EXPECT_THROW(simulate(problem, robot), InputError);
-  ground.ground_edge = beside + 0.2;
+  ground.edge = beside + 0.2;
   EXPECT_NO_THROW(simulate(problem, robot));
-  ground.ground_edge = beside;
-  ground.ground_step = -0.03;  // below the foot in the air
+  ground.edge = beside;
+  ground.height = -0.03;  // below the foot in the air
   EXPECT_NO_THROW(simulate(problem, robot));
 }
 

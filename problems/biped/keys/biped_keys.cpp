@@ -40,7 +40,7 @@ void declare_renamed(Settings& s) {
         "sensor.gyroscope.delay", "sensor.accelerometer.delay", "sensor.force_torque.delay",
         "sensor.velocity_lag", "explain_limit"}},
       {"_hz", {"push.random.rate", "motor.bandwidth"}},
-      {"_m", {"simulator.ground_step", "contact.torsional_friction"}},
+      {"_m", {"simulator.ground_step", "simulator.ground_edge", "contact.torsional_friction"}},
       {"_nms_per_rad", {"simulator.joint_friction"}}};
   for (const auto& [unit, keys] : keys_of_unit)
     for (const std::string key : keys) s.renamed(key, key + unit, "0.4");
@@ -56,7 +56,6 @@ void declare_removed(Settings& s) {
       {"capture_point.com_damping", "14.1"},
       {"capture_point.momentum_damping", "5"},
       {"contact.pyramid", "inscribed"},
-      {"simulator.ground_edge", "0.18"},
       {"noise.position", "0"},
       {"noise.angle", "0"},
       {"noise.velocity", "0"},

@@ -18,14 +18,45 @@ void declare_step(Settings& s, PlantSettings& plant) {
            "whole body: time step of the physics engine", between(1e-5, 0.1));
 }
 
+void declare_settings(Settings& s, Plant::Ground& ground) {
+  s.number("simulator.ground_edge_m", ground.edge, "m",
+           "whole body: distance from the stance sole at which another ground begins, which the "
+           "controllers take for level; the other keys ground_* describe it",
+           between(0.05, 1.0));
+  s.number(
+      "simulator.ground_step_m", ground.height, "m",
+      "whole body: height of the ground beyond ground_edge_m",
+      between(-0.1, 0.1));
+  s.number("simulator.ground_slope_forward", ground.slope_forward, "",
+           "whole body: rise per metre forward; ground_step_m is the height at x = 0, 0.06 m "
+           "beyond the edge",
+           between(-0.2, 0.2));
+  s.number("simulator.ground_slope_side", ground.slope_side, "",
+           "whole body: rise per metre away from the stance foot", between(-0.2, 0.2));
+  s.number("simulator.ground_end_forward_m", ground.end_forward, "m",
+           "whole body: x at which the ground ends; beyond, it is 5 cm lower",
+           between(-1.0, 100.0));
+  s.number("simulator.ground_end_side_m", ground.end_side, "m",
+           "whole body: width of the ground; beyond, it is 5 cm lower", between(0.01, 100.0));
+  s.number("simulator.ground_roughness_m", ground.roughness, "m",
+           "whole body: bound of the random heights of square tiles with edges of 0.1 m, within "
+           "2 m",
+           between(0.0, 0.03));
+  s.integer("simulator.ground_seed", ground.seed, "",
+            "whole body: seed of the heights of the tiles", at_least(0.0));
+  s.number("simulator.ground_friction", ground.friction, "",
+           "whole body: friction coefficient; 0: as simulator.friction", between(0.0, 100.0));
+  s.number(
+      "simulator.ground_sink_m", ground.sink, "m",
+      "whole body: soft ground, in which a sole that carries the robot's whole weight sinks by "
+      "this depth; 0: rigid ground",
+      between(0.0, 0.03));
+}
+
 void declare_settings(Settings& s, PlantSettings& plant) {
   s.number("simulator.friction", plant.engine.friction, "",
            "whole body: friction coefficient of the ground", above(0.0));
-  s.number(
-      "simulator.ground_step_m", plant.engine.ground_step, "m",
-      "whole body: height of a step in the ground, which begins 0.18 m beside the stance sole; "
-      "the controllers do not know it",
-      between(-0.1, 0.1));
+  declare_settings(s, plant.engine.ground);
   s.number("simulator.joint_friction_nms_per_rad", plant.engine.joint_friction, "Nm s/rad",
            "whole body: viscous friction of the joints", at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",

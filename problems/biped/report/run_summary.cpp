@@ -12,6 +12,7 @@
 #include "saltus/app/version.hpp"
 #include "saltus/robots/walking/hardware_limits.hpp"
 #include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -45,6 +46,20 @@ Json points(const SupportPolygon& polygon) {
 
 Json direction(const Push& push) {
   return std::vector<double>(push.direction.begin(), push.direction.end());
+}
+
+// Poses are those of the centres; the rotation is (w, x, y, z).
+Json ground_boxes_json(const Plant::Ground& ground) {
+  Json list = Json::array();
+  for (const GroundBox& box : ground_boxes({.ground = ground})) {
+    const Vec<double, 3> at = box.pose.translation();
+    const Eigen::Quaterniond q(box.pose.linear());
+    list.push_back({{"position", {at[0], at[1], at[2]}},
+                    {"rotation", {q.w(), q.x(), q.y(), q.z()}},
+                    {"size", {box.size[0], box.size[1], box.size[2]}},
+                    {"soft", box.is_soft}});
+  }
+  return list;
 }
 
 }  // namespace
@@ -163,6 +178,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                               {"left", record.left},
                               {"right", record.right},
                               {"corners", points(record.polygon)}});
+  if (!log.plant_ground.is_level()) json["ground_boxes"] = ground_boxes_json(log.plant_ground);
   if (!log.step_plans.empty()) json["step_plans"] = step_plans(log);
   const Vec<double, 2> target = scene.target_point();
   json["target"] = {target[0], target[1]};

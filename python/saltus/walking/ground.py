@@ -1,4 +1,4 @@
-"""Stance feet over time, from summary.json."""
+"""Stance feet over time, and the shape of the ground, from summary.json."""
 
 
 def intervals(summary, begin, end):
@@ -15,3 +15,15 @@ def stood_at_first(summary):
     """The initial support in words."""
     first = summary["ground"][0]
     return "both feet" if first["left"] and first["right"] else "left foot" if first["left"] else "right foot"
+
+
+def outlines(summary):
+    """Closed outlines, x and y, of the parts of the ground that differ from level ground."""
+    for box in summary.get("ground_boxes", [])[1:]:
+        w, a, b, c = box["rotation"]
+        along = (1 - 2 * (b * b + c * c), 2 * (a * b + w * c))
+        across = (2 * (a * b - w * c), 1 - 2 * (a * a + c * c))
+        up = (2 * (a * c + w * b), 2 * (b * c - w * a))
+        corners = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5))
+        yield [[box["position"][i] + u * box["size"][0] * along[i] + v * box["size"][1] * across[i]
+                + 0.5 * box["size"][2] * up[i] for u, v in corners] for i in (0, 1)]

@@ -156,6 +156,8 @@ def draw_from_above(table, summary, folder, begin, end, what):
     axes.set_xlabel("y [m]")
     axes.set_ylabel("x, forward [m]")
     axes.grid(alpha=0.3)
+    for number, (x, y) in enumerate(ground.outlines(summary)):
+        axes.plot(y, x, color="0.6", linewidth=0.8, label=None if number else "unknown ground")
     for foot, color in FEET:
         corners = summary.get(foot + "_sole")
         if corners:

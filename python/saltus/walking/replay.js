@@ -174,6 +174,21 @@ function place(parent, geometry, material, data) {
   const mesh = add_mesh(parent, geometry, material);
   mesh.position.copy(xyz(data.position));
   mesh.quaternion.copy(rotation(data.rotation));
+  return mesh;
+}
+// Ground that is not level. The first box is the level part under the stance foot.
+if (scene_data.ground_boxes) {
+  const slabs = new THREE.Group();
+  slabs.position.z = ground.position.z;
+  world.add(slabs);
+  ground.visible = false;
+  scene_data.ground_boxes.forEach((box, index) => {
+    const color = index === 0 ? 0xe3e7ea : box.soft ? 0xbcaaa4 : 0xb0bec5;
+    const material = new THREE.MeshLambertMaterial({ color });
+    const mesh = place(slabs, new THREE.BoxGeometry(...box.size), material, box);
+    mesh.castShadow = false;
+    mesh.receiveShadow = true;
+  });
 }
 const has_looks = links.some(l => l.body.looks.length > 0);
 function draw_looks(l) {

@@ -137,7 +137,7 @@ def page(folder, summary):
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
     engine = summary["plant"].split(",")[0]
     title = f"{summary['robot']}, {events.impulse_in_words(summary)}, {engine}: {outcome}"
-    scene = {key: summary.get(key) for key in ("ground", "target", "touchdown_s", "push_body", "push_point")}
+    scene = {key: summary.get(key) for key in ("ground", "ground_boxes", "target", "touchdown_s", "push_body", "push_point")}
     scene["unmet"] = [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]
     scene["plans"] = step_plans(folder) if "step_plans" in summary else []
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}

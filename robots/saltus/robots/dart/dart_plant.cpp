@@ -47,19 +47,19 @@ const char* describe(DartOptions::Collision choice) {
   return names[static_cast<int>(choice)];
 }
 
-double coefficient(const DartOptions& options) {
-  return options.cone == DartOptions::Friction::box ? options.friction
-                                                    : options.friction * std::sqrt(0.5);
+double coefficient(const DartOptions& options, double friction) {
+  return options.cone == DartOptions::Friction::box ? friction : friction * std::sqrt(0.5);
 }
 
 dd::SkeletonPtr ground(const DartOptions& options) {
   dd::SkeletonPtr skeleton = dd::Skeleton::create("ground");
   dd::BodyNode* body = skeleton->createJointAndBodyNodePair<dd::WeldJoint>().second;
   for (const GroundBox& box : ground_boxes(options)) {
+    if (box.is_soft) continue;
     dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
         std::make_shared<dd::BoxShape>(box.size));
-    shape->setRelativeTranslation(box.centre);
-    shape->getDynamicsAspect()->setFrictionCoeff(coefficient(options));
+    shape->setRelativeTransform(box.pose);
+    shape->getDynamicsAspect()->setFrictionCoeff(coefficient(options, box.friction));
   }
   return skeleton;
 }
@@ -85,10 +85,12 @@ class DartPlant final : public Plant {
       expect_capsules(options.collision);
       dart_engine::add_capsules(robot, *skeleton);
     }
+    // The friction of a contact is the smaller one: that of the ground.
+    const double largest = std::max(options.friction, options.ground.friction);
     for (dd::BodyNode* body : skeleton->getBodyNodes())
       for (std::size_t i = 0; i < body->getNumShapeNodes(); ++i)
         if (dd::DynamicsAspect* surface = body->getShapeNode(i)->getDynamicsAspect())
-          surface->setFrictionCoeff(coefficient(options));
+          surface->setFrictionCoeff(coefficient(options, largest));
     for (int i = 0; i < robot.joints(); ++i)
       skeleton->getDof(view_.dof(6 + i))->setDampingCoefficient(options.joint_friction);
     world_->setGravity({0.0, 0.0, -standard_gravity});

@@ -127,14 +127,19 @@ std::string body_xml(const FloatingRobot& robot, int i, const Plant::Options& op
   return text + "</body>\n";
 }
 
-// Level ground is a plane: it has no edges and the cheapest collisions.
+// Level ground is a plane: it has no edges and the cheapest collisions. The priority of boxes makes
+// their friction that of the contact.
 std::string ground_xml(const Plant::Options& options) {
-  if (options.ground_step == 0.0)
+  if (options.ground.is_level())
     return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
   std::string text;
-  for (const GroundBox& box : ground_boxes(options))
-    text += fmt::format("<geom type=\"box\" contype=\"0\" conaffinity=\"1\"{}{}/>\n",
-                        numbers("size", 0.5 * box.size), numbers("pos", box.centre));
+  for (const GroundBox& box : ground_boxes(options)) {
+    if (box.is_soft) continue;
+    text +=
+        fmt::format("<geom type=\"box\" contype=\"0\" conaffinity=\"1\" priority=\"1\"{}{}{}/>\n",
+                    numbers("friction", Vec<double, 3>(box.friction, 0.0, 0.0)),
+                    numbers("size", 0.5 * box.size), pose_xml(box.pose));
+  }
   return text;
 }
 
@@ -155,8 +160,7 @@ Mat<double, 3, 3> rotation(const mjtNum* quaternion) {
 }  // namespace
 
 std::string to_mjcf(const FloatingRobot& robot, const Plant::Options& options) {
-  // The friction of a pair is the larger of the two, which are equal here. Inertias are taken as
-  // given.
+  // Inertias are taken as given.
   return fmt::format(
              "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" "
              "balanceinertia=\"false\"/>\n"

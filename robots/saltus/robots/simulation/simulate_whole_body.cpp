@@ -16,7 +16,9 @@
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/ground.hpp"
 #include "saltus/robots/whole_body/sample_period.hpp"
+#include "saltus/robots/whole_body/soft_ground.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -30,13 +32,22 @@ FloatingRobot make_body(const UrdfModel& model, const RobotDescription& descript
   return robot;
 }
 
+// The ground beside the stance foot of this side.
+DartOptions engine_options(const BipedSettings& settings, Side stance) {
+  DartOptions options = settings.plant.engine;
+  if (stance == Side::left) options.ground.edge = -options.ground.edge;
+  options.self_collision = settings.control.self_collision;
+  return options;
+}
+
 std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
                                    Side stance) {
-  DartOptions options = settings.plant.engine;
-  if (stance == Side::left) options.ground_edge = -options.ground_edge;
-  options.self_collision = settings.control.self_collision;
-  return settings.plant.choice == PlantSettings::Choice::mujoco ? make_mujoco_plant(body, options)
-                                                                : make_dart_plant(body, options);
+  const DartOptions options = engine_options(settings, stance);
+  std::unique_ptr<Plant> engine = settings.plant.choice == PlantSettings::Choice::mujoco
+                                      ? make_mujoco_plant(body, options)
+                                      : make_dart_plant(body, options);
+  return options.ground.sink > 0.0 ? make_soft_ground(std::move(engine), body, options)
+                                   : std::move(engine);
 }
 
 // The controllers know the speed at which the torque of a motor vanishes.
@@ -53,24 +64,32 @@ FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const
   return frame;
 }
 
-// Throws if a foot initially stands on the ground's step or is inside it.
+// Throws if a foot initially stands beyond the edge of the ground or is inside the ground there.
 void expect_room(const BalanceController& controller, const RobotDescription& robot,
-                 const Scene& scene, const DartOptions& ground) {
+                 const Scene& scene, const Plant::Options& engine) {
   constexpr double slack = 1e-3;  // m
-  if (ground.ground_step == 0.0) return;
-  const double edge = scene.side == Side::left ? -ground.ground_edge : ground.ground_edge;
+  if (engine.ground.is_level()) return;
+  const std::vector<GroundBox> boxes = ground_boxes(engine);
   const BalancePlanner::Estimate estimate = controller.centroidal_estimate();
   for (const Side side : {Side::left, Side::right}) {
     const bool standing = side == scene.side || scene.two_feet;
     const Mat<double, 4, 3> corners = foot_corners_3d(estimate.sole(side), robot.foot(side));
     for (int i = 0; i < 4; ++i) {
-      const bool is_beyond = corners(i, 1) / edge > 1.0;
-      if (!is_beyond || (!standing && corners(i, 2) > ground.ground_step - slack)) continue;
-      throw InputError(
-          fmt::format("simulator.ground_edge = {} m: the {} sole {} the ground step of {} m (its "
-                      "corner is at y = {:.3f} m); move the edge beyond it",
-                      ground.ground_edge, side == Side::left ? "left" : "right",
-                      standing ? "stands on" : "is within", ground.ground_step, corners(i, 1)));
+      if (corners(i, 1) / engine.ground.edge <= 1.0) continue;
+      const double height = height_at(boxes, corners(i, 0), corners(i, 1));
+      const std::string sole = fmt::format("the {} sole (corner at {:.3f}, {:.3f}, {:.3f} m)",
+                                           side == Side::left ? "left" : "right", corners(i, 0),
+                                           corners(i, 1), corners(i, 2));
+      if (standing)
+        throw InputError(
+            fmt::format("simulator.ground_*: {} stands beyond the edge at y = {} m, where the "
+                        "ground is not level; use a posture with narrower feet",
+                        sole, engine.ground.edge));
+      if (corners(i, 2) <= height - slack)
+        throw InputError(
+            fmt::format("simulator.ground_step_m, ground_slope_* and ground_roughness_m: {} is "
+                        "inside the ground, whose height there is {:.3f} m; lower the ground",
+                        sole, height));
     }
   }
 }
@@ -103,14 +122,16 @@ class WholeBodyRun final : LoopController, LoopPlant {
     if (!pushes.empty()) pushed_ = frame_of(pushes.front(), body_, model);
     robot_.reset(start_);
     controller_.start(start_, robot_.read());
-    expect_room(controller_, robot, scene_, settings_.plant.engine);
+    expect_room(controller_, robot, scene_, engine_options(settings_, scene_.side));
   }
 
   RunLog run() {
     run_until_over(*this, *this, recorder_);
     RunLog log = recorder_.finish(controller_.applied(), truth_);
     log.floating = described_;
-    log.ground_friction = settings_.plant.engine.friction;
+    const DartOptions engine = engine_options(settings_, scene_.side);
+    log.ground_friction = std::max(engine.friction, engine.ground.friction);
+    log.plant_ground = engine.ground;
     log.pushed = pushed_;
     const BalanceController::Statistics& statistics = controller_.statistics();
     log.control_calls = statistics.calls;

@@ -26,10 +26,10 @@ struct PlantSettings {
   enum class Sensors { ideal, measured };
 
   Choice choice = Choice::centroidal;  ///< simulated system and engine
-  /// Engine and ground. The controllers have no knowledge of the step in the ground. It begins
-  /// `ground_edge` (m) from the stance sole, on the side of the swing foot. The lifted swing foot
+  /// Engine and ground. The controllers assume level ground. The edge of the ground is on the side
+  /// of the swing foot; only its distance from the stance sole counts here. The lifted swing foot
   /// extends to 0.17 m.
-  DartOptions engine{{.ground_edge = 0.18}};
+  DartOptions engine{{.ground = {.edge = 0.18}}};
   int delay_ticks = 0;               ///< delay of the torques, control periods
   MotorOptions motors;               ///< lag and rate limit of the torques
   DriveFactors drives;               ///< drives of the simulated robot

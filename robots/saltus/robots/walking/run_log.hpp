@@ -9,6 +9,7 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
@@ -89,7 +90,8 @@ struct RunLog : LoopLog {
   std::vector<BodySample> body;       ///< whole body only, like the next two
   FloatingRobot floating;             ///< the robot in the simulation
   FloatingRobot::Frame pushed;        ///< frame of the link that is pushed
-  double ground_friction = infinity;  ///< Coulomb's coefficient
+  double ground_friction = infinity;  ///< Coulomb's coefficient, the largest if it varies
+  Plant::Ground plant_ground;         ///< shape of the ground; `ground` lists the support
   std::vector<Step> steps;            ///< one per step
   std::vector<Ground> ground;         ///< one at the start, one more at each lift-off and landing
   std::vector<Plan> step_plans;       ///< ticks in which steps are planned or compared

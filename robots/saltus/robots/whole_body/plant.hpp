@@ -1,7 +1,8 @@
-// Physics engine: a robot on level ground with at most one step in it.
+// Physics engine: a robot on ground that is level under its stance foot.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "saltus/robots/whole_body/floating_robot.hpp"
@@ -11,14 +12,39 @@ namespace saltus::robots {
 /// Simulated dynamics, driven by joint torques. One call of step() is one step of the engine.
 class Plant {
  public:
+  /// Ground. Its height is 0 on the side of the line y = `edge` that contains the origin. The other
+  /// members describe the part beyond the edge by x and the distance from the edge, so the opposite
+  /// `edge` gives the mirror image.
+  struct Ground {
+    double edge = -0.18;         ///< y of the edge, m
+    double height = 0.0;         ///< at x = 0, 0.06 m beyond the edge; m
+    double slope_forward = 0.0;  ///< rise per metre of x
+    double slope_side = 0.0;     ///< rise per metre away from the edge
+    /// The ground ends at this x, or at this distance from the edge, m. Beyond an end it is 5 cm
+    /// lower. With both slopes, the end in x is a line across the slope, which turns slightly.
+    std::optional<double> end_forward = std::nullopt, end_side = std::nullopt;
+    /// Random heights within this bound (m), of square tiles of 0.1 m up to 2 m from the origin
+    /// in x and from the edge.
+    double roughness = 0.0;
+    int seed = 1;           ///< seed of the random heights
+    double friction = 0.0;  ///< Coulomb friction; 0: as Options::friction
+    /// Depth to which a sole sinks that carries the whole weight, m; 0: rigid ground. Engines leave
+    /// soft ground out; make_soft_ground() adds its forces on the feet. It is 5 cm deep.
+    double sink = 0.0;
+
+    /// True if the whole ground is level and has the same properties.
+    bool is_level() const {
+      return height == 0.0 && slope_forward == 0.0 && slope_side == 0.0 && !end_forward &&
+             !end_side && roughness == 0.0 && friction == 0.0 && sink == 0.0;
+    }
+  };
+
   /// Options of the ground and the engine.
   struct Options {
     double step = 1e-3;           ///< time step, s
     double friction = 1.0;        ///< Coulomb friction of the ground
     double joint_friction = 0.0;  ///< viscous, Nm s/rad
-    /// Step in the ground: the height is 0, and `ground_step` (m) beyond the line y = `ground_edge`
-    /// (m), seen from the origin.
-    double ground_step = 0.0, ground_edge = -0.18;
+    Ground ground;                ///< shape of the ground, level by default
     /// Lets capsules of bodies that must stay apart collide with each other, and capsules of all
     /// bodies except the feet with the ground.
     bool self_collision = false;
