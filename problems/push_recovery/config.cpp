@@ -80,7 +80,7 @@ void declare_presets(Settings& s, Config& config) {
             "whole_body.swing_foot=400", "whole_body.angular_momentum=20",
             "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60",
             "whole_body.estimate_support=true", "sensor.rocking_walk=0.02",
-            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400"});
+            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "posture=bent"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
   // midway between heels and toes.
   s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));

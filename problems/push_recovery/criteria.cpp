@@ -76,7 +76,7 @@ LimitsOnTheWay limits_on_the_way(const Config& config, const robots::RobotDescri
   // The bounds are those of a robot on one foot.
   const robots::StandingPosture& one_foot = config.scene.stance == robots::Stance::both
                                                 ? robot.default_posture()
-                                                : posture_on(config.scene.stance, robot);
+                                                : posture_at_start(config.scene, robot);
   const double length = one_foot.com[2] / reference_height;
   limits.height = between(height_lowest * length, height_highest * length);
   limits.momentum = angular_momentum_limit * robot.mass / reference_mass * std::pow(length, 1.5);

@@ -23,10 +23,8 @@ void declare_settings(Settings& s, Plant::Ground& ground) {
            "whole body: distance from the stance sole at which another ground begins, which the "
            "controllers take for level; the other keys ground_* describe it",
            between(0.05, 1.0));
-  s.number(
-      "simulator.ground_step_m", ground.height, "m",
-      "whole body: height of the ground beyond ground_edge_m",
-      between(-0.1, 0.1));
+  s.number("simulator.ground_step_m", ground.height, "m",
+           "whole body: height of the ground beyond ground_edge_m", between(-0.1, 0.1));
   s.number("simulator.ground_slope_forward", ground.slope_forward, "",
            "whole body: rise per metre forward; ground_step_m is the height at x = 0, 0.06 m "
            "beyond the edge",

@@ -54,7 +54,7 @@ WholeBodyController::Options control_of(const BipedSettings& settings, double st
 }  // namespace
 
 const StandingPosture& BipedProblem::posture(const RobotDescription& robot) const {
-  return posture_on(settings().scene.stance, robot);
+  return posture_at_start(settings().scene, robot);
 }
 
 std::vector<Push> BipedProblem::pushes() const {

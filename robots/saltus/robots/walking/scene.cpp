@@ -60,13 +60,18 @@ const StandingPosture& posture_on_both_feet(const RobotDescription& robot) {
   throw InputError(fmt::format("{}: {} has no posture on both feet", robot.file, robot.name));
 }
 
-const StandingPosture& posture_on(Stance stance, const RobotDescription& robot) {
-  if (stance == Stance::both) return posture_on_both_feet(robot);
-  return robot.posture_on(stance == Stance::left ? Side::left : Side::right);
+const StandingPosture& posture_at_start(const SceneSettings& settings,
+                                        const RobotDescription& robot) {
+  if (!settings.posture.empty())
+    for (const StandingPosture& posture : robot.postures)
+      if (posture.stance == settings.stance && posture.name.ends_with("_" + settings.posture))
+        return posture;
+  if (settings.stance == Stance::both) return posture_on_both_feet(robot);
+  return robot.posture_on(settings.stance == Stance::left ? Side::left : Side::right);
 }
 
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot) {
-  Scene scene = scene_of(posture_on(settings.stance, robot), robot);
+  Scene scene = scene_of(posture_at_start(settings, robot), robot);
   scene.target = settings.target;
   return scene;
 }

@@ -1,6 +1,8 @@
 // Scene of a biped: positions of the feet and the target of the CoM.
 #pragma once
 
+#include <string>
+
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
@@ -12,7 +14,10 @@ struct SceneSettings {
   /// Point above which the centre of mass comes to rest.
   enum class Target { sole_midpoint, centroid };
 
-  Stance stance = Stance::left;           ///< feet that carry the robot at the start
+  Stance stance = Stance::left;  ///< feet that carry the robot at the start
+  /// End of the name of the posture at the start, as "bent" in "left_stance_bent". If no posture
+  /// has it, the first one on the stance foot is used.
+  std::string posture;
   Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
 };
 /// Deprecated name.
@@ -55,8 +60,9 @@ Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
 /// The first posture on both feet. Throws InputError if there is none.
 const StandingPosture& posture_on_both_feet(const RobotDescription& robot);
 
-/// The posture for the stance at the start. Throws InputError if there is none.
-const StandingPosture& posture_on(Stance stance, const RobotDescription& robot);
+/// The posture at the start. Throws InputError if there is none on these feet.
+const StandingPosture& posture_at_start(const SceneSettings& settings,
+                                        const RobotDescription& robot);
 /// Scene of the posture of the settings.
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
 

@@ -82,7 +82,8 @@ struct MotorOptions {
 struct SwingOptions {
   double clearance = 0.03;  ///< m, height of the sole above the ground at mid-swing
   double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
-  double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected
+  double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected and the foot
+                            ///< does not land softly
   double apex = 0.5;        ///< time of the largest height, as a fraction of the swing
   /// The foot descends through the last `touch_height` (m) with a constant speed (m/s), so that it
   /// lands softly on ground that is higher than expected. 0: it lands at rest at the landing time.
@@ -112,6 +113,9 @@ struct FootSupportOptions {
   double settle = 0.2, forget = 0.6;  ///< s; a turn is forgotten, sooner by a sole that rests
   double regain = 0.02;               ///< m/s, growth of the area below a sole that rests
   double on_edge = 0.004;             ///< m; a centre of pressure this close to the rim is on it
+  /// rad/s^2, acceleration of a sole on its rim, which stance_damping limits to a speed; rad,
+  /// largest tilt to which it leads.
+  double flattening = 30.0, most_tilt = 0.15;
   /// A foot that has landed may be given the measured load times a factor and a first load
   /// (weights). This ends when it has carried `proven` weights.
   double more_load = 1.5, first_load = 0.3, proven = 0.45;

@@ -1,6 +1,7 @@
 #include "saltus/robots/whole_body/foot_support.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace saltus::robots {
 namespace {
@@ -26,6 +27,8 @@ void FootSupport::stand(double load) {
   area_ = sole_;
   down_.setZero();
   missed_.setZero();
+  late_.setZero();
+  flattening_.setZero();
   measured_.setZero();
   measured_[2] = load;
   commanded_.setZero();
@@ -44,6 +47,7 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   measured_ += share * (measured - measured_);
   commanded_ += share * (commanded - commanded_);
   has_carried_ |= has_carried(measured_[2]);
+  flattening_.setZero();
   const double least = options_.loaded * weight_;
   if (measured_[2] < least || commanded_[2] < least) return;
 
@@ -52,6 +56,7 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   const bool rests = (wanted - pressure).cwiseAbs().maxCoeff() < options_.apart;
   down_ *= 1.0 - share_of(dt, rests ? options_.settle : options_.forget);
   down_ += dt * Vec<double, 2>(turn[1], -turn[0]);
+  const Vec<double, 3> normal = sole.pose.linear().col(2);
   for (const int axis : {0, 1}) {
     Bounds& area = axis == 0 ? area_.x : area_.y;
     const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
@@ -60,7 +65,32 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
     area.lower = std::max(whole.lower, std::min(area.lower - more, at));
     area.upper = std::min(whole.upper, std::max(area.upper + more, at));
     end_area(axis, at, wanted[axis], dt);
+    const Vec<double, 3> about = sole.pose.linear().col(1 - axis);
+    const Vec<double, 3> acceleration = flattening_about(axis, at, wanted[axis], dt) * about;
+    // It must not increase a large tilt.
+    if (normal[2] > std::cos(options_.most_tilt) || acceleration.cross(normal)[2] > 0.0)
+      flattening_ += acceleration;
   }
+}
+
+// Acceleration about the sole's other axis, once the centre of pressure has stayed on the rim.
+double FootSupport::flattening_about(int axis, double pressure, double wanted, double dt) {
+  const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
+  double acceleration = 0.0;
+  for (const int end : {0, 1}) {
+    const double outwards = end == 0 ? -1.0 : 1.0;
+    const double rim = end == 0 ? whole.lower : whole.upper;
+    const double inside = outwards * (pressure - wanted) - options_.apart;
+    double& late = late_(axis, end);
+    if (inside > 0.0 && outwards * (rim - pressure) < options_.on_edge)
+      late += inside * dt;
+    else
+      late *= 1.0 - share_of(dt, options_.lag);
+    if (late < options_.missed) continue;
+    // Turns towards the inside: a lower toe is a positive turn, a lower left edge a negative one.
+    acceleration = (axis == 0 ? -outwards : outwards) * options_.flattening;
+  }
+  return acceleration;
 }
 
 // Ends the area at the centre of pressure if the sole has turned over an edge there.

@@ -11,8 +11,8 @@ namespace saltus::robots {
 ///
 /// If a sole turns over an edge, its centre of pressure stays at the edge while the commanded one
 /// lies beyond. The area then ends there. It grows again as soon as the ground carries load
-/// further out. A foot that has just landed may be given the load that it carries already, and a
-/// little more.
+/// further out. A sole that touches only with its rim turns until it is flat. A foot that has just
+/// landed may be given the load that it carries already, and a little more.
 class FootSupport {
  public:
   /// Wrenches of the ground on the foot: (force N | torque Nm), axes of the sole.
@@ -29,19 +29,25 @@ class FootSupport {
 
   /// Part of the sole that is supported, in the sole frame.
   const FootRectangle& area() const { return area_; }
+  /// Angular acceleration that lets a sole on its rim turn flat, world axes, rad/s^2; zero if the
+  /// sole is flat.
+  const Vec<double, 3>& flattening() const { return flattening_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
 
  private:
   void end_area(int axis, double pressure, double wanted, double dt);
+  double flattening_about(int axis, double pressure, double wanted, double dt);
   bool has_carried(double load) const { return load > options_.proven * weight_; }
 
   FootRectangle sole_, area_;
   double weight_;
   FootSupportOptions options_;
   bool has_carried_ = false;
-  Vec<double, 2> down_ = Vec<double, 2>::Zero();          // angles of front and left edge, rad
-  Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero();  // m s; axis by lower and upper end
+  Vec<double, 2> down_ = Vec<double, 2>::Zero();  // angles of front and left edge, rad
+  Vec<double, 3> flattening_ = Vec<double, 3>::Zero();
+  // m s; axis by lower and upper end
+  Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero(), late_ = Mat<double, 2, 2>::Zero();
   Wrench measured_ = Wrench::Zero(), commanded_ = Wrench::Zero();  // filtered
 };
 

@@ -10,6 +10,10 @@ namespace {
 constexpr double shortest =
     0.01;  // remaining time below which the trajectory is no longer changed, s
 
+// Speed of a foot that lands softly, if the ground is lower than expected, as a multiple of the
+// speed of touching: the capture point does not wait.
+constexpr double softly_late = 4.0;
+
 // One step of the quintic from (p, v, a) to rest at `goal` in T.
 void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
   if (T <= shortest) {  // coast to rest
@@ -86,8 +90,10 @@ void SwingFoot::advance(double t) {
   } else if (t < landing_time_) {
     descend(t, dt);
   } else {
-    position_[2] -= options_.late_speed * dt;
-    velocity_[2] = -options_.late_speed;
+    const double speed =
+        options_.touch_speed > 0.0 ? softly_late * options_.touch_speed : options_.late_speed;
+    position_[2] -= speed * dt;
+    velocity_[2] = -speed;
     acceleration_[2] = 0.0;
   }
 }
