@@ -34,23 +34,41 @@ def from_two_feet(seed):
             "push.direction": f"[{math.cos(angle):.6f}, {math.sin(angle):.6f}, 0]"}
 
 
-# Unknown grounds. The uneven ground begins at an edge 0.18 m to the side of the stance sole, and the swing foot lands
-# beyond the edge or on it.
+# Unknown grounds. The other ground begins 0.11 m beside the stance sole, so that the whole foot lands on it, at about
+# 0.17 m. A ground that may be higher begins at 0.18 m, because the lifted foot is above the nearer part; the foot then
+# lands across the edge.
+NEAR, FAR = 0.11, 0.18
+LIFTED = 0.003  # m, to which the ground may rise below the lifted foot
+FOOT = (-0.06, 0.12)  # m, heel and toe
+
+
+def slope(draw):
+    """A slope in any direction, as high as the lifted foot allows."""
+    forward, side = draw.uniform(-SLOPE, SLOPE), draw.uniform(-SLOPE, SLOPE)
+    rise = max(forward * x for x in FOOT) + max(0.0, -side * 0.06)
+    return {"simulator.ground_slope_forward": forward, "simulator.ground_slope_side": side,
+            "simulator.ground_step_m": min(0.0, LIFTED - rise)}
+
+
+def height(draw):
+    step = draw.uniform(-0.02, 0.02)
+    return {"simulator.ground_step_m": step} | ({"simulator.ground_edge_m": FAR} if step > LIFTED else {})
+
+
 def half_foothold(draw):
     """The ground ends below the middle of the foot, to the side or in front."""
     if draw.random() < 0.5:
-        return {"simulator.ground_end_side_m": draw.uniform(0.005, 0.035)}
-    return {"simulator.ground_end_forward_m": draw.uniform(0.01, 0.06)}
+        return {"simulator.ground_end_side_m": draw.uniform(0.045, 0.08)}
+    return {"simulator.ground_end_forward_m": draw.uniform(0.0, 0.06)}
 
 
 GROUNDS = {
-    "height": lambda draw: {"simulator.ground_step_m": draw.uniform(-0.02, 0.02)},
-    "slope": lambda draw: {"simulator.ground_slope_forward": draw.uniform(-SLOPE, SLOPE),
-                           "simulator.ground_slope_side": draw.uniform(-SLOPE, SLOPE)},
+    "height": height,
+    "slope": slope,
     "half foothold": half_foothold,
-    "soft": lambda draw: {"simulator.ground_sink_m": draw.uniform(0.002, 0.01)},
+    "soft": lambda draw: {"simulator.ground_sink_m": draw.uniform(0.001, 0.01)},
     "rough": lambda draw: {"simulator.ground_roughness_m": draw.uniform(0.002, 0.01),
-                           "simulator.ground_seed": draw.randrange(1, 2 ** 31)},
+                           "simulator.ground_seed": draw.randrange(1, 2 ** 31), "simulator.ground_edge_m": FAR},
     "low friction": lambda draw: {"simulator.ground_friction": draw.uniform(0.3, 0.6)},
 }
 MIXED = "mixed"  # two or more of them
@@ -62,9 +80,11 @@ def unknown_ground(seed):
     kinds = [*GROUNDS, MIXED]
     kind = kinds[(seed - 1) % len(kinds)]
     drawn = draw.sample(list(GROUNDS), draw.randint(2, len(GROUNDS))) if kind == MIXED else [kind]
-    ground = {}
+    ground = {"simulator.ground_edge_m": FAR if kind == MIXED else NEAR}
     for one in drawn:
         ground |= GROUNDS[one](draw)
+    if ground["simulator.ground_edge_m"] == FAR and "simulator.ground_end_side_m" in ground:
+        ground["simulator.ground_end_side_m"] = max(0.01, ground["simulator.ground_end_side_m"] - (FAR - NEAR))
     return [(kind, {"push.impulse": 7} | {key: round(value, 5) for key, value in ground.items()})]
 
 

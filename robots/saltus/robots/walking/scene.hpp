@@ -14,11 +14,11 @@ struct SceneSettings {
   /// Point above which the centre of mass comes to rest.
   enum class Target { sole_midpoint, centroid };
 
-  Stance stance = Stance::left;  ///< feet that carry the robot at the start
+  Stance stance = Stance::left;           ///< feet that carry the robot at the start
+  Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
   /// End of the name of the posture at the start, as "bent" in "left_stance_bent". If no posture
   /// has it, the first one on the stance foot is used.
-  std::string posture;
-  Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
+  std::string posture{};
 };
 /// Deprecated name.
 using Target [[deprecated("use SceneSettings::Target; removed in 0.4")]] = SceneSettings::Target;

@@ -1,0 +1,108 @@
+// Estimated support of a standing foot: area, load, and the turn of a sole on its rim.
+#include <gtest/gtest.h>
+
+#include "saltus/robots/whole_body/foot_support.hpp"
+
+namespace saltus::robots {
+namespace {
+
+constexpr double step = 0.002;    // s
+constexpr double weight = 300.0;  // N
+const FootRectangle sole{between(-0.05, 0.1), between(-0.04, 0.03)};
+
+// Wrench with this load and centre of pressure, N and m.
+FootSupport::Wrench pressing(double load, double forward, double left) {
+  FootSupport::Wrench wrench = FootSupport::Wrench::Zero();
+  wrench[2] = load;
+  wrench[3] = left * load;
+  wrench[4] = -forward * load;
+  return wrench;
+}
+
+// A level sole with this angular velocity, rad/s.
+DynamicsModel::SoleMotion turning(const Vec<double, 3>& speed) {
+  DynamicsModel::SoleMotion motion;
+  motion.pose = Eigen::Isometry3d::Identity();
+  motion.twist.setZero();
+  motion.twist.head<3>() = speed;
+  return motion;
+}
+
+class Support : public testing::Test {
+ protected:
+  Support() : support(sole, weight, {.is_estimated = true}) { support.stand(weight); }
+  void advance(double time, const Vec<double, 3>& turn, const FootSupport::Wrench& measured,
+               const FootSupport::Wrench& commanded) {
+    for (double t = 0.0; t < time; t += step)
+      support.advance(step, turning(turn), measured, commanded);
+  }
+
+  FootSupport support;
+};
+
+const Vec<double, 3> at_rest = Vec<double, 3>::Zero();
+
+// The right part of the sole is in the air: the sole turns over the edge, right side down.
+TEST_F(Support, EndsWhereTheSoleTurnsOverAnEdge) {
+  advance(0.1, {0.3, 0.0, 0.0}, pressing(weight, 0.0, -0.01), pressing(weight, 0.0, -0.04));
+  EXPECT_NEAR(support.area().y.lower, -0.01, 1e-3);
+  EXPECT_EQ(support.area().y.upper, sole.y.upper);
+  EXPECT_EQ(support.area().x, sole.x);
+  // The ground carries load further out.
+  advance(0.1, at_rest, pressing(weight, 0.0, -0.03), pressing(weight, 0.0, -0.03));
+  EXPECT_LE(support.area().y.lower, -0.03 + 1e-6);
+}
+
+TEST_F(Support, RegainsTheAreaAtRest) {
+  advance(0.1, {0.0, 0.3, 0.0}, pressing(weight, 0.05, 0.0), pressing(weight, 0.09, 0.0));
+  EXPECT_NEAR(support.area().x.upper, 0.05, 1e-3);
+  advance(1.0, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
+  EXPECT_NEAR(support.area().x.upper, 0.07, 2e-3);  // 0.02 m/s
+  advance(5.0, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
+  EXPECT_EQ(support.area().x, sole.x);
+}
+
+// Errors of the model move the centre of pressure, but the sole does not turn.
+TEST_F(Support, KeepsTheAreaOfASoleThatDoesNotTurn) {
+  advance(1.0, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.03, -0.03));
+  EXPECT_EQ(support.area(), sole);
+}
+
+TEST_F(Support, TurnsASoleOnItsRimTowardsTheInside) {
+  const FootSupport::Wrench inside = pressing(weight, 0.0, 0.0);
+  advance(0.05, at_rest, pressing(weight, 0.0, sole.y.upper), inside);
+  EXPECT_GT(support.flattening()[0], 0.0);  // right side down
+  EXPECT_EQ(support.flattening()[1], 0.0);
+  advance(0.05, at_rest, pressing(weight, 0.0, sole.y.lower), inside);
+  EXPECT_LT(support.flattening()[0], 0.0);
+  advance(0.1, at_rest, pressing(weight, sole.x.upper, 0.0), inside);
+  EXPECT_LT(support.flattening()[1], 0.0);  // heel down
+  EXPECT_EQ(support.flattening()[0], 0.0);
+  advance(0.1, at_rest, inside, inside);
+  EXPECT_TRUE(support.flattening().isZero(0.0));
+  EXPECT_EQ(support.area(), sole);
+}
+
+TEST_F(Support, AFootThatHasLandedTakesLoadAsItIsCarried) {
+  EXPECT_EQ(support.most_load(), infinity);
+  support.stand(0.0);
+  EXPECT_EQ(support.most_load(), 0.3 * weight);
+  advance(0.1, at_rest, pressing(0.2 * weight, 0.0, 0.0), pressing(0.3 * weight, 0.0, 0.0));
+  EXPECT_NEAR(support.most_load(), 0.6 * weight, 1.0);
+  advance(0.1, at_rest, pressing(0.5 * weight, 0.0, 0.0), pressing(0.6 * weight, 0.0, 0.0));
+  EXPECT_EQ(support.most_load(), infinity);
+}
+
+TEST(FootSupport, EstimatesNothingUnlessRequested) {
+  FootSupport support(sole, weight, {});
+  support.stand(0.0);
+  for (int i = 0; i < 100; ++i)
+    support.advance(step, turning({0.3, 0.0, 0.0}), pressing(weight, 0.0, -0.01),
+                    pressing(weight, 0.0, -0.04));
+  EXPECT_EQ(support.area(), sole);
+  EXPECT_EQ(support.most_load(), infinity);
+  EXPECT_TRUE(support.flattening().isZero(0.0));
+}
+
+}  // namespace
+}  // namespace saltus::robots
