@@ -181,7 +181,7 @@ TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
       ASSERT_EQ(settings.warnings().size(), 1u) << key;
       EXPECT_TRUE(contains(settings.warnings()[0], "is now called '" + key + "'"));
     }
-  EXPECT_EQ(renamed, 24);
+  EXPECT_EQ(renamed, 25);
   Config other;
   Settings again;
   declare_settings(again, other);

@@ -9,6 +9,9 @@ namespace {
 // Smallest length of the area along an axis, m.
 constexpr double smallest = 0.01;
 
+// m s; a smaller integral is the end of an observation.
+constexpr double forgotten = 1e-6;
+
 // (forward, left), m.
 Vec<double, 2> pressure_of(const FootSupport::Wrench& wrench) {
   return {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
@@ -103,16 +106,17 @@ void FootSupport::end_area(int axis, double pressure, double wanted, double dt) 
   for (const int end : {0, 1}) {
     const double sign = end == 0 ? -1.0 : 1.0;
     const double beyond = sign * (wanted - pressure) - options_.apart;
-    double& missed = missed_(axis, end);
+    double &missed = missed_(axis, end), &outermost = outermost_(axis, end);
+    if (missed < forgotten || sign * (pressure - outermost) > 0.0) outermost = pressure;
     if (beyond > 0.0 && sign * down_[axis] > options_.tilted)
       missed += beyond * dt;
     else
       missed *= 1.0 - share_of(dt, options_.lag);
     if (missed < options_.missed) continue;
     if (end == 0)
-      area.lower = std::min(std::max(area.lower, pressure), area.upper - smallest);
+      area.lower = std::min(std::max(area.lower, outermost), area.upper - smallest);
     else
-      area.upper = std::max(std::min(area.upper, pressure), area.lower + smallest);
+      area.upper = std::max(std::min(area.upper, outermost), area.lower + smallest);
   }
 }
 

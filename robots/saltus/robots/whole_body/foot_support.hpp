@@ -48,6 +48,8 @@ class FootSupport {
   Vec<double, 3> flattening_ = Vec<double, 3>::Zero();
   // m s; axis by lower and upper end
   Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero(), late_ = Mat<double, 2, 2>::Zero();
+  // Outermost centre of pressure while the commanded one is missed, m.
+  Mat<double, 2, 2> outermost_ = Mat<double, 2, 2>::Zero();
   Wrench measured_ = Wrench::Zero(), commanded_ = Wrench::Zero();  // filtered
 };
 
