@@ -93,6 +93,7 @@ TEST_F(Disturbed, RecoversWithRealDrives) {
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
+  ASSERT_TRUE(verdict.body.has_value());
   EXPECT_LT(verdict.body->landing_force, 3.0 * log.robot.mass * standard_gravity);
 }
 

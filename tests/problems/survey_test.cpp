@@ -180,17 +180,16 @@ std::string long_arms(const std::array<const char*, 3>& names) {
     for (std::size_t k = 0; k < names.size(); ++k) {
       const std::string child = side + "_part" + std::to_string(k);
       const std::string at = k == 0 ? (side == "left" ? "0 0.4 0.3" : "0 -0.4 0.3") : "0 0 -0.5";
-      text += "<link name=\"" + child +
-              "\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" "
-              "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>" +
-              (k == 2 ? "<collision><origin xyz=\"0 0 -0.5\"/><geometry><box size=\"0.1 0.1 0.1\"/>"
-                        "</geometry></collision>"
-                      : "") +
-              "</link><joint name=\"" + side + "_" + names[k] +
-              "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + child +
-              "\"/><origin xyz=\"" + at +
-              "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"9\" "
-              "velocity=\"6\"/></joint>";
+      const char* const shape =
+          k == 2 ? R"(<collision><origin xyz="0 0 -0.5"/><geometry><box size="0.1 0.1 0.1"/>)"
+                   "</geometry></collision>"
+                 : "";
+      text += fmt::format(
+          R"(<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" )"
+          R"(ixy="0" ixz="0" iyz="0"/></inertial>{1}</link><joint name="{2}_{3}" type="revolute">)"
+          R"(<parent link="{4}"/><child link="{0}"/><origin xyz="{5}"/><axis xyz="0 1 0"/>)"
+          R"(<limit lower="-1" upper="1" effort="9" velocity="6"/></joint>)",
+          child, shape, side, names[k], parent, at);
       parent = child;
     }
   }

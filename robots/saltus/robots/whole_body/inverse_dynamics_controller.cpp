@@ -63,7 +63,7 @@ class InverseDynamicsController final : public WholeBodyController {
         cones{contact_cone(left_contact), contact_cone(right_contact)},
         rectangle{left_contact.foot, right_contact.foot},
         pressure_rows{left_contact.edges + 2, right_contact.edges + 2},
-        most_force_row{row_of_most_force(cones[left]), row_of_most_force(cones[right])},
+        most_force_row_{row_of_most_force(cones[left]), row_of_most_force(cones[right])},
         qp(capacity(n, cones, gains_in.clearance)),
         point(qp),
         effort(n),
@@ -124,7 +124,7 @@ class InverseDynamicsController final : public WholeBodyController {
   FootRectangle rectangle[2];
   // first of four rows in the cone: centre of pressure x min, max, y min, max
   int pressure_rows[2];
-  int most_force_row[2];  // of the cone; -1: none
+  int most_force_row_[2];  // of the cone; -1: none
   qp::StageQp qp;
   qp::StagePoint point;
   VectorXd effort, smallest, largest;  // largest torque at rest, and range of torques at this speed
@@ -339,8 +339,8 @@ void InverseDynamicsController::keep_on_support(qp::RowGroup& cone, int foot,
     for (int i = 0; i < 4; ++i) cone.M(pressure_rows[foot] + i, 2) = ends[i];
   }
   const double most = foot == left ? tasks.left_most_load : tasks.right_most_load;
-  if (most_force_row[foot] >= 0 && most < cone.upper[most_force_row[foot]])
-    cone.upper[most_force_row[foot]] = most;
+  if (most_force_row_[foot] >= 0 && most < cone.upper[most_force_row_[foot]])
+    cone.upper[most_force_row_[foot]] = most;
 }
 
 // The ground supports a tipped sole only where the sole touches it, independent of the requested
