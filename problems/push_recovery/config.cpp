@@ -82,8 +82,9 @@ void declare_presets(Settings& s, Config& config) {
             "whole_body.estimate_support=true", "sensor.rocking_walk=0.02",
             "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "posture=bent"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
-  // midway between heels and toes.
-  s.preset("stance", {"both"}, list({"step.planner=reactive", "target=centroid"}, of_formula));
+  // midway between heels and toes. Its usual posture has bent knees.
+  s.preset("stance", {"both"},
+           list({"step.planner=reactive", "target=centroid", "posture="}, of_formula));
   s.preset("step.planner", {"push_formula", "icp_formula", "reactive"}, of_formula);
   s.preset("step.planner", {"ocp"}, of_ocp);
 }

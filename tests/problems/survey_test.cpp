@@ -473,7 +473,7 @@ std::string doubts(const std::string& subject, const robots::UrdfModel& model,
   return text;
 }
 
-TEST(Doubts, KneesThatBendTheWrongWay) {
+TEST(Plausibility, KneesThatBendTheWrongWay) {
   const auto wrong = Finding::Level::wrong;
   Biped loose;
   loose.knee_lower = "-0.6";
@@ -496,7 +496,7 @@ TEST(Doubts, KneesThatBendTheWrongWay) {
                        "the forward direction is doubtful"));
 }
 
-TEST(Doubts, Units) {
+TEST(Plausibility, Units) {
   const robots::RobotDescription robot = survey_robot(Biped().model()).description;
   const auto wrong = [&](const Biped& biped) {
     return doubts("units", biped.model(), robot, Finding::Level::wrong);
@@ -522,7 +522,7 @@ TEST(Doubts, Units) {
       contains(doubts("units", biped.model(), giant, Finding::Level::wrong), "write lengths in m"));
 }
 
-TEST(Doubts, CoupledAndFrozenJoints) {
+TEST(Plausibility, CoupledAndFrozenJoints) {
   const std::string urdf = Biped().urdf();
   robots::RobotDescription robot = survey_robot(model_of(urdf)).description;
   robot.postures.clear();
@@ -550,7 +550,7 @@ TEST(Doubts, CoupledAndFrozenJoints) {
                        "\"arm_left_lift\" is frozen at zero, 0.2 rad outside its limits"));
 }
 
-TEST(Doubts, DifferentSides) {
+TEST(Plausibility, DifferentSides) {
   const std::string urdf = Biped().urdf();
   robots::RobotDescription robot = survey_robot(model_of(urdf)).description;
   robot.postures.clear();

@@ -6,6 +6,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "tests/robots/fixed_steps.hpp"
+#include "tests/support/errors.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -51,6 +52,19 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
   EXPECT_FALSE(planner.is_stepping());
   EXPECT_TRUE(planner.stands(Side::right));
   EXPECT_EQ(planner.scene().swing.position, plan.steps[0].place);
+}
+
+TEST(PostureAtStart, IsChosenByTheEndOfItsName) {
+  const RobotDescription robot = icub();
+  SceneSettings settings;
+  EXPECT_EQ(posture_at_start(settings, robot).name, "left_stance");
+  settings.posture = "bent";
+  EXPECT_EQ(posture_at_start(settings, robot).name, "left_stance_bent");
+  settings.stance = Stance::right;
+  EXPECT_EQ(posture_at_start(settings, robot).name, "right_stance_bent");
+  settings.stance = Stance::both;
+  expect_error<InputError>([&] { posture_at_start(settings, robot); },
+                           {"posture", "icub.yaml", "\"_bent\"", "two_feet"});
 }
 
 }  // namespace

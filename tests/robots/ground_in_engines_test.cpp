@@ -264,7 +264,7 @@ TEST(SoftGround, ALightFootComesToRest) {
   }
 }
 
-// Below soft ground, and beside it, the ground is rigid.
+// The ground below and beside soft ground is rigid.
 TEST(SoftGround, HasARigidBottomAndSide) {
   const Ground ground{.edge = 0.18, .sink = 0.03};
   WholeBodyState start = on_the_slope(ground);

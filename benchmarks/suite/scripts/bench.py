@@ -118,15 +118,19 @@ def run(arguments):
     return summarise(done, sys.stdout)
 
 
+def runs_of(arguments, campaign_name, tasks_of):
+    """The runs of a campaign: those of --merged, or of its tasks, which are carried out."""
+    if arguments.merged:
+        import records
+        return records.read_of(arguments.merged, campaign_name)
+    tasks = tasks_of(arguments)
+    return carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, campaign_name), arguments)
+
+
 def pushes(arguments):
     import campaign
     import table
-    if arguments.merged:
-        import records
-        done = records.read_of(arguments.merged, "pushes")
-    else:
-        tasks = campaign.push_tasks(arguments)
-        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "pushes"), arguments)
+    done = runs_of(arguments, "pushes", campaign.push_tasks)
     table.write_rows(campaign.push_table(done), sys.stdout)
     return status_of(done)
 
@@ -138,24 +142,14 @@ def robustness(arguments):
         for name, experiment in experiments.EXPERIMENTS.items():
             print(f"{name:<{width}}  {experiment.about}")
         return OK
-    if arguments.merged:
-        import records
-        done = records.read_of(arguments.merged, "robustness")
-    else:
-        tasks = experiments.tasks_of(arguments)
-        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "robustness"), arguments)
+    done = runs_of(arguments, "robustness", experiments.tasks_of)
     experiments.write(done, sys.stdout)
     return status_of(done)
 
 
 def survival_map(arguments):
     import campaign
-    if arguments.merged:
-        import records
-        done = records.read_of(arguments.merged, "map")
-    else:
-        tasks = campaign.map_tasks(arguments)
-        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "map"), arguments)
+    done = runs_of(arguments, "map", campaign.map_tasks)
     campaign.write_map(done, arguments.folder)
     print(f"{arguments.folder}: `saltus map` with the same grid and --out {arguments.folder} draws it")
     return status_of(done)

@@ -29,8 +29,9 @@ void declare_period(Settings& settings, WholeBodyController::Options& control);
 void declare_settings(Settings& settings, WholeBodyController::Options& control);
 /// Declares whole_body.stance_stiffness.
 void declare_settings(Settings& settings, StanceFootOptions& stance);
-/// Declares swing.*
+/// Declares whole_body.estimate_support.
 void declare_settings(Settings& settings, FootSupportOptions& support);
+/// Declares swing.*
 void declare_settings(Settings& settings, SwingOptions& swing);
 /// Declares drive.stiffness and drive.damping.
 void declare_settings(Settings& settings, DriveController::Options& drive);

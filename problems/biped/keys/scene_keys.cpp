@@ -9,8 +9,8 @@ void declare_stance(Settings& s, SceneSettings& scene) {
                    {{"left", Stance::left}, {"right", Stance::right}, {"both", Stance::both}},
                    "stance foot at the start, with the other foot in the air; or both feet");
   s.text("posture", scene.posture,
-         "end of the name of the posture at the start, such as bent; empty, or if the robot's file "
-         "has none: the first posture with this stance");
+         "end of the name of the posture at the start, such as bent; empty: the first posture with "
+         "this stance");
 }
 
 void declare_target(Settings& s, SceneSettings& scene) {

@@ -96,8 +96,8 @@ int sole_link(const robots::UrdfModel& model, const Survey& survey, int group) {
     if (survey.group(link) == group && survey.pose(link).linear().isApprox(half_turn, parallel))
       throw InputError(
           fmt::format("{}: by the names of the joints, left and right are exchanged: \"{}\" is on "
-                      "the other side "
-                      "of the robot, seen along its x axis; correct the names, or turn x forward",
+                      "the other side of the robot, seen along its x axis; correct the names, or "
+                      "turn x forward",
                       model.source(), survey.link(link).name));
   }
   if (best < 0)
@@ -322,8 +322,7 @@ void check_lengths(const robots::UrdfModel& model, const Survey& survey, int foo
   if (length > leg)
     throw InputError(
         fmt::format("{}: the foot of \"{}\" is {:.4g} m long, but its leg only {:.4g} m; correct "
-                    "its shape, for "
-                    "example with scale=\"0.001 0.001 0.001\" for a mesh in mm",
+                    "its shape, for example with scale=\"0.001 0.001 0.001\" for a mesh in mm",
                     model.source(), found.sole, length, leg));
 }
 

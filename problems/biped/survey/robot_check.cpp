@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "problems/biped/survey/doubts.hpp"
+#include "problems/biped/survey/plausibility.hpp"
 #include "problems/biped/survey/posture_search.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -30,7 +30,7 @@ class Check {
 
   std::vector<Finding> run(double forward, Bounds sideways) {
     if (!masses()) return std::move(findings_);
-    doubt_figures(model_, robot_, body_, findings_);
+    check_plausibility(model_, robot_, body_, findings_);
     limits();
     meshes();
     feet();

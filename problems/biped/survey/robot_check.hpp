@@ -42,7 +42,7 @@ class Subject {
 };
 
 /// Checks masses, inertias, joint limits, meshes and feet, and what a URDF often has wrong (units,
-/// sides, knees, coupled joints; doubts.hpp). In every posture the CoM must be above
+/// sides, knees, coupled joints; plausibility.hpp). In every posture the CoM must be above
 /// the support and limbs apart. The legs must reach the edges of the step region (`forward` and
 /// `sideways`, m). Throws InputError only for files that cannot be read.
 std::vector<Finding> check_robot(const robots::UrdfModel& model,

@@ -120,18 +120,26 @@ void RunRecorder::note_step(const std::string& failure, const TrueState& truth) 
 RunLog RunRecorder::finish(const Vec<double, 12>& applied, const TrueState& truth) {
   if (log_.samples.empty() || truth.time > log_.samples.back().time)
     note_sample(truth.time, applied, push_, truth);
-  const Scene& scene = planner_.scene();
-  log_.final_scene = scene;
-  log_.final_scene.stance.position = stood_at(scene.side);
-  if (!planner_.is_stepping()) log_.final_scene.swing.position = stood_at(other(scene.side));
+  Scene& scene = log_.final_scene = scene_of_soles();
+  scene.stance.position = stood_at(scene.side);
+  if (!planner_.is_stepping()) scene.swing.position = stood_at(other(scene.side));
   log_.controller = planner_.planner().controller().solver_name();
   log_.unmet_decisions = unmet_.take();
   return std::move(log_);
 }
 
+// The planner's scene with the rectangles of the soles. The planner may know smaller areas, which
+// the controller estimates; a verdict must not depend on them.
+Scene RunRecorder::scene_of_soles() const {
+  Scene scene = planner_.scene();
+  scene.stance_foot = log_.robot.foot(scene.side);
+  scene.swing_foot = log_.robot.foot(other(scene.side));
+  return scene;
+}
+
 // Records the contacts with the ground if they have changed.
 void RunRecorder::note_ground(double t) {
-  const Scene& scene = planner_.scene();
+  const Scene scene = scene_of_soles();
   const auto placed = [&](Side side) {
     SoleFrame sole = scene.sole(side);
     sole.position = stood_at(side);
@@ -164,7 +172,7 @@ Vec<double, 2> RunRecorder::capture_point_of(const Vec<double, 9>& gamma) const 
 }
 
 LoopState RunRecorder::state(double t, const TrueState& truth) const {
-  const Scene& scene = planner_.scene();
+  const Scene scene = scene_of_soles();
   const SupportPolygon ground = on_two_feet() ? scene.hull() : scene.stance_polygon();
   LoopState state{t, truth.gamma[2]};
   state.margin = -ground.signed_distance(capture_point_of(truth.gamma));

@@ -64,6 +64,7 @@ class RunRecorder {
  private:
   Vec<double, 3>& stood_at(Side side) { return stood_at_[side == Side::left ? 0 : 1]; }
   bool on_two_feet() const { return planner_.stands(Side::left) && planner_.stands(Side::right); }
+  Scene scene_of_soles() const;
   void note_ground(double t);
   void keep_unmet(double t);
   Vec<double, 2> capture_point_of(const Vec<double, 9>& gamma) const;

@@ -64,10 +64,10 @@ BalanceController::BalanceController(BalanceController::Parts parts,
       swing_(std::make_unique<SwingFoot>(options_.swing)),
       stance_{std::make_unique<StanceFoot>(options_.stance),
               std::make_unique<StanceFoot>(options_.stance)},
-      support_{support_of(Side::left), support_of(Side::right)},
+      support_{make_support(Side::left), make_support(Side::right)},
       swing_side_(other(options_.scene.side)) {}
 
-std::unique_ptr<FootSupport> BalanceController::support_of(Side side) const {
+std::unique_ptr<FootSupport> BalanceController::make_support(Side side) const {
   return std::make_unique<FootSupport>(options_.scene.rectangle(side),
                                        model().mass() * standard_gravity, options_.support);
 }

@@ -202,7 +202,7 @@ class BalanceController {
   void plan(double t);
   void find_landing(double t);
   void control(double t);
-  std::unique_ptr<FootSupport> support_of(Side side) const;
+  std::unique_ptr<FootSupport> make_support(Side side) const;
   FootSupport& support(Side foot) { return *support_[foot == Side::left ? 0 : 1]; }
   const FootSupport& support(Side foot) const { return *support_[foot == Side::left ? 0 : 1]; }
   StanceFoot& stance(Side foot) { return *stance_[foot == Side::left ? 0 : 1]; }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus::robots::walking {
@@ -62,10 +63,18 @@ const StandingPosture& posture_on_both_feet(const RobotDescription& robot) {
 
 const StandingPosture& posture_at_start(const SceneSettings& settings,
                                         const RobotDescription& robot) {
-  if (!settings.posture.empty())
-    for (const StandingPosture& posture : robot.postures)
-      if (posture.stance == settings.stance && posture.name.ends_with("_" + settings.posture))
-        return posture;
+  if (!settings.posture.empty()) {
+    std::string known;
+    for (const StandingPosture& posture : robot.postures) {
+      if (posture.stance != settings.stance) continue;
+      if (posture.name.ends_with("_" + settings.posture)) return posture;
+      known += (known.empty() ? "" : ", ") + posture.name;
+    }
+    throw InputError(fmt::format(
+        "posture: no posture of {} with this stance has a name that ends with \"_{}\"; add one, or "
+        "use the end of {}",
+        robot.file, printable(shortened(settings.posture)), known.empty() ? "another one" : known));
+  }
   if (settings.stance == Stance::both) return posture_on_both_feet(robot);
   return robot.posture_on(settings.stance == Stance::left ? Side::left : Side::right);
 }

@@ -16,8 +16,8 @@ struct SceneSettings {
 
   Stance stance = Stance::left;           ///< feet that carry the robot at the start
   Target target = Target::sole_midpoint;  ///< point above which the CoM comes to rest
-  /// End of the name of the posture at the start, as "bent" in "left_stance_bent". If no posture
-  /// has it, the first one on the stance foot is used.
+  /// End of the name of the posture at the start, as "bent" in "left_stance_bent". Empty: the
+  /// first posture with this stance.
   std::string posture{};
 };
 /// Deprecated name.
@@ -60,7 +60,7 @@ Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
 /// The first posture on both feet. Throws InputError if there is none.
 const StandingPosture& posture_on_both_feet(const RobotDescription& robot);
 
-/// The posture at the start. Throws InputError if there is none on these feet.
+/// The posture at the start. Throws InputError if there is none.
 const StandingPosture& posture_at_start(const SceneSettings& settings,
                                         const RobotDescription& robot);
 /// Scene of the posture of the settings.

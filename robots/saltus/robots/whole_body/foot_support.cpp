@@ -76,6 +76,16 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   }
 }
 
+// Integrates an excess over time, or forgets it when it is negative. True if the integral shows
+// that the excess lasts.
+bool FootSupport::persists(double& integral, double excess, double dt) const {
+  if (excess > 0.0)
+    integral += excess * dt;
+  else
+    integral *= 1.0 - share_of(dt, options_.lag);
+  return integral >= options_.missed;
+}
+
 // Acceleration about the sole's other axis, once the centre of pressure has stayed on the rim.
 double FootSupport::flattening_about(int axis, double pressure, double wanted, double dt) {
   const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
@@ -83,36 +93,29 @@ double FootSupport::flattening_about(int axis, double pressure, double wanted, d
   for (const int end : {0, 1}) {
     const double outwards = end == 0 ? -1.0 : 1.0;
     const double rim = end == 0 ? whole.lower : whole.upper;
+    const bool is_on_rim = outwards * (rim - pressure) < options_.on_edge;
     const double inside = outwards * (pressure - wanted) - options_.apart;
-    double& late = late_(axis, end);
-    if (inside > 0.0 && outwards * (rim - pressure) < options_.on_edge)
-      late += inside * dt;
-    else
-      late *= 1.0 - share_of(dt, options_.lag);
-    if (late < options_.missed) continue;
-    // Turns towards the inside: a lower toe is a positive turn, a lower left edge a negative one.
-    acceleration = (axis == 0 ? -outwards : outwards) * options_.flattening;
+    // A turn towards the inside: a lower toe is a positive one, a lower left edge a negative one.
+    if (persists(late_(axis, end), is_on_rim ? inside : 0.0, dt))
+      acceleration = (axis == 0 ? -outwards : outwards) * options_.flattening;
   }
   return acceleration;
 }
 
-// Ends the area at the centre of pressure if the sole has turned over an edge there.
+// Ends the area at the centre of pressure if the sole has turned over an edge there. A sole on its
+// rim has found no edge: it turns until it is flat.
 void FootSupport::end_area(int axis, double pressure, double wanted, double dt) {
   Bounds& area = axis == 0 ? area_.x : area_.y;
   const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
-  // A sole on its rim turns until it is flat.
-  if (pressure < whole.lower + options_.on_edge || pressure > whole.upper - options_.on_edge)
-    return;
+  const bool is_inside =
+      pressure > whole.lower + options_.on_edge && pressure < whole.upper - options_.on_edge;
   for (const int end : {0, 1}) {
-    const double sign = end == 0 ? -1.0 : 1.0;
-    const double beyond = sign * (wanted - pressure) - options_.apart;
+    const double outwards = end == 0 ? -1.0 : 1.0;
+    const bool has_turned = outwards * down_[axis] > options_.tilted;
+    const double beyond = outwards * (wanted - pressure) - options_.apart;
     double &missed = missed_(axis, end), &outermost = outermost_(axis, end);
-    if (missed < forgotten || sign * (pressure - outermost) > 0.0) outermost = pressure;
-    if (beyond > 0.0 && sign * down_[axis] > options_.tilted)
-      missed += beyond * dt;
-    else
-      missed *= 1.0 - share_of(dt, options_.lag);
-    if (missed < options_.missed) continue;
+    if (missed < forgotten || outwards * (pressure - outermost) > 0.0) outermost = pressure;
+    if (!persists(missed, is_inside && has_turned ? beyond : 0.0, dt)) continue;
     if (end == 0)
       area.lower = std::min(std::max(area.lower, outermost), area.upper - smallest);
     else

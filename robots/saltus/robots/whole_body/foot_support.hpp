@@ -21,7 +21,7 @@ class FootSupport {
   /// `sole`: the rectangle of the foot; `weight` of the robot, N.
   FootSupport(const FootRectangle& sole, double weight, const FootSupportOptions& options);
 
-  /// Begins to stand with the whole sole and this load (N).
+  /// Starts the estimate of a foot that stands on its whole sole and carries this load (N).
   void stand(double load);
   /// Advances by `dt` (s). `commanded` is the wrench that the controller expected.
   void advance(double dt, const DynamicsModel::SoleMotion& sole, const Wrench& measured,
@@ -38,6 +38,7 @@ class FootSupport {
  private:
   void end_area(int axis, double pressure, double wanted, double dt);
   double flattening_about(int axis, double pressure, double wanted, double dt);
+  bool persists(double& integral, double excess, double dt) const;
   bool has_carried(double load) const { return load > options_.proven * weight_; }
 
   FootRectangle sole_, area_;

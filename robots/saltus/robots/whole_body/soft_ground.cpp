@@ -60,12 +60,6 @@ std::vector<SolePoint> sole_points(const FloatingRobot& robot, const FloatingRob
   return points;
 }
 
-Mat3 cross_matrix(const Vec3& r) {
-  Mat3 m;
-  m << 0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0;
-  return m;
-}
-
 // Largest inverse mass (1/kg) with which the free foot yields to the springs of all its points. It
 // bounds that of the foot on the robot.
 double largest_mobility(const std::vector<SolePoint>& points, const FloatingRobot::Body& body,
@@ -73,7 +67,7 @@ double largest_mobility(const std::vector<SolePoint>& points, const FloatingRobo
   const Mat3 axes = sole.pose.linear();
   const auto jacobian = [](const Vec3& place) {  // of the velocity of a point, (angular | linear)
     Mat<double, 3, 6> J;
-    J << -cross_matrix(place), Mat3::Identity();
+    J << skew<double>(-place), Mat3::Identity();
     return J;
   };
   const Mat<double, 3, 6> of_com = jacobian(sole.pose.inverse() * body.com);

@@ -1,4 +1,4 @@
-#include "problems/biped/survey/doubts.hpp"
+#include "problems/biped/survey/plausibility.hpp"
 
 #include <fmt/format.h>
 
@@ -32,10 +32,10 @@ std::string few(std::vector<std::string> names) {
   return join_names(names);
 }
 
-class Doubts {
+class Plausibility {
  public:
-  Doubts(const robots::UrdfModel& model, const robots::RobotDescription& robot,
-         const robots::FloatingRobot& body, std::vector<Finding>& findings)
+  Plausibility(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+               const robots::FloatingRobot& body, std::vector<Finding>& findings)
       : model_(model),
         robot_(robot),
         body_(body),
@@ -82,8 +82,7 @@ class Doubts {
     else if (h > 0.0 && (stout < lightest || stout > heaviest))
       units.wrong(
           fmt::format("a robot about {:.2f} m high with {:.4g} kg is too {}: mass divided by "
-                      "height^3 is {:.3g} "
-                      "kg/m^3, that of humanoids 6 to 30; write masses in kg",
+                      "height^3 is {:.3g} kg/m^3, that of humanoids 6 to 30; write masses in kg",
                       h, body_.total_mass, stout < lightest ? "light" : "heavy", stout));
 
     // kg/m^3. The shape encloses the body, so the body is denser still.
@@ -111,8 +110,7 @@ class Doubts {
       if (density > lead && b.mass > main * body_.total_mass)
         units.wrong(
             fmt::format("\"{}\" has {:.4g} kg in a shape of {:.3g} litres, so it is denser than "
-                        "lead; correct its "
-                        "<mass> (kg) or its shape (m)",
+                        "lead; correct its <mass> (kg) or its shape (m)",
                         b.name, b.mass, 1e3 * volume));
       else if (density > lead)
         dense.push_back(b.name);
@@ -165,18 +163,16 @@ class Doubts {
       if (carried_mass(i) > limb * model_.total_mass())
         joints.wrong(
             fmt::format("\"{}\" is frozen at zero, {:.3g} rad outside its limits; list it under "
-                        "joints in {}, or "
-                        "move its zero between the limits with its <origin>",
+                        "joints in {}, or move its zero between the limits with its <origin>",
                         joint.name, off, robot_.file));
       else
         light.push_back(joint.name);
     }
     if (!coupled.empty())
-      joints.note(
-          fmt::format("{} follow moving joints by <mimic>, but stay at zero here, because coupled "
-                      "joints are not "
-                      "simulated; make them fixed, or give them motors instead of <mimic>",
-                      few(coupled)));
+      joints.note(fmt::format(
+          "{} follow moving joints by <mimic>, but stay at zero here, because coupled "
+          "joints are not simulated; make them fixed, or give them motors instead of <mimic>",
+          few(coupled)));
     if (!light.empty())
       joints.note(fmt::format(
           "{} are frozen at zero, outside their limits; move their zeros between the limits with "
@@ -334,8 +330,7 @@ class Doubts {
       if (points_back && (bends_back || -range.lower > range.upper))
         knees.wrong(fmt::format(
             "the {} toes point backwards and \"{}\" bends like a knee that faces backwards, so "
-            "left "
-            "and right are exchanged; correct the names of the joints, or turn x of \"{}\"",
+            "left and right are exchanged; correct the names of the joints, or turn x of \"{}\"",
             name_of(side), joint, robot_.sole(side)));
       else if (bends_back)
         knees.wrong(fmt::format(
@@ -345,8 +340,7 @@ class Doubts {
       else if (-range.lower > range.upper)
         knees.note(
             fmt::format("\"{}\" bends the shin forwards by {:.2f} rad and backwards by only {:.2f} "
-                        "rad; check its "
-                        "<axis> and its <limit>",
+                        "rad; check its <axis> and its <limit>",
                         joint, -range.lower, range.upper));
       else if (points_back)
         knees.note(fmt::format(
@@ -388,9 +382,9 @@ class Doubts {
 
 }  // namespace
 
-void doubt_figures(const robots::UrdfModel& model, const robots::RobotDescription& robot,
-                   const robots::FloatingRobot& body, std::vector<Finding>& findings) {
-  Doubts(model, robot, body, findings).run();
+void check_plausibility(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+                        const robots::FloatingRobot& body, std::vector<Finding>& findings) {
+  Plausibility(model, robot, body, findings).run();
 }
 
 }  // namespace saltus::survey

@@ -1,5 +1,5 @@
-// Doubts about a URDF that is valid but not the robot: other units, different sides, knees that
-// bend the wrong way, coupled joints, and frozen joints outside their limits.
+// Plausibility of a URDF, which may be valid and yet not describe the robot: other units, different
+// sides, knees that bend the wrong way, coupled joints, and frozen joints outside their limits.
 #pragma once
 
 #include <vector>
@@ -17,7 +17,7 @@ namespace saltus::survey {
 /// - Sides: masses, places of the CoM, limits and axes of the left and right limbs, and the lengths
 ///   of thigh and shin, are mirror images.
 /// - Knees: they bend forward, by their limits and in every posture, as the toes point.
-void doubt_figures(const robots::UrdfModel& model, const robots::RobotDescription& robot,
-                   const robots::FloatingRobot& body, std::vector<Finding>& findings);
+void check_plausibility(const robots::UrdfModel& model, const robots::RobotDescription& robot,
+                        const robots::FloatingRobot& body, std::vector<Finding>& findings);
 
 }  // namespace saltus::survey
