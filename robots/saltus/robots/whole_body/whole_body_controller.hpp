@@ -27,10 +27,10 @@ class WholeBodyController {
     /// Accelerations of the left and right foot while they stand, in addition to the damping.
     Vec<double, 6> left_hold = Vec<double, 6>::Zero(), right_hold = Vec<double, 6>::Zero();
     VectorXd posture;  ///< desired joint positions, rad
-    /// Supported parts of the soles, in the sole frames. Empty: the rectangles of the robot. These
-    /// and the largest vertical forces on the feet (N) are for inverse dynamics; momentum control
-    /// ignores them.
+    /// Supported parts of the soles, in the sole frames. Empty: the rectangles of the robot.
+    /// Momentum control ignores them.
     std::optional<FootRectangle> left_support, right_support;
+    /// Largest vertical forces on the feet, N. Momentum control ignores them.
     double left_most_load = infinity, right_most_load = infinity;
   };
 
