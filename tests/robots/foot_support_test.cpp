@@ -73,6 +73,11 @@ TEST_F(Support, TurnsASoleOnItsRimTowardsTheInside) {
   advance(0.05, at_rest, pressing(weight, 0.0, sole.y.upper), inside);
   EXPECT_GT(support.flattening()[0], 0.0);  // right side down
   EXPECT_EQ(support.flattening()[1], 0.0);
+  // The point that touches the ground is not accelerated.
+  const Vec<double, 3> touched(0.0, sole.y.upper, 0.0);
+  const Vec<double, 3> turn = support.flattening().head<3>();
+  EXPECT_LT((support.flattening().tail<3>() + turn.cross(touched)).norm(),
+            0.05 * turn.norm() * 0.03);
   advance(0.05, at_rest, pressing(weight, 0.0, sole.y.lower), inside);
   EXPECT_LT(support.flattening()[0], 0.0);
   advance(0.1, at_rest, pressing(weight, sole.x.upper, 0.0), inside);
@@ -80,6 +85,15 @@ TEST_F(Support, TurnsASoleOnItsRimTowardsTheInside) {
   EXPECT_EQ(support.flattening()[0], 0.0);
   advance(0.1, at_rest, inside, inside);
   EXPECT_TRUE(support.flattening().isZero(0.0));
+  EXPECT_EQ(support.area(), sole);
+}
+
+// The measured centre of pressure leaves the rim while the sole turns, before the sole is flat.
+TEST_F(Support, FindsNoEdgeWhileASoleTurnsFlat) {
+  const Vec<double, 3> heel_down{0.0, -0.5, 0.0};
+  const FootSupport::Wrench inside = pressing(0.3 * weight, 0.0, 0.0);
+  advance(0.05, heel_down, pressing(0.3 * weight, 0.095, 0.0), inside);
+  EXPECT_LT(support.flattening()[1], 0.0);
   EXPECT_EQ(support.area(), sole);
 }
 

@@ -112,7 +112,9 @@ struct FootSupportOptions {
   double apart = 0.008, missed = 4e-4, tilted = 0.006;
   double settle = 0.2, forget = 0.6;  ///< s; a turn is forgotten, sooner by a sole that rests
   double regain = 0.02;               ///< m/s, growth of the area below a sole that rests
-  double on_edge = 0.004;             ///< m; a centre of pressure this close to the rim is on it
+  /// A centre of pressure is on the rim if it is closer to it than `on_edge` (m) and the error of
+  /// the measured moment (Nm) divided by the load.
+  double on_edge = 0.004, moment_error = 0.7;
   /// rad/s^2, acceleration of a sole on its rim, which stance_damping limits to a speed; rad,
   /// largest tilt to which it leads.
   double flattening = 30.0, most_tilt = 0.15;

@@ -72,8 +72,15 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
     const Vec<double, 3> acceleration = flattening_about(axis, at, wanted[axis], dt) * about;
     // It must not increase a large tilt.
     if (normal[2] > std::cos(options_.most_tilt) || acceleration.cross(normal)[2] > 0.0)
-      flattening_ += acceleration;
+      flattening_.head<3>() += acceleration;
   }
+  const Vec<double, 3> touched = sole.pose.linear() * Vec<double, 3>(pressure[0], pressure[1], 0.0);
+  flattening_.tail<3>() = touched.cross(flattening_.head<3>());
+}
+
+// A small load has an uncertain centre of pressure.
+double FootSupport::rim_width() const {
+  return options_.on_edge + options_.moment_error / measured_[2];
 }
 
 // Integrates an excess over time, or forgets it when it is negative. True if the integral shows
@@ -93,7 +100,7 @@ double FootSupport::flattening_about(int axis, double pressure, double wanted, d
   for (const int end : {0, 1}) {
     const double outwards = end == 0 ? -1.0 : 1.0;
     const double rim = end == 0 ? whole.lower : whole.upper;
-    const bool is_on_rim = outwards * (rim - pressure) < options_.on_edge;
+    const bool is_on_rim = outwards * (rim - pressure) < rim_width();
     const double inside = outwards * (pressure - wanted) - options_.apart;
     // A turn towards the inside: a lower toe is a positive one, a lower left edge a negative one.
     if (persists(late_(axis, end), is_on_rim ? inside : 0.0, dt))
@@ -102,13 +109,14 @@ double FootSupport::flattening_about(int axis, double pressure, double wanted, d
   return acceleration;
 }
 
-// Ends the area at the centre of pressure if the sole has turned over an edge there. A sole on its
-// rim has found no edge: it turns until it is flat.
+// Ends the area at the centre of pressure if the sole has turned over an edge there. A sole that
+// was just now on its rim has found no edge: it turns until it is flat.
 void FootSupport::end_area(int axis, double pressure, double wanted, double dt) {
   Bounds& area = axis == 0 ? area_.x : area_.y;
   const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
-  const bool is_inside =
-      pressure > whole.lower + options_.on_edge && pressure < whole.upper - options_.on_edge;
+  const double width = rim_width();
+  const bool is_inside = pressure > whole.lower + width && pressure < whole.upper - width &&
+                         late_.row(axis).maxCoeff() < forgotten;
   for (const int end : {0, 1}) {
     const double outwards = end == 0 ? -1.0 : 1.0;
     const bool has_turned = outwards * down_[axis] > options_.tilted;

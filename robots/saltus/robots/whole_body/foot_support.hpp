@@ -29,15 +29,16 @@ class FootSupport {
 
   /// Part of the sole that is supported, in the sole frame.
   const FootRectangle& area() const { return area_; }
-  /// Angular acceleration that lets a sole on its rim turn flat, world axes, rad/s^2; zero if the
-  /// sole is flat.
-  const Vec<double, 3>& flattening() const { return flattening_; }
+  /// Acceleration (angular | linear) of the contact frame that turns a sole on its rim flat about
+  /// the point where it touches the ground; world axes, rad/s^2 and m/s^2. Zero if it is flat.
+  const Vec<double, 6>& flattening() const { return flattening_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
 
  private:
   void end_area(int axis, double pressure, double wanted, double dt);
   double flattening_about(int axis, double pressure, double wanted, double dt);
+  double rim_width() const;
   bool persists(double& integral, double excess, double dt) const;
   bool has_carried(double load) const { return load > options_.proven * weight_; }
 
@@ -46,7 +47,7 @@ class FootSupport {
   FootSupportOptions options_;
   bool has_carried_ = false;
   Vec<double, 2> down_ = Vec<double, 2>::Zero();  // angles of front and left edge, rad
-  Vec<double, 3> flattening_ = Vec<double, 3>::Zero();
+  Vec<double, 6> flattening_ = Vec<double, 6>::Zero();
   // m s; axis by lower and upper end
   Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero(), late_ = Mat<double, 2, 2>::Zero();
   // Outermost centre of pressure while the commanded one is missed, m.

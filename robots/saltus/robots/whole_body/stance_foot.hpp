@@ -16,8 +16,11 @@ class StanceFoot {
 
   /// Holds the foot at this pose.
   void stand(const Eigen::Isometry3d& pose);
-  /// Keeps this orientation from now on.
-  void keep_orientation(const Eigen::Isometry3d& pose) { place_.linear() = pose.linear(); }
+  /// Holds this orientation and height from now on.
+  void follow_turn(const Eigen::Isometry3d& pose) {
+    place_.linear() = pose.linear();
+    place_.translation()[2] = pose.translation()[2];
+  }
   /// Advances by `dt` (s). `force` is the measured vertical force on the foot, N.
   void advance(double dt, const DynamicsModel::SoleMotion& sole, double force);
   /// d twist / dt (angular | linear) that returns the foot to its place, without damping.
