@@ -358,41 +358,6 @@ class Agreement(OtherTable):
         return markdown(self.shape()[0], [*rows, ["all", "", "", "", f"{agree} of {len(cells)}"]])
 
 
-class RandomPushes(OtherTable):
-    """One minute with ten unknown random pushes, by seeds of pushes and sensors."""
-    readme = STEP_PLANNING
-    seeds = range(1, 21)
-    starts = {"left": "the left foot", "both": "two feet"}
-    conditions = {"ideal sensors": {"sensors": "ideal"},
-                  "measured sensors, torques one tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
-    titles = ("start", "with", "standing at the end", "recovered", "with a step", "largest H, Nms")
-
-    def runs(self):
-        return len(self.starts) * len(self.conditions) * len(self.seeds)
-
-    def shape(self):
-        return list(self.titles), len(self.starts) * len(self.conditions)
-
-    def settings(self, start, condition, seed):
-        return {"preset": "robot", "step.planner": "ocp", "plant": "dart", "stance": start, "push.start": 1,
-                "push.random.rate_hz": 0.16667, "push.random.seed": seed, "sensor.seed": seed, **self.conditions[condition]}
-
-    def make(self, programs):
-        rows = []
-        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
-            for start, word in self.starts.items():
-                for condition in self.conditions:
-                    found = list(pool.map(programs.outcome,
-                                          [self.settings(start, condition, seed) for seed in self.seeds]))
-
-                    def share(good, found=found):
-                        return f"{sum(map(good, found))} of {len(found)}"
-                    rows.append([word, condition, share(lambda s: not s["fell"]), share(lambda s: s["recovered"]),
-                                 share(lambda s: bool(s["steps"])),
-                                 f"{max(s['angular_momentum_max'] for s in found):.2f}"])
-        return markdown(list(self.titles), rows)
-
-
 OTHER_TABLES = {
     "suite": Suite("Problems of the library compared with their known answers, solved by Ipopt",
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
@@ -409,6 +374,5 @@ OTHER_TABLES = {
                         "problems/push_recovery/step_map.png"),
     "freedoms": Freedoms("Gain from each freedom of the step in DART: largest recovered push, preset robot, left foot"),
     "borders": Agreement("Pushes at the limit of recovery, in DART and in MuJoCo"),
-    "random_minutes": RandomPushes("One minute with ten random pushes of 3 to 8 N s, in DART"),
     "humanoids": Humanoids("Humanoids described by `saltus robot new` alone, preset robot"),
 }

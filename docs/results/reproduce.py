@@ -27,11 +27,12 @@ from figures import FIGURES
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
 from programs import ROOT, NotHere, Programs
+from rates import RATES
 from tables import TABLES
 
 from saltus.whole_file import whole_file, write_text  # programs.py has added its folder to the path
 
-ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES, **FIGURES}
+ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES, **RATES, **FIGURES}
 DIFFERENT = 3
 INTERRUPTED = 130  # exit status of shells for SIGINT
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

@@ -8,7 +8,7 @@ from typing import Callable, Dict, List, Tuple
 README = "problems/push_recovery/experiments.md"
 # Explicit values, so that figures do not depend on defaults.
 PAPER = {"preset": "paper", "step.planner": "push_formula"}
-ROBOT = {"preset": "robot", "step.planner": "icp_formula"}
+ROBOT = {"preset": "robot", "drives": "ideal", "step.planner": "icp_formula"}
 
 
 def markdown(titles, rows):

@@ -71,8 +71,8 @@ void declare_presets(Settings& s, Config& config) {
   // stance foot returns to the ground when the shock of the landing lifts it.
   s.choice("drives", config.drives, {"ideal", "real"},
            "whole body: torques act as commanded, or through the drives of the robot's file (rotor "
-           "inertia, friction, torque-speed line), which the controllers know; keys that are given "
-           "take precedence");
+           "inertia, friction, torque-speed line), which the controllers know; real is the default "
+           "of preset robot if that file has drives; keys that are given take precedence");
   s.preset("drives", {"real"},
            {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
             "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=3", "drive.damping=0.08",
@@ -89,6 +89,50 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("step.planner", {"ocp"}, of_ocp);
 }
 
+// Text of a key with one value; empty if it is not given.
+std::string text_of(const std::vector<Assignment>& all, std::string_view key) {
+  const auto it = std::ranges::find(all, key, &Assignment::key);
+  return it == all.end() || it->items.size() != 1 ? "" : it->items.front();
+}
+std::string text_of(const std::vector<Assignment>& first, const std::vector<Assignment>& second,
+                    std::string_view key) {
+  const std::string text = text_of(first, key);
+  return text.empty() ? text_of(second, key) : text;
+}
+std::string preset_of(const std::vector<Assignment>& first, const std::vector<Assignment>& second) {
+  const std::string given = text_of(first, second, "preset");
+  if (!given.empty()) return given;
+  const std::string plant = text_of(first, second, "plant");
+  return plant.empty() || plant == "centroidal" ? "paper" : "robot";
+}
+
+// Preset `robot` has real drives if the robot's file has them. Robots other than iCub may have no
+// posture with bent knees.
+void choose_drives(std::vector<Assignment>& file, const std::vector<Assignment>& command_line) {
+  if (preset_of(command_line, file) != "robot" || !text_of(command_line, file, "drives").empty())
+    return;
+  const std::string description = text_of(command_line, file, "robot.config");
+  bool has_drives = true, has_bent_knees = true;
+  if (!description.empty()) {
+    try {
+      const robots::RobotDescription robot =
+          robots::read_robot_description(description, robots::RobotDescription::Figures::from_urdf);
+      has_drives = std::ranges::any_of(robot.joints,
+                                       [](const auto& joint) { return !joint.drive.is_ideal(); });
+      has_bent_knees = std::ranges::any_of(
+          robot.postures, [](const auto& posture) { return posture.name.ends_with("bent"); });
+    } catch (const InputError&) {
+      return;  // the run reports it
+    }
+  }
+  if (!has_drives) return;
+  file.push_back(parse_set_argument("drives=real"));
+  const bool is_posture_given =
+      std::ranges::find(file, "posture", &Assignment::key) != file.end() ||
+      std::ranges::find(command_line, "posture", &Assignment::key) != command_line.end();
+  if (!has_bent_knees && !is_posture_given) file.push_back(parse_set_argument("posture="));
+}
+
 // Replaces the keys step.known and step.trigger of version 0.2, and step.planner=formula, which
 // depended on them.
 class OldStepKeys {
@@ -97,9 +141,9 @@ class OldStepKeys {
       : given_(given), others_(others) {}
 
   std::vector<std::string> translate() {
-    const std::string planner = text_of(given_, "step.planner");
-    const std::string known = text_of(given_, "step.known");
-    const std::string trigger = text_of(given_, "step.trigger");
+    const std::string planner = push_recovery::text_of(given_, "step.planner");
+    const std::string known = push_recovery::text_of(given_, "step.known");
+    const std::string trigger = push_recovery::text_of(given_, "step.trigger");
     if (known.empty() && trigger.empty() && planner != "formula") return {};
     const bool is_formula = planner.empty() || planner == "formula";
     if (known == "true" && !is_formula)
@@ -112,31 +156,22 @@ class OldStepKeys {
                                "; use step.planner=push_formula or step.planner=icp_formula");
     std::string now = planner;
     if (is_formula) {
-      const bool is_told = known.empty() && trigger.empty() ? preset() == "paper"
+      const bool is_told = known.empty() && trigger.empty() ? preset_of(given_, others_) == "paper"
                                                             : known == "true" || trigger == "push";
       now = is_told ? "push_formula" : "icp_formula";
       // With preset `robot` or on two feet, step.known=false did not select a planner: the default
       // applies.
-      if (planner.empty() && !is_told && (preset() == "robot" || stance() == "both")) now.clear();
+      if (planner.empty() && !is_told &&
+          (preset_of(given_, others_) == "robot" || text_of("stance") == "both"))
+        now.clear();
     }
     return replace_by(now);
   }
 
  private:
-  static std::string text_of(const std::vector<Assignment>& all, std::string_view key) {
-    const auto it = std::ranges::find(all, key, &Assignment::key);
-    return it == all.end() || it->items.size() != 1 ? "" : it->items.front();
-  }
   std::string text_of(std::string_view key) const {
-    const std::string text = text_of(given_, key);
-    return text.empty() ? text_of(others_, key) : text;
+    return push_recovery::text_of(given_, others_, key);
   }
-  std::string preset() const {
-    const std::string given = text_of("preset"), plant = text_of("plant");
-    if (!given.empty()) return given;
-    return plant.empty() || plant == "centroidal" ? "paper" : "robot";
-  }
-  std::string stance() const { return text_of("stance"); }
   [[noreturn]] void refuse(std::string_view key, const std::string& why) const {
     throw InputError(std::ranges::find(given_, key, &Assignment::key)->location + ": " + why);
   }
@@ -174,6 +209,7 @@ void declare_settings(Settings& s, Config& config) {
     std::vector<std::string> warnings = OldStepKeys(file, command_line).translate();
     for (std::string& more : OldStepKeys(command_line, file).translate())
       warnings.push_back(std::move(more));
+    choose_drives(file, command_line);
     return warnings;
   });
 }

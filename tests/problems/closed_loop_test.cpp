@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <sstream>
 
@@ -392,7 +393,8 @@ TEST(Settings, KeepsAllKeys) {
       "contact.fz_max contact.fz_min contact.torsional_friction_m control.period controller "
       "dart.collision dart.friction dart.lcp drive.damping drive.friction drive.rotor_inertia "
       "drive.stiffness drive.torque_speed_line drives explain_limit_s joint_speed_limits "
-      "model.friction model.mass_error model.rotor_inertia momentum.angular_momentum "
+      "model.com_error model.friction model.mass_error model.rotor_inertia "
+      "momentum.angular_momentum "
       "momentum.linear_momentum momentum.wrench motor.bandwidth_hz motor.torque_rate "
       "mpc.deadline_s mpc.intervals mpc.step_s pictures plant posture preset push.direction "
       "push.duration push.impulse push.link push.point push.random.apart_s push.random.impulse "
@@ -457,6 +459,52 @@ TEST(Settings, SelectsTheStepPlanner) {
   declare_settings(settings, of_map);
   settings.apply(std::vector{parse_set_argument("plant=dart")});
   EXPECT_EQ(of_map.step.planner, Step::Planner::formula);
+}
+
+Config config_of(const std::vector<std::string>& words) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  std::vector<Assignment> given;
+  for (const std::string& word : words) given.push_back(parse_set_argument(word));
+  settings.apply(given);
+  return config;
+}
+
+TEST(Settings, PresetRobotHasRealDrives) {
+  const Config robot = config_of({"plant=dart"});
+  EXPECT_EQ(robot.drives, "real");
+  EXPECT_EQ(robot.plant.drives.friction, 1.0);
+  EXPECT_EQ(robot.scene.posture, "bent");
+  EXPECT_EQ(config_of({"plant=mujoco", "drive.friction=2"}).plant.drives.friction, 2.0);
+  EXPECT_EQ(config_of({"plant=dart", "stance=both"}).drives, "real");
+  for (const std::vector<std::string>& words : {std::vector<std::string>{},
+                                                {"plant=dart", "preset=paper"},
+                                                {"plant=dart", "drives=ideal"}}) {
+    const Config ideal = config_of(words);
+    EXPECT_EQ(ideal.drives, "ideal");
+    EXPECT_TRUE(ideal.plant.drives.is_ideal());
+    EXPECT_EQ(ideal.scene.posture, "");
+  }
+}
+
+// A file without drives gives ideal ones, and a robot without bent knees starts as it usually does.
+TEST(Settings, DrivesDependOnTheFileOfTheRobot) {
+  const auto of_robot = [](const std::string& joint) {
+    const std::string file = ::testing::TempDir() + "robot.yaml";
+    std::ofstream(file) << "name: Robo\nsource: made up\nmass: 30\nsoles: {left: ls, right: rs}\n"
+                           "contact_plane_offset: 0\nbase: pelvis\njoints: {knee: {"
+                        << joint
+                        << "}}\nleft_foot: {x: [-0.05, 0.1], y: [-0.03, 0.04]}\n"
+                           "right_foot: {x: [-0.05, 0.1], y: [-0.04, 0.03]}\n"
+                           "postures: {stand: {stance: left, joints: {}}}\n";
+    return config_of({"plant=dart", "robot.config=" + file});
+  };
+  EXPECT_EQ(of_robot("effort: 40").drives, "ideal");
+  const Config geared = of_robot("rotor_inertia: 0.1, dry_friction: 2");
+  EXPECT_EQ(geared.drives, "real");
+  EXPECT_EQ(geared.scene.posture, "");
+  EXPECT_EQ(config_of({"plant=dart", "robot.config=missing.yaml"}).drives, "ideal");
 }
 
 // Each case has a part of the expected message, which names a key.

@@ -92,8 +92,10 @@ TEST_F(Support, TurnsASoleOnItsRimTowardsTheInside) {
 TEST_F(Support, FindsNoEdgeWhileASoleTurnsFlat) {
   const Vec<double, 3> heel_down{0.0, -0.5, 0.0};
   const FootSupport::Wrench inside = pressing(0.3 * weight, 0.0, 0.0);
-  advance(0.05, heel_down, pressing(0.3 * weight, 0.095, 0.0), inside);
+  advance(0.05, at_rest, pressing(0.3 * weight, sole.x.upper, 0.0), inside);
+  advance(0.02, heel_down, pressing(0.3 * weight, 0.09, 0.0), inside);
   EXPECT_LT(support.flattening()[1], 0.0);
+  advance(0.04, heel_down, pressing(0.3 * weight, 0.05, 0.0), inside);
   EXPECT_EQ(support.area(), sole);
 }
 

@@ -219,5 +219,17 @@ TEST(MassError, ScalesMassesAndInertiasOnly) {
   EXPECT_EQ(heavier.bodies[1].com, body.com);
 }
 
+TEST(FloatingRobot, IsShifted) {
+  FloatingRobot::Body body;
+  body.mass = 2.0;
+  FloatingRobot robot;
+  robot.bodies = {body, body};
+  robot.total_mass = 4.0;
+  const FloatingRobot shifted = with_com_shifted(robot, {0.01, 0.0, -0.02});
+  // Half of the mass moves by twice the distance.
+  EXPECT_LT((shifted.bodies[0].com - body.com - Vec<double, 3>(0.02, 0.0, -0.04)).norm(), 1e-15);
+  EXPECT_EQ(shifted.bodies[1].com, body.com);
+}
+
 }  // namespace
 }  // namespace saltus::robots::walking

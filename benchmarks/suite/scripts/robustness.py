@@ -97,6 +97,8 @@ def mismatches(seed):
         yield f"rotor inertia {100 * (ratio - 1):+.0f} %", {"push.impulse": 7, "drive.rotor_inertia": ratio}
     for error in (-0.1, 0.1):
         yield f"model's mass {100 * error:+.0f} %", {"push.impulse": 7, "model.mass_error": error}
+    for axis, direction in (("[0.01, 0, 0]", "forward or back"), ("[0, 0.01, 0]", "to a side")):
+        yield f"model's CoM 1 cm {direction}", {"push.impulse": 7, "model.com_error": axis}
     yield "torques 10 ms late", {"push.impulse": 7, "simulator.delay_ticks": DELAY_TICKS}
 
 

@@ -34,6 +34,9 @@ void declare_mass_error(Settings& s, RobotChoice& robot) {
   s.number("model.mass_error", robot.mass_error, "",
            "relative error of all masses and inertias in the controllers' model",
            between(-0.5, 1.0));
+  s.vector("model.com_error", robot.com_error, "m",
+           "whole body: error of the CoM in the controllers' model, in the axes of the base link",
+           between(-0.1, 0.1));
   s.number("model.rotor_inertia", robot.drives.rotor_inertia, "",
            "rotor inertia in the controllers' model, as a multiple of that in the robot's file",
            between(0.0, 10.0));

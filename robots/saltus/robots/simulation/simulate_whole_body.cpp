@@ -103,9 +103,10 @@ class WholeBodyRun final : LoopController, LoopPlant {
       : settings_(problem.settings()),
         described_(make_body(model, robot, settings_.control.self_collision)),
         body_(with_drives_scaled(described_, settings_.plant.drives)),
-        nominal_(
-            with_drives_scaled(with_masses_scaled(described_, 1.0 + settings_.robot.mass_error),
-                               model_drives(settings_))),
+        nominal_(with_drives_scaled(
+            with_com_shifted(with_masses_scaled(described_, 1.0 + settings_.robot.mass_error),
+                             settings_.robot.com_error),
+            model_drives(settings_))),
         start_(standing_state(body_, model, robot, problem.posture(robot))),
         scene_(initial_scene(problem, robot)),
         controller_(make_balance_controller(problem, robot, nominal_, make_dart_dynamics(nominal_),
@@ -116,7 +117,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
         torques_(1, body_.joints()),
         estimates_(settings_.plant.sensors == PlantSettings::Sensors::measured) {
     if (settings_.control.self_collision) expect_apart(body_, start_, problem.posture(robot).name);
-    if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0)
+    if (estimates_ || !settings_.plant.noise.is_zero() || settings_.robot.mass_error != 0.0 ||
+        !settings_.robot.com_error.isZero(0.0))
       true_model_ = make_dart_dynamics(body_);
     const std::vector<Push> pushes = problem.pushes();
     if (!pushes.empty()) pushed_ = frame_of(pushes.front(), body_, model);

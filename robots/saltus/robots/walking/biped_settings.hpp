@@ -52,6 +52,8 @@ struct RobotChoice {
   /// Relative error of all masses and inertias in the controllers' model. The simulated robot is
   /// exact.
   double mass_error = 0.0;
+  /// For the whole body: error of the CoM in the controllers' model, m, axes of the base.
+  Vec<double, 3> com_error = Vec<double, 3>::Zero();
   DriveFactors drives;  ///< drives of the controllers' model
 };
 

@@ -231,6 +231,12 @@ FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {
   return robot;
 }
 
+FloatingRobot with_com_shifted(FloatingRobot robot, const Vec<double, 3>& shift) {
+  FloatingRobot::Body& base = robot.bodies.front();
+  base.com += robot.total_mass / base.mass * shift;
+  return robot;
+}
+
 FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors) {
   bool is_ideal = true;
   for (FloatingRobot::Body& body : robot.bodies) {

@@ -90,6 +90,10 @@ UrdfModel::Box box_of_inertia(const UrdfModel::Link& link);
 /// model.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
+/// The same robot with its centre of mass moved by `shift` (m, axes of the base): the centre of
+/// mass of the base moves. This represents the error of a model.
+FloatingRobot with_com_shifted(FloatingRobot robot, const Vec<double, 3>& shift);
+
 /// Returns the robot with the figures of all drives multiplied by these factors. Throws InputError
 /// if drives are requested and the robot has no figures of them.
 FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors);
