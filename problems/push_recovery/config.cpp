@@ -100,7 +100,7 @@ std::string text_of(const std::vector<Assignment>& first, const std::vector<Assi
   return text.empty() ? text_of(second, key) : text;
 }
 std::string preset_of(const std::vector<Assignment>& first, const std::vector<Assignment>& second) {
-  const std::string given = text_of(first, second, "preset");
+  std::string given = text_of(first, second, "preset");
   if (!given.empty()) return given;
   const std::string plant = text_of(first, second, "plant");
   return plant.empty() || plant == "centroidal" ? "paper" : "robot";

@@ -466,6 +466,7 @@ Config config_of(const std::vector<std::string>& words) {
   Settings settings;
   declare_settings(settings, config);
   std::vector<Assignment> given;
+  given.reserve(words.size());
   for (const std::string& word : words) given.push_back(parse_set_argument(word));
   settings.apply(given);
   return config;
