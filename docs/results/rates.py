@@ -4,7 +4,6 @@ drives."""
 import concurrent.futures
 import dataclasses
 import os
-import statistics
 import sys
 from typing import Tuple
 
@@ -14,6 +13,7 @@ from programs import ROOT
 from tables import markdown, toward
 
 sys.path.append(os.path.join(ROOT, "benchmarks/suite/scripts"))
+import campaign  # noqa: E402
 import robustness  # noqa: E402
 
 
@@ -22,8 +22,6 @@ class Rates(OtherTable):
     """Rates with their Wilson 95 % intervals."""
     parts: Tuple[Tuple[str, str, int], ...]  # experiment, plant, seeds
     by_condition: bool = False  # one row for each condition
-    titles = ("experiment", "runs", "stand, % (95 %)", "recovered, % (95 %)", "hardware-safe, % (95 %)",
-              "landing force, weights: median; largest")
     words = {"dart": "DART", "mujoco": "MuJoCo"}
 
     def jobs(self):
@@ -38,26 +36,16 @@ class Rates(OtherTable):
         return sum(1 for _ in self.jobs())
 
     def shape(self):
-        return list(self.titles), len({row for row, _ in self.jobs()})
+        return next(robustness.rate_table([])), len({row for row, _ in self.jobs()}) + self.by_condition
 
     def make(self, programs):
-        rows = {}
+        jobs = list(self.jobs())
         with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
-            jobs = list(self.jobs())
-            for (row, _), found in zip(jobs, pool.map(programs.outcome, [settings for _, settings in jobs])):
-                rows.setdefault(row, []).append(found)
-        return markdown(list(self.titles), [self.line(row, found) for row, found in rows.items()])
-
-    @staticmethod
-    def line(row, found):
-        def percent(is_good):
-            good, _, interval = robustness.rate(found, is_good).partition(" ")
-            return f"{good.split('/')[0]}: {interval.replace(' %', '')}"
-        forces = [s["body"]["landing_force_n"] / (robustness.GRAVITY * s["mass_kg"]) for s in found
-                  if s["touchdown_s"] is not None and s["body"]["landing_force_n"] is not None]
-        return [row, str(len(found)), percent(lambda s: not s["fell"]), percent(lambda s: s["recovered"]),
-                percent(lambda s: s["hardware_safe"]),
-                f"{statistics.median(forces):.2f}; {max(forces):.2f}" if forces else "none"]
+            lines = [{**campaign.measures_of(found), "verdict": "recovered" if found["recovered"] else "not recovered",
+                      "drawn": {"condition": row}}
+                     for (row, _), found in zip(jobs, pool.map(programs.outcome, [settings for _, settings in jobs]))]
+        titles, *rows = robustness.rate_table(lines)
+        return markdown(titles, rows if self.by_condition else rows[:-1])  # a sum of experiments means nothing
 
 
 class CostOfDrives(OtherTable):

@@ -141,9 +141,9 @@ class OldStepKeys {
       : given_(given), others_(others) {}
 
   std::vector<std::string> translate() {
-    const std::string planner = push_recovery::text_of(given_, "step.planner");
-    const std::string known = push_recovery::text_of(given_, "step.known");
-    const std::string trigger = push_recovery::text_of(given_, "step.trigger");
+    const std::string planner = text_of(given_, "step.planner");
+    const std::string known = text_of(given_, "step.known");
+    const std::string trigger = text_of(given_, "step.trigger");
     if (known.empty() && trigger.empty() && planner != "formula") return {};
     const bool is_formula = planner.empty() || planner == "formula";
     if (known == "true" && !is_formula)
@@ -162,16 +162,13 @@ class OldStepKeys {
       // With preset `robot` or on two feet, step.known=false did not select a planner: the default
       // applies.
       if (planner.empty() && !is_told &&
-          (preset_of(given_, others_) == "robot" || text_of("stance") == "both"))
+          (preset_of(given_, others_) == "robot" || text_of(given_, others_, "stance") == "both"))
         now.clear();
     }
     return replace_by(now);
   }
 
  private:
-  std::string text_of(std::string_view key) const {
-    return push_recovery::text_of(given_, others_, key);
-  }
   [[noreturn]] void refuse(std::string_view key, const std::string& why) const {
     throw InputError(std::ranges::find(given_, key, &Assignment::key)->location + ": " + why);
   }

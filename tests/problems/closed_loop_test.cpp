@@ -429,7 +429,7 @@ TEST(Settings, KeepsAllKeys) {
 // Preset and stance select the step planner and its related settings.
 TEST(Settings, SelectsTheStepPlanner) {
   struct Case {
-    std::vector<const char*> given;
+    std::vector<std::string> given;
     Step::Planner planner;
     double shortest, tipped_reserve;
   };
@@ -443,33 +443,15 @@ TEST(Settings, SelectsTheStepPlanner) {
       {{"stance=both", "step.planner=ocp"}, Step::Planner::ocp, 0.25, 10.0},
       {{"plant=dart", "stance=both"}, Step::Planner::reactive, 0.3, 0.0}};
   for (const Case& c : cases) {
-    Config config;
-    Settings settings;
-    declare_settings(settings, config);
-    std::vector<Assignment> given;
-    for (const char* argument : c.given) given.push_back(parse_set_argument(argument));
-    settings.apply(given);
+    const Config config = config_of(c.given);
     EXPECT_EQ(config.step.planner, c.planner);
     EXPECT_EQ(config.planning.shortest, c.shortest);
     EXPECT_EQ(config.control.gains.tipped_reserve, c.tipped_reserve);
   }
   Config of_map;  // the map varies the step time of the formula
   of_map.step_times_are_given = true;
-  Settings settings;
-  declare_settings(settings, of_map);
-  settings.apply(std::vector{parse_set_argument("plant=dart")});
+  apply({"plant=dart"}, of_map);
   EXPECT_EQ(of_map.step.planner, Step::Planner::formula);
-}
-
-Config config_of(const std::vector<std::string>& words) {
-  Config config;
-  Settings settings;
-  declare_settings(settings, config);
-  std::vector<Assignment> given;
-  given.reserve(words.size());
-  for (const std::string& word : words) given.push_back(parse_set_argument(word));
-  settings.apply(given);
-  return config;
 }
 
 TEST(Settings, PresetRobotHasRealDrives) {
@@ -510,7 +492,7 @@ TEST(Settings, DrivesDependOnTheFileOfTheRobot) {
 
 // Each case has a part of the expected message, which names a key.
 TEST(Settings, RejectsContradictoryTimesAndVelocities) {
-  const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
+  const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
       {{"step.planner=ocp", "step.usual_s=0.2"},
        "step.usual_s (0.2) must lie between step.shortest_s"},
       {{"step.shortest_s=1"}, "must be below step.longest_s"},
@@ -522,14 +504,8 @@ TEST(Settings, RejectsContradictoryTimesAndVelocities) {
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
       {{"pushes=2.45 3 90"}, "begins before the push at 2.4 s ends"}};
-  for (const auto& [arguments, part] : cases) {
-    Config config;
-    Settings settings;
-    declare_settings(settings, config);
-    std::vector<Assignment> given;
-    for (const char* argument : arguments) given.push_back(parse_set_argument(argument));
-    expect_error<InputError>([&] { settings.apply(given); }, {part});
-  }
+  for (const auto& [arguments, part] : cases)
+    expect_error<InputError>([&words = arguments] { config_of(words); }, {part});
 }
 
 // These errors depend on the robot and appear at the start of a run.

@@ -24,14 +24,7 @@ class IcubInDart : public testing::Test {
     config.push.start = 0.2;  // s; earlier than the default, for a short run
   }
   // Applies arguments as after `saltus run push_recovery --set`.
-  void apply(const std::vector<std::string>& words) {
-    Settings settings;
-    declare_settings(settings, config);
-    std::vector<Assignment> assignments;
-    assignments.reserve(words.size());
-    for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
-    settings.apply(assignments);
-  }
+  void apply(const std::vector<std::string>& words) { push_recovery::apply(words, config); }
   RunLog run() const { return simulate(config, robot); }
 
   const char* urdf = nullptr;

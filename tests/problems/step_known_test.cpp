@@ -16,22 +16,13 @@
 #include "saltus/robots/simulation/simulate.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
+#include "tests/problems/push_recovery_run.hpp"
 #include "tests/support/errors.hpp"
 
 namespace saltus::push_recovery {
 namespace {
 
 constexpr const char* words_of[] = {"icp_formula", "reactive", "ocp"};
-
-Config config_of(const std::vector<std::string>& arguments) {
-  Config config;
-  Settings settings;
-  declare_settings(settings, config);
-  std::vector<Assignment> given;
-  for (const std::string& argument : arguments) given.push_back(parse_set_argument(argument));
-  settings.apply(given);
-  return config;
-}
 
 // One push acts on the robot; the settings of the controllers contain another one.
 class Pushed final : public BipedProblem {
