@@ -216,6 +216,15 @@ TEST(BodyOutput, WritesEstimateAndTruth) {
   EXPECT_NEAR(table.at(3, "estimate_dq_knee"), log.body[3].state.dq[1], rounding);
 }
 
+TEST(BodyOutput, WritesEstimatesOfMassAndCom) {
+  RunLog log = made_up_log();
+  EXPECT_FALSE(body_figures(log, two_joints()).contains("estimated_mass_kg"));
+  log.mass_estimate = {31.5, {0.01, -0.02, 0.0}};
+  const auto figures = body_figures(log, two_joints());
+  EXPECT_EQ(figures["estimated_mass_kg"], 31.5);
+  EXPECT_EQ(figures["estimated_com_shift_m"][1], -0.02);
+}
+
 TEST(BodyOutput, ShapeContainsEveryBodyAndItsBoxes) {
   const auto shape = robot_shape(two_joints(), made_up_log());
   ASSERT_EQ(shape["bodies"].size(), 3u);

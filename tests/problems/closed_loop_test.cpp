@@ -418,7 +418,7 @@ TEST(Settings, KeepsAllKeys) {
       "walk.duration walk.velocity weights.capture_point weights.capture_point_softness "
       "weights.capture_point_standing weights.gamma weights.gamma_impact weights.wrench "
       "weights.wrench_change whole_body.angular_momentum whole_body.controller "
-      "whole_body.estimate_support "
+      "whole_body.estimate_mass whole_body.estimate_support "
       "whole_body.linear_momentum whole_body.posture whole_body.stance_damping "
       "whole_body.stance_stiffness whole_body.swing_foot whole_body.tipped_reserve "
       "whole_body.wrench");

@@ -90,6 +90,26 @@ TEST_F(RecordedRun, DoesNotAllocate) {
   }
 }
 
+// The first correction uses forces of 0.05 s, after the robot has been quiet for 0.15 s, and after
+// it has stayed quiet for 0.05 s.
+TEST_F(RecordedRun, StartsWithTheDescribedMass) {
+  BalanceController::Parts parts = biped.parts(nullptr, biped.sensor_estimator());
+  parts.corrected = std::make_unique<CorrectedModel>(std::make_unique<TreeDynamics>(biped.robot),
+                                                     biped.robot, MassEstimateOptions{});
+  BalanceController corrected(std::move(parts), biped.options()), c = controller();
+  c.start(biped.start, lines.front().readings);
+  corrected.start(biped.start, lines.front().readings);
+  ASSERT_NE(corrected.corrected_model(), nullptr);
+  EXPECT_EQ(c.corrected_model(), nullptr);
+  for (const RecordedLine& line : lines) {
+    const saltus::testing::AllocationCount count;
+    const Robot::Commands& commands = corrected.update(line.readings);
+    ASSERT_EQ(count.made(), 0) << line.readings.time;
+    if (line.readings.time >= 0.2) continue;
+    ASSERT_EQ(commands.torques, c.update(line.readings).torques) << line.readings.time;
+  }
+}
+
 // The torques equal those of a single thread, and neither thread allocates.
 TEST_F(RecordedRun, DoesNotAllocateWithAPreparingThread) {
   BalanceController alone = controller(), c = controller();

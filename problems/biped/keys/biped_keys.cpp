@@ -121,6 +121,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.control);
   declare_settings(s, biped.stance_foot);
   declare_settings(s, biped.foot_support);
+  declare_settings(s, biped.mass_estimate);
   declare_settings(s, biped.swing_foot);
   declare_settings(s, biped.drive_control);
   s.number("explain_limit_s", biped.explain_limit, "s",

@@ -31,6 +31,8 @@ void declare_settings(Settings& settings, WholeBodyController::Options& control)
 void declare_settings(Settings& settings, StanceFootOptions& stance);
 /// Declares whole_body.estimate_support.
 void declare_settings(Settings& settings, FootSupportOptions& support);
+/// Declares whole_body.estimate_mass.
+void declare_settings(Settings& settings, MassEstimateOptions& estimate);
 /// Declares swing.*
 void declare_settings(Settings& settings, SwingOptions& swing);
 /// Declares drive.stiffness and drive.damping.

@@ -63,6 +63,11 @@ void declare_settings(Settings& s, FootSupportOptions& support) {
          "load onto it only as it is carried");
 }
 
+void declare_settings(Settings& s, MassEstimateOptions& estimate) {
+  s.flag("whole_body.estimate_mass", estimate.is_estimated,
+         "estimate mass and CoM of the controllers' model from the forces of the ground");
+}
+
 void declare_settings(Settings& s, SwingOptions& swing) {
   s.number("swing.clearance_m", swing.clearance, "m",
            "largest height of the swing foot above the ground", above(0.0));

@@ -242,6 +242,10 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
                   {"control_failures", log.control_failures},
                   {"control_cuts", log.control_cuts}};
   if (!log.body.empty() && log.body.front().estimate) figures.update(estimate_figures(log));
+  if (log.mass_estimate) {
+    figures["estimated_mass_kg"] = log.mass_estimate->mass;
+    figures["estimated_com_shift_m"] = numbers(log.mass_estimate->com_shift);
+  }
   return figures;
 }
 

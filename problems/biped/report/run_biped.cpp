@@ -144,6 +144,10 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
     fmt::print("estimate: CoM error up to {:.1f} mm, velocity error {:.0f} mm/s rms\n",
                1e3 * json["body"]["estimate_com_error_m"].get<double>(),
                1e3 * json["body"]["estimate_velocity_error_m_s"].get<double>());
+  if (log.mass_estimate)
+    fmt::print("estimated mass {:.2f} kg, CoM of the model shifted by {:.1f}, {:.1f} mm\n",
+               log.mass_estimate->mass, 1e3 * log.mass_estimate->com_shift[0],
+               1e3 * log.mass_estimate->com_shift[1]);
   if (has_body && verdict.body->beyond_friction > 0.0)
     fmt::print(
         "the ground exerted {:.3f} N s of tangential impulse beyond the friction coefficient {}\n",

@@ -135,6 +135,8 @@ class WholeBodyRun final : LoopController, LoopPlant {
     log.ground_friction = std::max(engine.friction, engine.ground.friction);
     log.plant_ground = engine.ground;
     log.pushed = pushed_;
+    if (const CorrectedModel* corrected = controller_.corrected_model())
+      log.mass_estimate = {corrected->mass(), corrected->com_shift()};
     const BalanceController::Statistics& statistics = controller_.statistics();
     log.control_calls = statistics.calls;
     log.control_failures = statistics.failures;

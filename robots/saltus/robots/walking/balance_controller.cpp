@@ -43,6 +43,7 @@ long multiple(const char* name, double whole, double part) {
 }
 
 BalanceController::Parts checked(BalanceController::Parts parts) {
+  if (parts.corrected) parts.model = std::move(parts.corrected);
   if (!parts.estimator || !parts.model || !parts.whole_body || !parts.steps || !parts.wrenches)
     throw DefinitionError("balance controller: a part is missing");
   return parts;
@@ -52,7 +53,8 @@ BalanceController::Parts checked(BalanceController::Parts parts) {
 
 BalanceController::BalanceController(BalanceController::Parts parts,
                                      BalanceController::Options options)
-    : parts_(checked(std::move(parts))),
+    : corrected_(parts.corrected.get()),
+      parts_(checked(std::move(parts))),
       options_(std::move(options)),
       per_control_(multiple("control period", options_.control_period, options_.period)),
       per_plan_(per_control_ *
@@ -77,6 +79,7 @@ BalanceController::BalanceController(BalanceController&&) noexcept = default;
 BalanceController& BalanceController::operator=(BalanceController&&) noexcept = default;
 
 void BalanceController::start(const WholeBodyState& state, const Robot::Readings& readings) {
+  if (corrected_ != nullptr) corrected_->reset();
   parts_.estimator->start(state, readings);
   start_time_ = readings.time;
   parts_.whole_body->stand(state);
@@ -141,9 +144,20 @@ BalancePlanner::Estimate BalanceController::centroidal_estimate() const {
   return e;
 }
 
+// The planners plan for the described mass. The same motion of another mass needs wrenches and
+// angular momentum in proportion.
+void BalanceController::scale_to_described_mass(BalancePlanner::Estimate& e) const {
+  const double scale = 1.0 / corrected_->mass_factor();
+  e.mass *= scale;
+  e.gamma.tail<3>() *= scale;
+  e.applied *= scale;
+  e.contact_force *= scale;
+}
+
 void BalanceController::plan(double t) {
   CpuTime watch(statistics_.plan_seconds);
-  const BalancePlanner::Estimate measured = centroidal_estimate();
+  BalancePlanner::Estimate measured = centroidal_estimate();
+  if (corrected_ != nullptr) scale_to_described_mass(measured);
   {
     statistics_.step_seconds = 0.0;
     CpuTime step_watch(statistics_.step_seconds);
@@ -175,9 +189,23 @@ void BalanceController::find_landing(double t) {
   update_.has_landed = true;
 }
 
+void BalanceController::observe_mass() {
+  CorrectedModel::GroundForce ground;
+  for (const Side side : {Side::left, Side::right}) {
+    if (!stands(side)) continue;
+    const Vec<double, 6>& wrench = estimate().contact(side).wrench;
+    const Vec<double, 3> force = wrench.head<3>();
+    ground.force += force;
+    ground.torque += wrench.tail<3>() + model().sole(side).pose.translation().cross(force);
+  }
+  corrected_->observe(options_.control_period, ground);
+}
+
 void BalanceController::control(double t) {
   CpuTime watch(statistics_.control_seconds);
+  if (corrected_ != nullptr) observe_mass();
   tasks_.wrenches = planner_.wrenches(t);
+  if (corrected_ != nullptr) tasks_.wrenches *= corrected_->mass_factor();
   tasks_.force = Vec<double, 3>(0.0, 0.0, -model().mass() * standard_gravity);
   tasks_.torque.setZero();
   const Mat<double, 3, 3> into_sole[] = {from_level(frame_of(model().sole(Side::left))),

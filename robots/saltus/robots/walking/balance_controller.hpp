@@ -12,6 +12,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/whole_body/corrected_model.hpp"
 #include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
@@ -132,6 +133,7 @@ class BalanceController {
     std::unique_ptr<DriveController> drives;          ///< optional: from torques to commands
     std::unique_ptr<StepPlanner> steps;               ///< decides on steps
     std::unique_ptr<Planner> wrenches;                ///< plans wrenches
+    std::unique_ptr<CorrectedModel> corrected;        ///< optional, instead of `model`
   };
 
   /// Rates and start of a BalanceController.
@@ -187,7 +189,9 @@ class BalanceController {
   const WholeBodyEstimate& estimate() const { return parts_.estimator->estimate(); }
   /// Estimate used by the planners, at the last call of the whole-body controller.
   BalancePlanner::Estimate centroidal_estimate() const;
-  const DynamicsModel& model() const { return *parts_.model; }   ///< model at that estimate
+  const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
+  /// The same model, if it estimates mass and CoM.
+  const CorrectedModel* corrected_model() const { return corrected_; }
   const Robot::Commands& commands() const { return commands_; }  ///< result of the last update()
   const WholeBodyController::Tasks& tasks() const {
     return tasks_;
@@ -202,12 +206,15 @@ class BalanceController {
   void plan(double t);
   void find_landing(double t);
   void control(double t);
+  void observe_mass();
+  void scale_to_described_mass(BalancePlanner::Estimate& e) const;
   std::unique_ptr<FootSupport> make_support(Side side) const;
   FootSupport& support(Side foot) { return *support_[foot == Side::left ? 0 : 1]; }
   const FootSupport& support(Side foot) const { return *support_[foot == Side::left ? 0 : 1]; }
   StanceFoot& stance(Side foot) { return *stance_[foot == Side::left ? 0 : 1]; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
 
+  CorrectedModel* corrected_ = nullptr;  // the model, if it is corrected
   Parts parts_;
   Options options_;
   long per_control_, per_plan_, updates_ = 0;

@@ -122,7 +122,11 @@ BalanceController make_balance_controller(const BipedProblem& problem,
   else
     parts.estimator = make_sensor_estimator(body, scene.side, settings.plant.sensor,
                                             settings.plant.estimation, period);
-  parts.model = std::move(model);
+  if (settings.mass_estimate.is_estimated)
+    parts.corrected =
+        std::make_unique<CorrectedModel>(std::move(model), body, settings.mass_estimate);
+  else
+    parts.model = std::move(model);
   parts.whole_body = make_whole_body_controller(
       body, cone_options(settings.contact, robot.left_foot),
       cone_options(settings.contact, robot.right_foot), control_of(settings, period));

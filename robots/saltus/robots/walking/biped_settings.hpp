@@ -11,6 +11,7 @@
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/whole_body/corrected_model.hpp"
 #include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/estimator.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
@@ -126,6 +127,7 @@ struct BipedSettings {
   DriveController::Options drive_control;   ///< commands for the drives
   StanceFootOptions stance_foot;            ///< hold of standing feet
   FootSupportOptions foot_support;          ///< estimate of the ground below them
+  MassEstimateOptions mass_estimate;        ///< estimate of mass and CoM
   SwingOptions swing_foot;                  ///< motion of the swing foot
   bool pictures = true;                     ///< draw pictures at the end
   double explain_limit = 10.0;  ///< time limit for explanations of unmet constraints, s; 0: none

@@ -84,6 +84,12 @@ struct RunLog : LoopLog {
     std::optional<BodyEstimate> estimate;     ///< estimate, if sensors are simulated
   };
 
+  /// Mass and CoM that the controllers estimate.
+  struct MassEstimate {
+    double mass;               ///< kg
+    Vec<double, 3> com_shift;  ///< of the CoM of their model, m, axes of the base
+  };
+
   RobotDescription robot;             ///< the simulated robot
   Scene final_scene;                  ///< feet and ground at the end
   std::vector<BipedSample> samples;   ///< one per control period
@@ -121,6 +127,8 @@ struct RunLog : LoopLog {
   /// Processor time of the parts of the loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
+  /// Last estimate of the controllers; empty if there is none.
+  std::optional<MassEstimate> mass_estimate;
 };
 /// Deprecated name.
 using Sample [[deprecated("use BipedSample; removed in 0.4")]] = BipedSample;
