@@ -77,6 +77,22 @@ TEST(Ground, SlopesAreAPlaneBeyondTheEdge) {
       }
 }
 
+TEST(Ground, LiesAheadOnRequest) {
+  for (const double y : {-edge, edge})
+    for (const double forward : {-0.09, 0.0, 0.09})
+      for (const double left : {0.0, 0.05}) {
+        const Ground ground{
+            .edge = y, .ahead = true, .height = 0.02, .slope_forward = forward, .slope_side = left};
+        for (const double side : {-0.7, 0.0, 0.3}) {
+          EXPECT_NEAR(height_at(ground, edge - 0.001, side), 0.0, rounding);
+          EXPECT_NEAR(height_at(ground, -5.0, side), 0.0, rounding);
+          for (const double distance : {0.001, 0.5, 20.0})
+            EXPECT_NEAR(height_at(ground, edge + distance, side),
+                        0.02 + forward * distance + left * side, 100.0 * rounding);
+        }
+      }
+}
+
 TEST(Ground, EndsWithADrop) {
   for (const double side : {-1.0, 1.0}) {
     const Ground toes{.edge = side * edge, .height = 0.01, .end_forward = 0.05};

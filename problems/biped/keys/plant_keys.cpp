@@ -23,6 +23,10 @@ void declare_settings(Settings& s, Plant::Ground& ground) {
            "whole body: distance from the stance sole at which another ground begins, which the "
            "controllers take for level; the other keys ground_* describe it",
            between(0.05, 1.0));
+  s.flag("simulator.ground_ahead", ground.ahead,
+         "whole body: the other ground begins ahead of the robot, at x = ground_edge_m; "
+         "ground_step_m is then the height at the edge, and ground_slope_side the rise per metre "
+         "to the left");
   s.number("simulator.ground_step_m", ground.height, "m",
            "whole body: height of the ground beyond ground_edge_m", between(-0.1, 0.1));
   s.number("simulator.ground_slope_forward", ground.slope_forward, "",

@@ -75,16 +75,22 @@ void expect_room(const BalanceController& controller, const RobotDescription& ro
     const bool standing = side == scene.side || scene.two_feet;
     const Mat<double, 4, 3> corners = foot_corners_3d(estimate.sole(side), robot.foot(side));
     for (int i = 0; i < 4; ++i) {
-      if (corners(i, 1) / engine.ground.edge <= 1.0) continue;
+      const double beyond = engine.ground.ahead ? corners(i, 0) - std::abs(engine.ground.edge)
+                                                : corners(i, 1) / engine.ground.edge - 1.0;
+      if (beyond <= 0.0) continue;
       const double height = height_at(boxes, corners(i, 0), corners(i, 1));
       const std::string sole = fmt::format("the {} sole (corner at {:.3f}, {:.3f}, {:.3f} m)",
                                            side == Side::left ? "left" : "right", corners(i, 0),
                                            corners(i, 1), corners(i, 2));
       if (standing)
         throw InputError(
-            fmt::format("simulator.ground_*: {} stands beyond the edge at y = {} m, where the "
-                        "ground is not level; use a posture with narrower feet",
-                        sole, engine.ground.edge));
+            engine.ground.ahead
+                ? fmt::format("simulator.ground_*: {} stands beyond the edge at x = {} m, where "
+                              "the ground is not level; increase simulator.ground_edge_m",
+                              sole, std::abs(engine.ground.edge))
+                : fmt::format("simulator.ground_*: {} stands beyond the edge at y = {} m, where "
+                              "the ground is not level; use a posture with narrower feet",
+                              sole, engine.ground.edge));
       if (corners(i, 2) <= height - slack)
         throw InputError(
             fmt::format("simulator.ground_step_m, ground_slope_* and ground_roughness_m: {} is "

@@ -113,6 +113,18 @@ void expect_valid(const Plant::Ground& g) {
   expect(is_within(g.friction, 0.0, 1e3), "friction", g.friction, "between 0 and 1000");
 }
 
+// The same ground beside the robot, to the left: turned by a quarter about the vertical.
+Plant::Ground beside(const Plant::Ground& ahead) {
+  Plant::Ground ground = ahead;
+  ground.ahead = false;
+  ground.edge = std::abs(ahead.edge);
+  ground.height = ahead.height + landing * ahead.slope_forward;
+  ground.slope_side = ahead.slope_forward;
+  ground.slope_forward = -ahead.slope_side;
+  ground.end_forward = ground.end_side = std::nullopt;
+  return ground;
+}
+
 }  // namespace
 
 std::vector<GroundBox> ground_boxes(const Plant::Options& options) {
@@ -125,6 +137,15 @@ std::vector<GroundBox> ground_boxes(const Plant::Options& options) {
   };
   if (ground.is_level()) return {level(0.0, ground_size)};
   expect_valid(ground);
+  if (ground.ahead) {
+    Plant::Options turned = options;
+    turned.ground = beside(ground);
+    std::vector<GroundBox> boxes = ground_boxes(turned);
+    Mat<double, 3, 3> quarter;
+    quarter << 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
+    for (GroundBox& box : boxes) box.pose = Eigen::Isometry3d(quarter) * box.pose;
+    return boxes;
+  }
   const double side = ground.edge > 0.0 ? 1.0 : -1.0, near = half + std::abs(ground.edge);
   std::vector<GroundBox> boxes{level(ground.edge - side * 0.5 * near, near)};
   const Plane plane(ground);

@@ -16,7 +16,10 @@ class Plant {
   /// members describe the part beyond the edge by x and the distance from the edge, so the opposite
   /// `edge` gives the mirror image.
   struct Ground {
-    double edge = -0.18;         ///< y of the edge, m
+    double edge = -0.18;  ///< y of the edge, m
+    /// The edge lies ahead, at x = |edge|. Then `height` is the height at the edge, slope_side the
+    /// rise per metre to the left, and `end_forward` and `end_side` are not used.
+    bool ahead = false;
     double height = 0.0;         ///< at x = 0, 0.06 m beyond the edge; m
     double slope_forward = 0.0;  ///< rise per metre of x
     double slope_side = 0.0;     ///< rise per metre away from the edge
