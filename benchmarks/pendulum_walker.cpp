@@ -74,7 +74,8 @@ class Walker {
 
  private:
   Vector2 centre(robots::Side side) const {
-    return now_.foot(side).sole.position.head<2>() + o_.centres.of(side);
+    const robots::SoleFrame& sole = now_.foot(side).sole;
+    return sole.position.head<2>() + sole.rotation.topLeftCorner<2, 2>() * o_.centres.of(side);
   }
 
   void measure() {
@@ -100,8 +101,12 @@ class Walker {
     const double share = along.squaredNorm() > 0.0
                              ? std::clamp((point - a).dot(along) / along.squaredNorm(), 0.0, 1.0)
                              : 0.0;
-    const Vector2 middle = a + share * along, beside = point - middle;
-    return middle + beside.cwiseMax(-o_.half_sole).cwiseMin(o_.half_sole);
+    const Vector2 middle = a + share * along;
+    const Mat<double, 2, 2> axes =
+        now_.foot(now_.left.stands ? robots::Side::left : robots::Side::right)
+            .sole.rotation.topLeftCorner<2, 2>();
+    const Vector2 beside = axes.transpose() * (point - middle);
+    return middle + axes * beside.cwiseMax(-o_.half_sole).cwiseMin(o_.half_sole);
   }
 
   void advance_pendulum() {
@@ -130,6 +135,8 @@ class Walker {
       const double left = plan.steps[0].landing - now_.time;
       if (left <= o_.period + 1e-9) {
         foot.sole.position = plan.steps[0].place;
+        if (plan.steps[0].heading)
+          foot.sole = robots::flat_sole(plan.steps[0].place, *plan.steps[0].heading);
         foot.stands = true;
         foot.lifted_off = infinity;
         foot.velocity.setZero();

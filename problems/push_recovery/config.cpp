@@ -202,6 +202,12 @@ void declare_settings(Settings& s, Config& config) {
   declare_biped(s, config);
   declare_weights(s, config.weights);
   declare_settings(s, config.planning, config.step);
+  s.rule({"walk.velocity", "controller"}, [&config] {
+    return config.planning.velocity[2] != 0.0 && config.controller != BipedSettings::Controller::mpc
+               ? "walk.velocity has a yaw rate, which needs controller=mpc: the other controller "
+                 "takes the feet for parallel"
+               : "";
+  });
   declare_pictures(s, config);
   declare_presets(s, config);
   s.translate([](std::vector<Assignment>& file, std::vector<Assignment>& command_line) {

@@ -15,6 +15,8 @@ Vec<double, 4> ends_of(const robots::FootRectangle& area) {
 void set_scene(const Scene& scene, Tick<double>& data) {
   data.left_foot = scene.sole(robots::Side::left).position;
   data.right_foot = scene.sole(robots::Side::right).position;
+  data.left_heading = scene.sole(robots::Side::left).rotation.col(0).head<2>();
+  data.right_heading = scene.sole(robots::Side::right).rotation.col(0).head<2>();
   const Vec<double, 2> target = scene.target_point();
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
@@ -72,11 +74,14 @@ class Mpc final : public Planner {
     if (scene.two_feet != scene_.two_feet || scene.side != scene_.side ||
         scene.swing.position != scene_.swing.position ||
         scene.stance.position != scene_.stance.position ||
+        scene.swing.rotation != scene_.swing.rotation ||
+        scene.stance.rotation != scene_.stance.rotation ||
         scene.stance_foot != scene_.stance_foot || scene.swing_foot != scene_.swing_foot) {
       scene_ = scene;
       set_scene(scene, data_);
     }
     set_measurement(measured, scene, data_);
+    data_.gamma_desired[8] = scene.yaw_momentum;
     if (follows_motion_) set_motion(scene, measured.time, horizon_, data_);
     controller_.set_data("tick", data_);
     controller_.set_schedule(contacts);
@@ -109,8 +114,6 @@ class Mpc final : public Planner {
                                           const Scene& scene) {
     Model model;
     model.mass = robot.mass;
-    model.left_rotation = scene.sole(robots::Side::left).rotation;
-    model.right_rotation = scene.sole(robots::Side::right).rotation;
     model.left_contact = cone_options(config.contact, scene.rectangle(robots::Side::left));
     model.right_contact = cone_options(config.contact, scene.rectangle(robots::Side::right));
     model.step = config.planner.step;

@@ -17,6 +17,17 @@ using robots::walking::double_support, walking::left_support, walking::right_sup
 
 namespace {
 
+/// Level sole frame at `position` with its x axis along `heading`, a unit vector.
+template <class S>
+robots::SoleFrameOf<S> level_sole(const Vec<S, 3>& position, const Vec<S, 2>& heading) {
+  robots::SoleFrameOf<S> sole;
+  sole.position = position;
+  sole.rotation(0, 0) = sole.rotation(1, 1) = heading[0];
+  sole.rotation(0, 1) = -heading[1];
+  sole.rotation(1, 0) = heading[1];
+  return sole;
+}
+
 /// gamma' = (velocity, forces / m + gravity, torques about the CoM). The last row is linearised
 /// about the last measurement: H' = sum_i tau_i + (x_i - x0) x f_i + (sum_i f_i0) x (x - x0).
 struct Dynamics {
@@ -28,11 +39,9 @@ struct Dynamics {
     const auto tick = view_as<Tick>(p);
     const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
     const robots::Contact<S> left = robots::contact<S>(
-        robots::SoleFrameOf<S>{tick.left_foot, model.left_rotation.template cast<S>()},
-        Vec<S, 6>(f.template head<6>()));
+        level_sole<S>(tick.left_foot, tick.left_heading), Vec<S, 6>(f.template head<6>()));
     const robots::Contact<S> right = robots::contact<S>(
-        robots::SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
-        Vec<S, 6>(f.template tail<6>()));
+        level_sole<S>(tick.right_foot, tick.right_heading), Vec<S, 6>(f.template tail<6>()));
     Vec<S, 3> acceleration = (left.force + right.force) * S(1.0 / model.mass);
     acceleration[2] -= robots::standard_gravity;
     Vec<S, 9> rate;

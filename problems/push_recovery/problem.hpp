@@ -23,9 +23,6 @@ struct Weights {
 
 struct Model {
   double mass = 33.06;  // kg
-  // The positions of the soles are data, their axes are constant.
-  Mat<double, 3, 3> left_rotation = Mat<double, 3, 3>::Identity(),
-                    right_rotation = Mat<double, 3, 3>::Identity();
   robots::ContactCone::Options left_contact = {}, right_contact = {};
   double step = 0.01;                    // dt, s
   int intervals = 15;                    // N

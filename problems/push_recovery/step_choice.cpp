@@ -204,17 +204,30 @@ robots::Side StepChoice::stance_of(const Candidate& c, const StepSituation& now)
   return now.left.stands ? robots::Side::left : robots::Side::right;
 }
 
+// Displacements between two landings, by the time between the last two, in the frame on the stance
+// foot. Lateral velocities move both feet, whichever side they are on. When the robot turns, step k
+// is made in the direction halfway between the headings of feet k - 1 and k.
+Vec<double, 2 * most_planned_steps> StepChoice::drift(robots::Side stance) const {
+  const double side = stance == robots::Side::left ? -1.0 : 1.0;  // 1: y is to the left
+  const Vec<double, 2> way = Vec<double, 2>(velocity_[0], side * velocity_[1]) * pace_;
+  Vec<double, 2 * most_planned_steps> all;
+  for (int k = 0; k < most_planned_steps; ++k) {
+    all.segment<2>(2 * k) = way;
+    if (velocity_[2] == 0.0) continue;
+    const Vec<double, 2> stride(stride_[0], k % 2 == 0 ? stride_[1] : -stride_[1]);
+    const Eigen::Rotation2Dd direction(side * (k + 0.5) * turn());
+    all.segment<2>(2 * k) = direction * (way + stride) - stride;
+  }
+  return all;
+}
+
 void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const robots::Side stance = stance_of(c, now);
   const Frame frame = frame_on(now, stance);
   StepNow<double> data;
   data.omega = now.omega;
   data.stride = stride_;
-  // Between two landings, by the last two; lateral velocities move both feet, whichever side they
-  // are on.
-  data.drift =
-      Vec<double, 2>(velocity_[0], stance == robots::Side::left ? -velocity_[1] : velocity_[1]) *
-      pace_;
+  data.drift = drift(stance);
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
   data.swing = data.aim = other_foot;
@@ -275,15 +288,17 @@ void StepChoice::note(const Candidate& c, const StepSituation& now) {
   a.cost = c.cost;
   if (c.steps == 0 || !c.solution->is_solved) return;
   const Frame frame = frame_on(now, other(c.first));
-  a.place = in_world(frame, c.first, c.solution->place[0]);
+  a.place = in_world(frame, c.first, c.solution->place[0], turn());
   a.landing = now.time + c.solution->landing[0];
 }
 
 Vec<double, 3> StepChoice::in_world(const Frame& frame, robots::Side foot,
-                                    const Vec<double, 2>& place) const {
+                                    const Vec<double, 2>& place, double turn) const {
   const Vec<double, 2>& c = centres_.of(foot);
-  const Vec<double, 2> left(-frame.forward[1], frame.forward[0]);
-  const Vec<double, 2> offset = frame.forward * c[0] + left * c[1];
+  Vec<double, 2> forward = frame.forward;
+  if (turn != 0.0) forward = Eigen::Rotation2Dd(turn) * forward;
+  const Vec<double, 2> left(-forward[1], forward[0]);
+  const Vec<double, 2> offset = forward * c[0] + left * c[1];
   return frame.out(place) - Vec<double, 3>(offset[0], offset[1], 0.0);
 }
 
@@ -313,7 +328,10 @@ void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
     step.foot = foot;
     step.lift_off = now.time + c.solution->lift_off[k];
     step.landing = now.time + c.solution->landing[k];
-    step.place = in_world(frame, foot, c.solution->place[k]);
+    const double turned = (k + 1) * turn();
+    step.place = in_world(frame, foot, c.solution->place[k], turned);
+    if (settings_.velocity[2] != 0.0)
+      step.heading = std::atan2(frame.forward[1], frame.forward[0]) + turned;
     const double begin = k == 0 && swinging_since_ < infinity ? swinging_since_ : step.lift_off;
     step.earliest_landing = 0.5 * (begin + step.landing);
   }

@@ -26,9 +26,10 @@ struct StepChoiceSettings {
   /// Quadratic programs per tick after which no further candidate is solved. It replaces a clock,
   /// so that runs are equal on all machines.
   int budget = 24;
-  Vec<double, 2> velocity = Vec<double, 2>::Zero();  ///< desired, forward and to the left, m/s
-  double walk_until = infinity;                      ///< time after which the robot stands, s
-  bool bring_back = false;  ///< once at rest, a foot away from its usual place steps there
+  /// Desired velocity: forward and to the left, m/s, and yaw rate, rad/s.
+  Vec<double, 3> velocity = Vec<double, 3>::Zero();
+  double walk_until = infinity;  ///< time after which the robot stands, s
+  bool bring_back = false;       ///< once at rest, a foot away from its usual place steps there
 };
 
 /// Centres of the soles in their contact frames, m.
@@ -85,7 +86,12 @@ class StepChoice final : public robots::walking::StepPlanner {
   bool is_off_its_place(const StepSituation& now) const;
   Frame frame_on(const StepSituation& now, robots::Side stance) const;
   Vec<double, 3> centre(const StepSituation& now, robots::Side side) const;
-  Vec<double, 3> in_world(const Frame& frame, robots::Side foot, const Vec<double, 2>& place) const;
+  /// Place of the contact frame of a foot whose sole is at `place` and turned by `turn` (rad).
+  Vec<double, 3> in_world(const Frame& frame, robots::Side foot, const Vec<double, 2>& place,
+                          double turn) const;
+  /// Yaw of a landing foot relative to the standing one, rad.
+  double turn() const { return velocity_[2] * pace_; }
+  Vec<double, 2 * most_planned_steps> drift(robots::Side stance) const;
   robots::Side stance_of(const Candidate& candidate, const StepSituation& now) const;
   void look_at(Candidate& candidate, const StepSituation& now);
   void carry_out(const Candidate& candidate, const StepSituation& now);
@@ -97,7 +103,7 @@ class StepChoice final : public robots::walking::StepPlanner {
   SoleCentres centres_;
   Vec<double, 2> stride_;
   std::vector<Candidate> candidates_;
-  Vec<double, 2> velocity_ = Vec<double, 2>::Zero();  // desired velocity at present, m/s
+  Vec<double, 3> velocity_ = Vec<double, 3>::Zero();  // desired velocity at present, m/s, rad/s
   int incumbent_ = -1;
   const Candidate* asked_ = nullptr;   // candidate of the last plan; null: nothing was solved
   int landed_last_ = -1;               // side of the foot that landed last, -1: none

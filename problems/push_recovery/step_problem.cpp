@@ -210,8 +210,9 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
         using S = std::decay_t<decltype(p[0])>;
         const auto now = view_as<StepNow>(p);
         const Vec<S, 2> to = foot(k, p), from = foot(k - 1, p);
-        return Vec<S, 2>((to[0] - from[0] - now.drift[0] - now.stride[0]) / 0.1,
-                         (side * (to[1] - from[1] - now.drift[1]) - now.stride[1]) / 0.1);
+        const Vec<S, 2> drift = now.drift.template segment<2>(2 * k - 2);
+        return Vec<S, 2>((to[0] - from[0] - drift[0] - now.stride[0]) / 0.1,
+                         (side * (to[1] - from[1] - drift[1]) - now.stride[1]) / 0.1);
       },
       Vec<double, 2>::Constant(w.stride));
 }

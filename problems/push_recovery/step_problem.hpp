@@ -7,6 +7,8 @@
 
 namespace saltus::push_recovery {
 
+inline constexpr int most_planned_steps = 3;
+
 /// Parameters of the step problem that change in each tick. Frame: origin at the centre of the
 /// stance sole, x forward, y towards the foot that steps first (mirrored on the right foot); m, s.
 template <class S>
@@ -17,13 +19,13 @@ struct StepNow {
   Vec<S, 2> aim = Vec<S, 2>::Zero();     ///< its current target; before a swing, equal to `swing`
   S swung = 0.0;                         ///< time since its lift-off, s
   Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place relative to the previous foot, at rest
-  Vec<S, 2> drift = Vec<S, 2>::Zero();   ///< desired displacement of the feet between landings
+  /// Desired displacement of the feet between landings, (x, y) of each step.
+  Vec<S, 2 * most_planned_steps> drift = Vec<S, 2 * most_planned_steps>::Zero();
 
   using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing, &StepNow::aim,
                                    &StepNow::swung, &StepNow::stride, &StepNow::drift>;
 };
 
-inline constexpr int most_planned_steps = 3;
 inline constexpr int reach_rows = 8;  ///< sides of the polygon of reach
 
 /// Weights. Each residual is divided by its unit, so that one unit at weight 1 costs 1/2.

@@ -15,6 +15,9 @@
 namespace saltus::push_recovery {
 namespace {
 
+// Largest yaw of the feet relative to each other while the robot turns, rad.
+constexpr double largest_turn = 0.2;
+
 Vec<double, 2> centre_of(const robots::FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
@@ -104,9 +107,9 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
                ? "step.bring_back needs step.planner=ocp: the other planners step only after pushes"
                : "";
   });
-  s.vector("walk.velocity", p.velocity, "m/s",
-           "velocity of a walking robot: forward, to the left, and turning rate (rad/s, must be 0) "
-           "(ocp)");
+  s.vector(
+      "walk.velocity", p.velocity, "m/s",
+      "velocity of a walking robot: forward, to the left, and yaw rate (rad/s, to the left) (ocp)");
   s.number("walk.duration", p.walk_duration, "s",
            "duration of the walk; the robot stands afterwards", between(0.0, 3600.0));
   s.number("walk.double_support_s", p.usual_support, "s", "usual time on both feet while walking",
@@ -133,10 +136,17 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
                "reduce walk.velocity or increase step.foot_speed",
                speed, p.foot_speed);
          });
+  s.rule({"walk.velocity", "step.usual_s", "walk.double_support_s"}, [&p]() -> std::string {
+    const double turn = std::abs(p.velocity[2]) * (p.usual + p.usual_support);
+    return turn <= largest_turn
+               ? ""
+               : fmt::format(
+                     "the yaw rate of walk.velocity turns the feet by {:.2f} rad against each "
+                     "other, but the planner takes them for parallel, which is accurate up to {} "
+                     "rad; reduce walk.velocity, step.usual_s or walk.double_support_s",
+                     turn, largest_turn);
+  });
   s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
-    if (p.velocity[2] != 0.0)
-      return "the third entry of walk.velocity, the turning rate, must be 0: the feet stay "
-             "parallel";
     if (p.walks() && step.planner != Step::Planner::ocp)
       return "walk.velocity needs step.planner=ocp: the other planners do not walk";
     return "";
@@ -269,7 +279,7 @@ std::unique_ptr<robots::walking::StepPlanner> make_step_choice(
   choice.price = planning.price;
   choice.hysteresis = planning.hysteresis;
   choice.lead = planning.lead;
-  choice.velocity = planning.velocity.head<2>();
+  choice.velocity = planning.velocity;
   choice.bring_back = planning.bring_back;
   choice.walk_until = planning.walk_duration;
   return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + apart);

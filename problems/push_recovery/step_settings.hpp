@@ -26,9 +26,9 @@ struct StepPlanning {
   bool robot_reach = true;      ///< reach from the kinematics of the robot, else from the settings
   double price = 2.0;           ///< cost of a step, in units of the total cost
   double hysteresis = 0.5;      ///< in units of the cost
-  Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< desired walking velocity: forward, left
-                                                     ///< (m/s), turn
-  double walk_duration = 20.0;                       ///< time after which the robot stands, s
+  /// Desired walking velocity: forward, left (m/s) and yaw rate (rad/s).
+  Vec<double, 3> velocity = Vec<double, 3>::Zero();
+  double walk_duration = 20.0;                 ///< time after which the robot stands, s
   bool bring_back = false;                     ///< return feet to their usual distance once at rest
   double usual_support = 0.1;                  ///< usual double support while walking, s
   Vec<double, 4> weights{1.0, 1.0, 1.0, 1.0};  ///< rest, duration, stride, pressure: StepWeights

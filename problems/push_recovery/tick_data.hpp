@@ -15,6 +15,8 @@ struct Tick {
   S omega = 4.3;                        ///< sqrt(g / z) with the CoM height measured, 1/s
   /// Present or future positions of the contact frames, m.
   Vec<S, 3> left_foot = Vec<S, 3>::Zero(), right_foot = Vec<S, 3>::Zero();
+  /// Directions of their x axes, which are level.
+  Vec<S, 2> left_heading{1.0, 0.0}, right_heading{1.0, 0.0};
   Vec<S, 9> gamma_desired = Vec<S, 9>::Zero();
   Vec<S, 2> capture_point_desired = Vec<S, 2>::Zero();  ///< m
   /// hull = {x : normals x <= offsets}, m
@@ -31,10 +33,10 @@ struct Tick {
 
   using Entries =
       ParameterEntries<&Tick::com, &Tick::force, &Tick::omega, &Tick::left_foot, &Tick::right_foot,
-                       &Tick::gamma_desired, &Tick::capture_point_desired, &Tick::hull_normals,
-                       &Tick::hull_offsets, &Tick::left_support, &Tick::right_support,
-                       &Tick::standing, &Tick::following, &Tick::motion_begin, &Tick::com_motion,
-                       &Tick::capture_motion>;
+                       &Tick::left_heading, &Tick::right_heading, &Tick::gamma_desired,
+                       &Tick::capture_point_desired, &Tick::hull_normals, &Tick::hull_offsets,
+                       &Tick::left_support, &Tick::right_support, &Tick::standing, &Tick::following,
+                       &Tick::motion_begin, &Tick::com_motion, &Tick::capture_motion>;
 
   void set_hull(const robots::SupportPolygon::HalfPlanes& hull) {  // hull_rows rows
     hull_normals = hull.A;

@@ -143,7 +143,7 @@ def cases():
         ("lateral limits in the wrong order", "step.lateral_min", "0.4"), ("shortest step above the longest", "step.shortest_s", "2"),
         ("largest force below the smallest", "contact.fz_max", "5"), ("unsupported number of edges of a pyramid", "contact.edges", "5"), ("unknown log format", "log.formats", "csv,hdf5"),
         ("a folder as the robot file", "robot.config", "{d}"), ("a missing robot file", "robot.config", "{d}/none.yaml"),
-        ("a missing URDF", "robot.urdf", "{d}/none.urdf"), ("turning while walking", "walk.velocity", "[0.1, 0, 0.5]"),
+        ("a missing URDF", "robot.urdf", "{d}/none.urdf"), ("a yaw rate that turns the feet too far", "walk.velocity", "[0.1, 0, 0.5]"),
         ("mass error of -100 %", "model.mass_error", "-1"), ("tolerance of 0", "solver_tolerance", "0"), ("tolerance of 2", "solver_tolerance", "2"),
         ("a period of 0", "mpc.step_s", "0"), ("weights that are negative", "weights.gamma", "[-1, 0, 0, 0, 0, 0, 0, 0, 0]"),
     ]:

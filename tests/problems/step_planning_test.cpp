@@ -209,8 +209,8 @@ StepModel walking_model() {
 
 TEST(StepChoiceTest, WalksAtTheRequestedVelocityThenStands) {
   constexpr double velocity = 0.1, until = 6.0;
-  StepChoice planner(walking_model(), {.velocity = {velocity, 0.0}, .walk_until = until}, centres,
-                     stride);
+  StepChoice planner(walking_model(), {.velocity = {velocity, 0.0, 0.0}, .walk_until = until},
+                     centres, stride);
   for (const double begin : {infinity, 3.0, 3.25}) {  // without a push, and in both halves
     planner.restart();
     WalkerOptions options = walker_on(true, true);
@@ -233,6 +233,53 @@ TEST(StepChoiceTest, WalksAtTheRequestedVelocityThenStands) {
     EXPECT_LT(std::abs((to - from)[1]), begin < infinity ? 0.12 : 0.08) << begin;
     EXPECT_LT(last_flight, until + 1.5) << begin;
   }
+}
+
+// Feet land alternately, each turned against the other one, beside each other on a circle.
+TEST(StepChoiceTest, TurnsAtTheRequestedRate) {
+  constexpr double until = 8.0;
+  for (const double rate : {-0.2, 0.1, 0.2})
+    for (const double forward : {0.0, 0.1}) {
+      StepChoice planner(walking_model(), {.velocity = {forward, 0.0, rate}, .walk_until = until},
+                         centres, stride);
+      WalkerOptions options = walker_on(true, true);
+      options.duration = until + 3.0;
+      const auto yaw = [](const robots::SoleFrame& sole) {
+        return std::atan2(sole.rotation(1, 0), sole.rotation(0, 0));
+      };
+      double begin = 0.0, end = 0.0, last = 0.0, widest = 0.0;
+      const WalkerRun run =
+          walk(planner, options, {}, [&](const StepSituation& now, const StepPlan& plan) {
+            const double left = yaw(now.left.sole), right = yaw(now.right.sole);
+            for (int k = 0; k < plan.count; ++k) ASSERT_TRUE(plan.steps[k].heading.has_value());
+            if (now.time < 2.0) begin = 0.5 * (left + right);
+            if (now.time < until) end = 0.5 * (left + right);
+            if (now.left.stands && now.right.stands) last = left - right;
+            const auto centre = [&](robots::Side side) {
+              const robots::SoleFrame& sole = now.foot(side).sole;
+              const Vector2 of = centres.of(side);
+              return Vec<double, 3>(sole.position +
+                                    sole.rotation * Vec<double, 3>(of[0], of[1], 0));
+            };
+            const double apart = (centre(robots::Side::left) - centre(robots::Side::right)).norm();
+            if (now.left.stands && now.right.stands) widest = std::max(widest, apart);
+          });
+      EXPECT_TRUE(run.recovered) << rate << ", " << forward;
+      // Tolerance: one step more or less in six seconds.
+      EXPECT_NEAR(end - begin, rate * (until - 2.0), std::abs(0.5 * rate)) << forward;
+      EXPECT_LT(std::abs(last), std::abs(0.5 * rate)) << forward;  // at most one turn
+      EXPECT_LT(widest, std::hypot(stride[1], forward * 0.45) + 0.03) << rate << ", " << forward;
+    }
+}
+
+// Without a yaw rate, feet keep their headings.
+TEST(StepChoiceTest, PlansNoHeadingWithoutAYawRate) {
+  StepChoice planner(walking_model(), {.velocity = {0.1, 0.0, 0.0}}, centres, stride);
+  WalkerOptions options = walker_on(true, true);
+  options.duration = 1.0;
+  walk(planner, options, {}, [&](const StepSituation&, const StepPlan& plan) {
+    for (int k = 0; k < plan.count; ++k) EXPECT_FALSE(plan.steps[k].heading.has_value());
+  });
 }
 
 TEST(StepChoiceTest, BringsAFootBackOnRequest) {

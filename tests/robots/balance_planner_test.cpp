@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "tests/robots/fixed_steps.hpp"
@@ -52,6 +54,35 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
   EXPECT_FALSE(planner.is_stepping());
   EXPECT_TRUE(planner.stands(Side::right));
   EXPECT_EQ(planner.scene().swing.position, plan.steps[0].place);
+  EXPECT_TRUE(planner.scene().swing.rotation.isIdentity(0.0));
+}
+
+// The feet of the scene have the planned heading of the landing foot, and the measured one of the
+// other foot.
+TEST(BalancePlanner, TurnsTheFeetOfTheScene) {
+  const RobotDescription robot = icub();
+  StepPlan plan;
+  plan.count = 1;
+  plan.steps[0] = {Side::right, 0.0, 0.05, 0.04, {0.1, -0.15, 0.0}, 0.3};
+  const FixedSteps problem(plan, 0.045);
+  const Scene scene = initial_scene(problem, robot);
+  BalancePlanner planner(
+      scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
+      make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)), 0.01,
+      BalancePlanner::LandingTime::as_planned);
+  BalancePlanner::Estimate estimate;
+  estimate.mass = robot.mass;
+  estimate.left_sole = flat_sole(scene.sole(Side::left).position, 0.2);
+  estimate.right_sole = scene.sole(Side::right);
+  estimate.gamma.head<2>() = scene.target_point();
+  estimate.gamma[2] = scene.com_height;
+  EXPECT_TRUE(planner.plan_steps(0.0, estimate).has_lifted);
+  const auto yaw = [&](Side side) {
+    const Mat<double, 3, 3>& rotation = planner.scene().sole(side).rotation;
+    return std::atan2(rotation(1, 0), rotation(0, 0));
+  };
+  EXPECT_NEAR(yaw(Side::left), 0.2, 1e-12);
+  EXPECT_NEAR(yaw(Side::right), 0.3, 1e-12);
 }
 
 TEST(PostureAtStart, IsChosenByTheEndOfItsName) {

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/whole_body/swing_orientation.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
@@ -249,6 +252,69 @@ TEST(SwingFoot, RisesAndLandsOnTimeAtRest) {
   EXPECT_NEAR(highest, 0.03, 0.002);
   EXPECT_LT((last - Vec<double, 3>(0.0, -0.25, 0.0)).norm(), 1e-4);
   EXPECT_LT(speed, 0.02);
+}
+
+Mat<double, 3, 3> turned_by(double yaw) {
+  return robots::flat_sole(Vec<double, 3>::Zero(), yaw).rotation;
+}
+
+TEST(SwingOrientation, TurnsTheShorterWayAndRestsAtTheLanding) {
+  for (const double from : {0.1, 3.1}) {
+    robots::SwingOrientation swing;
+    swing.hold(turned_by(from));
+    EXPECT_FALSE(swing.is_aimed());
+    const double to = std::remainder(from + 0.2, 2.0 * std::numbers::pi);
+    double last = 0.0, fastest = 0.0, speed = 0.0;
+    for (int k = 0; k < 199; ++k) {
+      const double t = 1.0 + 0.002 * k;
+      swing.aim(t, 1.4, Vec<double, 3>::UnitZ(), to);
+      swing.advance(t);
+      const Mat<double, 3, 3> turn = swing.reference() * turned_by(from).transpose();
+      const double yaw = std::atan2(turn(1, 0), turn(0, 0));
+      speed = (yaw - last) / 0.002;
+      fastest = std::max(fastest, speed);
+      EXPECT_GE(speed, -1e-9);
+      last = yaw;
+    }
+    EXPECT_TRUE(swing.is_aimed());
+    EXPECT_NEAR(last, 0.2, 1e-4);
+    EXPECT_LT(speed, 0.02);
+    EXPECT_NEAR(fastest, 15.0 / 8.0 * 0.2 / 0.4, 0.02);  // peak of the minimum-jerk turn
+  }
+}
+
+// Without a heading the foot keeps its yaw. The sole becomes parallel to the ground.
+TEST(SwingOrientation, BecomesParallelToTheGround) {
+  robots::SwingOrientation swing;
+  swing.hold(turned_by(0.7));
+  const Vec<double, 3> normal = Vec<double, 3>(-0.08, 0.03, 1.0).normalized();
+  for (int k = 0; k < 250; ++k) {
+    swing.aim(0.002 * k, 0.4, normal);
+    swing.advance(0.002 * k);
+  }
+  const Mat<double, 3, 3> there = swing.reference();
+  EXPECT_LT((there.col(2) - normal).norm(), 1e-6);
+  EXPECT_NEAR(std::atan2(there(1, 0), there(0, 0)), 0.7, 0.005);  // second order in the tilt
+  swing.hold(there);
+  EXPECT_LT((swing.reference() - there).norm(), 1e-12);
+}
+
+// A foot that is behind its reference turns towards it, and a tilted one becomes level.
+TEST(SwingOrientation, AcceleratesTowardsTheReference) {
+  const Vec<double, 3> up = Vec<double, 3>::UnitZ(), ahead = Vec<double, 3>::UnitX();
+  robots::SwingOrientation swing;
+  swing.hold(Mat<double, 3, 3>::Identity());
+  robots::DynamicsModel::SoleMotion sole;
+  sole.twist.setZero();
+  sole.pose.setIdentity();
+  EXPECT_LT(swing.acceleration(sole).norm(), 1e-9);
+  swing.aim(0.0, 0.0, up, 0.05);  // the landing is due
+  swing.advance(0.002);
+  EXPECT_LT((swing.acceleration(sole) - 400.0 * 0.05 * up).norm(), 1e-6);
+  sole.pose.linear() =
+      (Eigen::AngleAxisd(0.05, up) * Eigen::AngleAxisd(0.1, ahead)).toRotationMatrix();
+  const Vec<double, 3> about = turned_by(0.05) * ahead;
+  EXPECT_LT((swing.acceleration(sole) + 400.0 * 0.1 * about).norm(), 1e-6);
 }
 
 // On the way down, the foot does not rise again if the landing is slightly delayed.

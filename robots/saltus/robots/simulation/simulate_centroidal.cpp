@@ -93,7 +93,11 @@ class CentroidalRun final : LoopController, LoopPlant {
       swing_sole_ = plant_.foot(swing_side_).sole;
       plant_.foot(swing_side_).in_contact = false;
     }
-    if (change.has_target) swing_sole_.position = planner_.step().place;
+    if (change.has_target) {
+      const StepPlan::Step& step = planner_.step();
+      swing_sole_.position = step.place;
+      if (step.heading) swing_sole_ = flat_sole(step.place, *step.heading);
+    }
     const bool has_landed_now = has_landed(t);
     planner_.plan_wrenches(t, estimate());
     recorder_.note_tick(t, change, has_landed_now, step_seconds, truth());

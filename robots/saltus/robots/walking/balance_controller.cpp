@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "saltus/robots/whole_body/foot_support.hpp"
 #include "saltus/robots/whole_body/stance_foot.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/whole_body/swing_orientation.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -31,6 +33,20 @@ void rotate(const Mat<double, 3, 3>& rotation, Side foot, Vec<double, 12>& wrenc
     auto vector = wrenches.segment<3>((foot == Side::left ? 0 : 6) + part);
     vector = (rotation * vector).eval();
   }
+}
+
+// Rate at which the base follows the mean heading of the feet, 1/s, and the largest angle between
+// them that it follows, rad.
+constexpr double turning_rate = 4.0, most_turned = 0.2;
+
+// Smallest inclination of the ground that the swing foot follows, rad. A sole may tilt by less on
+// level ground.
+constexpr double least_inclination = 0.015;
+
+// Normal of the ground below a sole that carries the robot.
+Vec<double, 3> ground_normal(const DynamicsModel::SoleMotion& sole) {
+  const Vec<double, 3> normal = sole.pose.linear().col(2);
+  return normal[2] < std::cos(least_inclination) ? normal : Vec<double, 3>::UnitZ();
 }
 
 // The integer ratio of `whole` to `part`.
@@ -64,6 +80,7 @@ BalanceController::BalanceController(BalanceController::Parts parts,
                BalancePlanner::LandingTime::when_felt),
       contact_(options_.landing_force),
       swing_(std::make_unique<SwingFoot>(options_.swing)),
+      orientation_(std::make_unique<SwingOrientation>(options_.swing)),
       stance_{std::make_unique<StanceFoot>(options_.stance),
               std::make_unique<StanceFoot>(options_.stance)},
       support_{make_support(Side::left), make_support(Side::right)},
@@ -85,9 +102,12 @@ void BalanceController::start(const WholeBodyState& state, const Robot::Readings
   parts_.whole_body->stand(state);
   parts_.model->update(estimate().state);
   swing_->hold(model().sole(swing_side_).pose);
+  orientation_->hold(model().sole(swing_side_).pose.linear());
   stands(swing_side_) = options_.scene.two_feet;
   stands(other(swing_side_)) = true;
   for (const Side side : {Side::left, Side::right}) stance(side).stand(model().sole(side).pose);
+  const Vec<double, 2> heading = feet_heading().normalized();
+  forward_ = state.base.linear().transpose() * Vec<double, 3>(heading[0], heading[1], 0.0);
   tasks_.posture = state.q;
   applied_ = options_.scene.standing_wrenches(model().mass(), model().com());
   expected_ = applied_;
@@ -168,15 +188,18 @@ void BalanceController::plan(double t) {
     swing_side_ = step.foot;
     stands(swing_side_) = false;
     swing_->hold(model().sole(swing_side_).pose);
+    orientation_->hold(model().sole(swing_side_).pose.linear());
+    ground_normal_ = ground_normal(model().sole(other(swing_side_)));
     support(swing_side_).stand(0.0);
     parts_.estimator->pin(other(swing_side_));
   }
   if (update_.step.has_target) {
     if (!swing_->is_under_way()) swing_->start(t, step.landing);
-    swing_->aim(step.landing, step.place);
+    aim_swing(t, step);
     contact_.expect(step.earliest_landing);
   }
   find_landing(t);
+  if (planner_.step().heading) planner_.turn(yaw_momentum());
   planner_.plan_wrenches(t, measured);
 }
 
@@ -199,6 +222,36 @@ void BalanceController::observe_mass() {
     ground.torque += wrench.tail<3>() + model().sole(side).pose.translation().cross(force);
   }
   corrected_->observe(options_.control_period, ground);
+}
+
+// The foot of a walking robot lands on the plane through the stance sole and parallel to it.
+void BalanceController::aim_swing(double t, const StepPlan::Step& step) {
+  const Vec<double, 3> level = Vec<double, 3>::UnitZ();
+  const bool walks = planner_.plan().motion.samples > 0;
+  const Vec<double, 3> normal = walks ? ground_normal_ : level;
+  Vec<double, 3> place = step.place;
+  if (normal != level) {
+    const Vec<double, 3> away = place - model().sole(other(swing_side_)).pose.translation();
+    place[2] -= normal.head<2>().dot(away.head<2>()) / normal[2];
+  }
+  swing_->aim(step.landing, place);
+  if (step.heading || normal != level) orientation_->aim(t, step.landing, normal, step.heading);
+}
+
+// Sum of the forward axes of both soles, in the plane.
+Vec<double, 2> BalanceController::feet_heading() const {
+  return model().sole(Side::left).pose.linear().col(0).head<2>() +
+         model().sole(Side::right).pose.linear().col(0).head<2>();
+}
+
+// Angular momentum about the vertical, Nms. It turns the base towards the mean heading of the feet.
+double BalanceController::yaw_momentum() const {
+  const Eigen::Isometry3d& base = estimate().state.base;
+  const Vec<double, 2> feet = feet_heading(), ahead = (base.linear() * forward_).head<2>();
+  const double error = std::atan2(ahead[0] * feet[1] - ahead[1] * feet[0], ahead.dot(feet));
+  const Vec<double, 2> arm = (model().com() - base.translation()).head<2>();
+  const double inertia = model().mass_matrix()(2, 2) - model().mass() * arm.squaredNorm();
+  return inertia * turning_rate * std::clamp(error, -most_turned, most_turned);
 }
 
 void BalanceController::control(double t) {
@@ -243,6 +296,9 @@ void BalanceController::control(double t) {
   }
   swing_->advance(t);
   tasks_.swing_acceleration = swing_->acceleration(model().sole(swing_side_));
+  orientation_->advance(t);
+  if (orientation_->is_aimed())
+    tasks_.swing_acceleration.head<3>() = orientation_->acceleration(model().sole(swing_side_));
   const WholeBodyController::Command& command =
       parts_.whole_body->control(model(), estimate().state, tasks_);
   if (command.status != qp::QpStatus::optimal) ++statistics_.failures;

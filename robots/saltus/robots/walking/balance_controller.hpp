@@ -21,6 +21,7 @@ namespace saltus::robots {
 class FootSupport;
 class StanceFoot;
 class SwingFoot;
+class SwingOrientation;
 }  // namespace saltus::robots
 
 namespace saltus::robots::walking {
@@ -73,6 +74,8 @@ class BalancePlanner {
   StepChange plan_steps(double t, const Estimate& measured);
   /// Records that the swing foot stands at `place` (m) from `t` on.
   void land(double t, const Vec<double, 3>& place);
+  /// Sets the desired angular momentum about the vertical, Nms.
+  void turn(double yaw_momentum) { scene_.yaw_momentum = yaw_momentum; }
   /// Plans the wrenches until the next tick.
   void plan_wrenches(double t, const Estimate& measured);
   /// Records the feet that stand; they carry a wrench at the next tick.
@@ -208,6 +211,9 @@ class BalanceController {
   void control(double t);
   void observe_mass();
   void scale_to_described_mass(BalancePlanner::Estimate& e) const;
+  void aim_swing(double t, const StepPlan::Step& step);
+  Vec<double, 2> feet_heading() const;
+  double yaw_momentum() const;
   std::unique_ptr<FootSupport> make_support(Side side) const;
   FootSupport& support(Side foot) { return *support_[foot == Side::left ? 0 : 1]; }
   const FootSupport& support(Side foot) const { return *support_[foot == Side::left ? 0 : 1]; }
@@ -222,9 +228,13 @@ class BalanceController {
   BalancePlanner planner_;
   ContactEstimator contact_;
   std::unique_ptr<SwingFoot> swing_;
+  std::unique_ptr<SwingOrientation> orientation_;
   std::array<std::unique_ptr<StanceFoot>, 2> stance_;
   std::array<std::unique_ptr<FootSupport>, 2> support_;
   Side swing_side_;
+  Vec<double, 3> ground_normal_ = Vec<double, 3>::UnitZ();  // below the stance foot
+  // Axis of the base that points along the mean heading of the feet at the start.
+  Vec<double, 3> forward_ = Vec<double, 3>::UnitX();
   WholeBodyController::Tasks tasks_;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   Vec<double, 12> expected_ = Vec<double, 12>::Zero();  // the same, axes of the soles

@@ -58,6 +58,7 @@ BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
       const Side stance = other(first.foot);
       scene_.stand_on(stance);
       scene_.stance.position.head<2>() = measured.sole(stance).position.head<2>();
+      if (first.heading) scene_.stance.rotation = levelled(measured.sole(stance)).rotation;
       foot(first.foot).stands = false;
     }
     step_ = first;
@@ -70,6 +71,7 @@ BalancePlanner::StepChange BalancePlanner::plan_steps(double t,
   step_ = first;
   step_.lift_off = begun_at;
   scene_.swing.position = first.place;
+  if (first.heading) scene_.swing.rotation = flat_sole(first.place, *first.heading).rotation;
   scene_.two_feet = true;
   return change;
 }

@@ -32,6 +32,7 @@ struct Scene {
   double com_height = 0.53;               ///< desired height, m
   SceneSettings::Target target =
       SceneSettings::Target::sole_midpoint;  ///< point above which the CoM comes to rest
+  double yaw_momentum = 0.0;                 ///< desired angular momentum about the vertical, Nms
   StepPlan::Motion motion;  ///< planned motion of the CoM, if the step planner gives one
 
   /// Sole frame of the given side.

@@ -55,6 +55,8 @@ struct StepPlan {
     double landing = infinity;   ///< s
     double earliest_landing = infinity;  ///< an earlier contact does not count as the landing
     Vec<double, 3> place = Vec<double, 3>::Zero();  ///< place of its contact frame, m
+    /// Yaw of the foot at the landing, rad; empty: as at the lift-off.
+    std::optional<double> heading = std::nullopt;
   };
 
   /// A candidate: first foot and number of steps.
