@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "saltus/core/error.hpp"
 #include "tests/problems/icub_in_dart.hpp"
@@ -38,6 +40,52 @@ TEST_F(FullBody, RecoversWithAStep) {
   const Vec<double, 3> gained =
       mass * (log.samples.back().gamma - log.samples.front().gamma).segment<3>(3);
   EXPECT_LT((impulse - gained).norm(), 0.01 * config.push.impulse) << impulse.transpose();  // N s
+}
+
+// Yaw of both soles and of the base since the start, rad.
+std::array<double, 3> turned(const RunLog& log) {
+  const auto yaw = [](const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+    const Mat<double, 3, 3> turn = to.linear() * from.linear().transpose();
+    return std::atan2(turn(1, 0), turn(0, 0));
+  };
+  const RunLog::BodySample &first = log.body.front(), &last = log.body.back();
+  return {yaw(first.left_sole, last.left_sole), yaw(first.right_sole, last.right_sole),
+          yaw(first.state.base, last.state.base)};
+}
+
+TEST_F(FullBody, TurnsOnTheSpot) {
+  constexpr double rate = 0.2, duration = 3.5;
+  apply({"plant=dart", "stance=both", "step.planner=ocp", "walk.velocity=0,0,0.2",
+         "walk.duration=3.5", "push.impulse=0"});
+  const RunLog log = run();
+  const Verdict verdict = judge(config, log);
+  EXPECT_TRUE(verdict.recovered) << verdict.reason;
+  EXPECT_LT(log.body.back().left_sole.translation().norm(), 0.08);
+  const auto [left, right, base] = turned(log);
+  // The first foot lifts off after 0.4 s. Tolerance: one landing more or less.
+  EXPECT_NEAR(0.5 * (left + right), rate * (duration - 0.4), 0.1);
+  EXPECT_LT(std::abs(left - right), 0.1);  // at most the turn of one landing
+  EXPECT_NEAR(base, 0.5 * (left + right), 0.03);
+}
+
+// The sensors show the slope, and the swing foot lands parallel to it.
+TEST_F(FullBody, WalksUpASlope) {
+  constexpr double slope = 0.07;  // 4 degrees
+  apply({"plant=dart", "stance=both", "step.planner=ocp", "walk.velocity=0.1,0,0",
+         "walk.duration=4.5", "push.impulse=0", "simulator.ground_ahead=true",
+         "simulator.ground_edge_m=0.2", "simulator.ground_slope_forward=0.07"});
+  const RunLog log = run();
+  EXPECT_FALSE(log.stopped_early);
+  const RunLog::BodySample& last = log.body.back();
+  for (const Eigen::Isometry3d& sole : {last.left_sole, last.right_sole}) {
+    EXPECT_NEAR(sole.linear()(2, 0), std::sin(std::atan(slope)), 2e-3);
+    EXPECT_GT(sole.translation()[0], 0.32);
+  }
+  // Angle between estimated and true vertical; it was the angle of the slope.
+  ASSERT_TRUE(last.estimate.has_value());
+  const Vec<double, 3> up = last.state.base.linear().row(2).transpose(),
+                       estimated = last.estimate->state.base.linear().row(2).transpose();
+  EXPECT_LT(up.cross(estimated).norm(), 0.25 * slope);
 }
 
 TEST_F(FullBody, MomentumControlStepsToo) {

@@ -1,12 +1,14 @@
 #include "saltus/robots/whole_body/base_estimator.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 namespace saltus::robots {
 namespace {
 
 using State = ContactInertialState;
+
+// s, in which the feet that stand from the start are found.
+constexpr double first_contacts = 0.1;
 
 double square(double x) { return x * x; }
 
@@ -22,6 +24,8 @@ void BaseEstimator::reset(const Eigen::Isometry3d& base, Side pin,
   stands(pin) = true;
   stands(other(pin)) = false;
   rests_[0] = rests_[1] = false;
+  landed_[0] = landed_[1] = false;
+  time_ = 0.0;
   P_.setZero();
   const auto start = [this](int first, int entries, double deviation) {
     P_.diagonal().segment(first, entries).setConstant(square(deviation));
@@ -61,6 +65,7 @@ void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
                             const Vec<double, 3>& specific_force, double dt) {
   transition_ = state_.transition(dt);
   const Mat<double, State::size, 6> G = state_.reading_errors();
+  time_ += dt;
   state_.move_on(angular_velocity, specific_force, dt);
   product_.noalias() = transition_ * P_;
   P_.noalias() = product_ * transition_.transpose();
@@ -78,18 +83,18 @@ void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
       forget(side);  // noise of the gyroscope acts on it through the lever arm
       continue;
     }
-    const bool rests = rests_[side == Side::left ? 0 : 1];
+    const bool rests = rests_[index(side)];
     if (side != pin_)
       walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
     else if (!rests && options_.rocking_walk > 0.0)
       walk(State::foot(State::foot_positions, side), 3, options_.rocking_walk);
     walk(State::foot(State::foot_turns, side), side == pin_ ? 2 : 3,
-         rests ? options_.resting_turn_walk : options_.foot_turn_walk);
+         rests && !landed_[index(side)] ? options_.resting_turn_walk : options_.foot_turn_walk);
   }
 }
 
 void BaseEstimator::correct(Side side, const SoleReading& reading) {
-  rests_[side == Side::left ? 0 : 1] = reading.stands && reading.rests;
+  rests_[index(side)] = reading.stands && reading.rests;
   if (!reading.stands) {
     if (stands(side)) forget(side);
     stands(side) = false;
@@ -109,22 +114,6 @@ void BaseEstimator::correct(Side side, const SoleReading& reading) {
   const Eigen::LLT<Mat<double, 6, 6>> factor(S);
   const Mat<double, 6, State::size> gain = factor.solve(PH.transpose());  // K'
   const State::Error error = gain.transpose() * state_.mismatch(side, reading.pose);
-  state_ = state_.displaced(-error);
-  product_.noalias() = PH * gain;
-  P_ -= 0.5 * (product_ + product_.transpose());
-  level(side);
-}
-
-// z = roll and pitch of the sole = roll and pitch of its error + noise.
-void BaseEstimator::level(Side side) {
-  const int f = State::foot(State::foot_turns, side);
-  const Mat<double, State::size, 2> PH = P_.middleCols<2>(f);
-  Mat<double, 2, 2> S = PH.middleRows<2>(f);
-  S.diagonal().array() += square(options_.level_noise);
-  const Mat<double, 2, State::size> gain = S.inverse() * PH.transpose();  // K'
-  const Vec<double, 3> normal = state_.sole(side).linear().col(2);
-  const Vec<double, 2> tilt(-normal[1], normal[0]);
-  const State::Error error = gain.transpose() * tilt;
   state_ = state_.displaced(-error);
   product_.noalias() = PH * gain;
   P_ -= 0.5 * (product_ + product_.transpose());
@@ -155,6 +144,7 @@ void BaseEstimator::plant(Side side, const SoleReading& reading) {
   P_.block<3, 3>(f, d) += noise.bottomLeftCorner<3, 3>();
   P_.block<3, 3>(f, f) += noise.bottomRightCorner<3, 3>();
   stands(side) = true;
+  landed_[index(side)] = time_ > first_contacts;
   if (side == pin_) pin(side);  // all positions are relative to the pin
 }
 

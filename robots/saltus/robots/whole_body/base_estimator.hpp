@@ -22,14 +22,12 @@ struct BaseEstimatorOptions {
   double foot_walk = 0.02;       ///< m/s per sqrt(Hz)
   double rocking_walk = 0.0;     ///< the same for the pin, while it stands on an edge
   double foot_turn_walk = 0.05;  ///< rad/s per sqrt(Hz)
-  /// Random walk of the orientation of a sole at rest, with its centre of pressure away from the
-  /// edges about which it could rotate. It makes the bias of the gyroscope observable within a
-  /// second.
+  /// Random walk of the orientation of a sole at rest, which stands from the start with its centre
+  /// of pressure away from the edges about which it could rotate. It makes the bias of the
+  /// gyroscope observable within a second. A sole that has landed may turn on soft ground.
   double resting_turn_walk = 5e-4;
   /// Errors of leg kinematics other than encoder noise, such as bending and rocking.
   double leg_position_noise = 3e-4, leg_turn_noise = 1e-3;  ///< m, rad
-  /// Standard deviation of roll and pitch of a sole on level ground, rad, for each correction.
-  double level_noise = 0.1;
   /// Standard deviations of the initial estimate.
   double turn = 0.01;                ///< rad, roll and pitch of the base
   double velocity = 0.02;            ///< m/s
@@ -76,19 +74,20 @@ class BaseEstimator {
   /// Covariance of the right-invariant error; zero for feet in the air.
   const State::Matrix& covariance() const { return P_; }
   /// True if the filter treats the foot as standing.
-  bool stands(Side side) const { return stands_[side == Side::left ? 0 : 1]; }
+  bool stands(Side side) const { return stands_[index(side)]; }
 
  private:
-  bool& stands(Side side) { return stands_[side == Side::left ? 0 : 1]; }
+  static std::size_t index(Side side) { return side == Side::left ? 0 : 1; }
+  bool& stands(Side side) { return stands_[index(side)]; }
   void forget(Side side);
-  void level(Side side);
   void plant(Side side, const SoleReading& reading);
   Mat<double, 6, 6> noise_of(const SoleReading& reading) const;
 
   BaseEstimatorOptions options_;
   State state_;
   State::Matrix P_ = State::Matrix::Zero(), transition_, product_;
-  bool stands_[2] = {false, false}, rests_[2] = {false, false};
+  bool stands_[2] = {false, false}, rests_[2] = {false, false}, landed_[2] = {false, false};
+  double time_ = 0.0;  // s, since reset()
   Side pin_ = Side::left;
 };
 
