@@ -67,22 +67,21 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("preset", {"paper"}, paper);
   s.preset("preset", {"robot"}, robot);
   // Heavy rotors make the legs slow and their landings hard. The motion is therefore planned with
-  // the rotors, the drives hold it, the swing foot stays low and touches the ground slowly, and the
-  // stance foot returns to the ground when the shock of the landing lifts it. A real robot also
-  // differs from its model.
+  // the rotors, the swing foot stays low and touches the ground slowly, and the stance foot returns
+  // to the ground when the shock of the landing lifts it. Drives that hold the motion as springs
+  // would keep soles from turning with the ground. A real robot also differs from its model.
   s.choice("drives", config.drives, {"ideal", "real"},
            "whole body: torques act as commanded, or through the drives of the robot's file (rotor "
            "inertia, friction, torque-speed line), which the controllers know; real is the default "
            "of preset robot if that file has drives; keys that are given take precedence");
   s.preset("drives", {"real"},
            {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
-            "model.rotor_inertia=1", "model.friction=1", "drive.stiffness=3", "drive.damping=0.08",
-            "swing.clearance_m=0.012", "swing.apex=0.45", "swing.touch_speed_m_per_s=0.05",
-            "whole_body.swing_foot=400", "whole_body.angular_momentum=20",
-            "whole_body.stance_stiffness=1500", "whole_body.stance_damping=60",
-            "whole_body.estimate_support=true", "whole_body.estimate_mass=true",
-            "sensor.rocking_walk=0.02", "weights.gamma=0,0,100000,1000,1000,30000,400,400,400",
-            "posture=bent"});
+            "model.rotor_inertia=1", "model.friction=1", "swing.clearance_m=0.012",
+            "swing.apex=0.45", "swing.touch_speed_m_per_s=0.05", "whole_body.swing_foot=400",
+            "whole_body.angular_momentum=20", "whole_body.stance_stiffness=300",
+            "whole_body.stance_damping=60", "whole_body.estimate_support=true",
+            "whole_body.estimate_mass=true", "sensor.rocking_walk=0.02",
+            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "posture=bent"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
   // midway between heels and toes. Its usual posture has bent knees.
   s.preset("stance", {"both"},

@@ -71,20 +71,19 @@ TEST_F(Support, KeepsTheAreaOfASoleThatDoesNotTurn) {
 TEST_F(Support, TurnsASoleOnItsRimTowardsTheInside) {
   const FootSupport::Wrench inside = pressing(weight, 0.0, 0.0);
   advance(0.05, at_rest, pressing(weight, 0.0, sole.y.upper), inside);
-  EXPECT_GT(support.flattening()[0], 0.0);  // right side down
-  EXPECT_EQ(support.flattening()[1], 0.0);
+  EXPECT_GT(support.turning()[0], 0.0);  // right side down
+  EXPECT_EQ(support.turning()[1], 0.0);
   // The point that touches the ground is not accelerated.
   const Vec<double, 3> touched(0.0, sole.y.upper, 0.0);
-  const Vec<double, 3> turn = support.flattening().head<3>();
-  EXPECT_LT((support.flattening().tail<3>() + turn.cross(touched)).norm(),
-            0.05 * turn.norm() * 0.03);
+  const Vec<double, 3> turn = support.turning().head<3>();
+  EXPECT_LT((support.turning().tail<3>() + turn.cross(touched)).norm(), 0.05 * turn.norm() * 0.03);
   advance(0.05, at_rest, pressing(weight, 0.0, sole.y.lower), inside);
-  EXPECT_LT(support.flattening()[0], 0.0);
+  EXPECT_LT(support.turning()[0], 0.0);
   advance(0.1, at_rest, pressing(weight, sole.x.upper, 0.0), inside);
-  EXPECT_LT(support.flattening()[1], 0.0);  // heel down
-  EXPECT_EQ(support.flattening()[0], 0.0);
+  EXPECT_LT(support.turning()[1], 0.0);  // heel down
+  EXPECT_EQ(support.turning()[0], 0.0);
   advance(0.1, at_rest, inside, inside);
-  EXPECT_TRUE(support.flattening().isZero(0.0));
+  EXPECT_TRUE(support.turning().isZero(0.0));
   EXPECT_EQ(support.area(), sole);
 }
 
@@ -94,7 +93,7 @@ TEST_F(Support, FindsNoEdgeWhileASoleTurnsFlat) {
   const FootSupport::Wrench inside = pressing(0.3 * weight, 0.0, 0.0);
   advance(0.05, at_rest, pressing(0.3 * weight, sole.x.upper, 0.0), inside);
   advance(0.02, heel_down, pressing(0.3 * weight, 0.09, 0.0), inside);
-  EXPECT_LT(support.flattening()[1], 0.0);
+  EXPECT_LT(support.turning()[1], 0.0);
   advance(0.04, heel_down, pressing(0.3 * weight, 0.05, 0.0), inside);
   EXPECT_EQ(support.area(), sole);
 }
@@ -109,6 +108,41 @@ TEST_F(Support, AFootThatHasLandedTakesLoadAsItIsCarried) {
   EXPECT_EQ(support.most_load(), infinity);
 }
 
+// A level sole that sinks by `depth` under its weight lands within 0.1 s. Its left edge sinks by
+// `more`.
+void land(FootSupport& support, double depth, double more) {
+  support.stand(0.1 * weight);
+  DynamicsModel::SoleMotion motion = turning({0.0, 0.0, 0.0});
+  constexpr double time = 0.1;
+  motion.twist[0] = -more / sole.y.upper / time;
+  motion.twist[5] = -depth / time;
+  for (double t = 0.0; t < time; t += step) {
+    const FootSupport::Wrench pressed = pressing(weight * t / time, 0.0, 0.0);
+    support.advance(step, motion, pressed, pressed);
+  }
+}
+
+TEST_F(Support, FindsSoftGroundByTheSinkOfAFootThatTakesLoad) {
+  land(support, 0.0, 0.003);  // it turns about the point that carries load
+  EXPECT_FALSE(support.is_soft());
+  land(support, 0.001, 0.0);
+  EXPECT_FALSE(support.is_soft());
+  land(support, 0.003, 0.0);
+  ASSERT_TRUE(support.is_soft());
+  const FootRectangle middle{between(-0.0125, 0.0625), between(-0.0225, 0.0125)};
+  EXPECT_NEAR(support.area().x.lower, middle.x.lower, 1e-12);
+  EXPECT_NEAR(support.area().x.upper, middle.x.upper, 1e-12);
+  EXPECT_NEAR(support.area().y.lower, middle.y.lower, 1e-12);
+  EXPECT_NEAR(support.area().y.upper, middle.y.upper, 1e-12);
+  // A turn shows no edge here, and 35 of 50 1/s of its damping are compensated.
+  advance(0.1, {0.3, 0.1, 0.2}, pressing(weight, 0.0, -0.01), pressing(weight, 0.0, -0.04));
+  EXPECT_NEAR(support.area().y.lower, middle.y.lower, 1e-12);
+  const Vec<double, 3> relief = support.turning().head<3>();
+  EXPECT_LT((relief - Vec<double, 3>(10.5, 3.5, 0.0)).norm(), 1e-9);
+  support.stand(weight);
+  EXPECT_FALSE(support.is_soft());
+}
+
 TEST(FootSupport, EstimatesNothingUnlessRequested) {
   FootSupport support(sole, weight, {});
   support.stand(0.0);
@@ -117,7 +151,7 @@ TEST(FootSupport, EstimatesNothingUnlessRequested) {
                     pressing(weight, 0.0, -0.04));
   EXPECT_EQ(support.area(), sole);
   EXPECT_EQ(support.most_load(), infinity);
-  EXPECT_TRUE(support.flattening().isZero(0.0));
+  EXPECT_TRUE(support.turning().isZero(0.0));
 }
 
 }  // namespace

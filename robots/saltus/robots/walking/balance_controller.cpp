@@ -283,10 +283,10 @@ void BalanceController::control(double t) {
         sole.pose.linear().transpose() * wrench.tail<3>();
     support(side).advance(options_.control_period, sole, in_sole,
                           expected_.segment<6>(side == Side::left ? 0 : 6));
-    const Vec<double, 6>& flattening = support(side).flattening();
-    if (!flattening.isZero(0.0)) stance(side).follow_turn(sole.pose);
+    const Vec<double, 6>& turning = support(side).turning();
+    if (!turning.isZero(0.0)) stance(side).follow_turn(sole.pose);
     Vec<double, 6>& hold = side == Side::left ? tasks_.left_hold : tasks_.right_hold;
-    hold = stance(side).acceleration(sole) + flattening;
+    hold = stance(side).acceleration(sole) + turning;
   }
   if (options_.support.is_estimated) {
     tasks_.left_support = support(Side::left).area();

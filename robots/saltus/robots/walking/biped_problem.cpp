@@ -134,10 +134,14 @@ BalanceController make_balance_controller(const BipedProblem& problem,
       std::make_unique<DriveController>(body, settings.drive_control, settings.control.period);
   parts.steps = make_step_planner(problem, robot, scene);
   parts.wrenches = make_planner(problem, robot, scene);
+  FootSupportOptions support = settings.foot_support;
+  support.damping = settings.control.choice == WholeBodyController::Method::momentum
+                        ? settings.control.momentum.stance_damping
+                        : settings.control.gains.stance_damping;
   return {std::move(parts),
           {period, settings.control.period, settings.planner.step,
-           landed_share * robot.mass * standard_gravity, settings.stance_foot,
-           settings.foot_support, settings.swing_foot, scene, problem.contacts(scene)}};
+           landed_share * robot.mass * standard_gravity, settings.stance_foot, support,
+           settings.swing_foot, scene, problem.contacts(scene)}};
 }
 
 }  // namespace saltus::robots::walking

@@ -31,11 +31,13 @@ void FootSupport::stand(double load) {
   down_.setZero();
   missed_.setZero();
   late_.setZero();
-  flattening_.setZero();
+  turning_.setZero();
   measured_.setZero();
   measured_[2] = load;
   commanded_.setZero();
   has_carried_ = has_carried(load);
+  sunk_ = 0.0;
+  is_soft_ = false;
 }
 
 double FootSupport::most_load() const {
@@ -49,8 +51,8 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   const double share = share_of(dt, options_.lag);
   measured_ += share * (measured - measured_);
   commanded_ += share * (commanded - commanded_);
-  has_carried_ |= has_carried(measured_[2]);
-  flattening_.setZero();
+  turning_.setZero();
+  if (!has_carried_) find_softness(dt, sole);
   const double least = options_.loaded * weight_;
   if (measured_[2] < least || commanded_[2] < least) return;
 
@@ -59,23 +61,55 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   const bool rests = (wanted - pressure).cwiseAbs().maxCoeff() < options_.apart;
   down_ *= 1.0 - share_of(dt, rests ? options_.settle : options_.forget);
   down_ += dt * Vec<double, 2>(turn[1], -turn[0]);
+  if (!is_soft_) update_area(pressure, wanted, dt, rests);
   const Vec<double, 3> normal = sole.pose.linear().col(2);
   for (const int axis : {0, 1}) {
-    Bounds& area = axis == 0 ? area_.x : area_.y;
     const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
     const double at = std::clamp(pressure[axis], whole.lower, whole.upper);
-    const double more = rests ? options_.regain * dt : 0.0;
-    area.lower = std::max(whole.lower, std::min(area.lower - more, at));
-    area.upper = std::min(whole.upper, std::max(area.upper + more, at));
-    end_area(axis, at, wanted[axis], dt);
     const Vec<double, 3> about = sole.pose.linear().col(1 - axis);
     const Vec<double, 3> acceleration = flattening_about(axis, at, wanted[axis], dt) * about;
     // It must not increase a large tilt.
     if (normal[2] > std::cos(options_.most_tilt) || acceleration.cross(normal)[2] > 0.0)
-      flattening_.head<3>() += acceleration;
+      turning_.head<3>() += acceleration;
   }
   const Vec<double, 3> touched = sole.pose.linear() * Vec<double, 3>(pressure[0], pressure[1], 0.0);
-  flattening_.tail<3>() = touched.cross(flattening_.head<3>());
+  turning_.tail<3>() = touched.cross(turning_.head<3>());
+  if (is_soft_)
+    turning_.head<3>() += std::max(0.0, options_.damping - options_.soft_damping) *
+                          (sole.twist.head<3>() - turn[2] * normal);
+}
+
+// Finds out whether the ground is soft, until the foot has carried load. The point below the centre
+// of pressure touches the ground, so on rigid ground it does not move, even if the sole turns.
+void FootSupport::find_softness(double dt, const DynamicsModel::SoleMotion& sole) {
+  const double load = std::max(measured_[2], options_.loaded * weight_);
+  const Vec<double, 3> pressure(-measured_[4] / load, measured_[3] / load, 0.0);
+  const Vec<double, 3> touched = sole.pose.linear() * pressure;
+  const Vec<double, 3> velocity = sole.twist.tail<3>() + sole.twist.head<3>().cross(touched);
+  sunk_ -= dt * velocity.dot(sole.pose.linear().col(2));
+  has_carried_ = has_carried(measured_[2]);
+  is_soft_ = has_carried_ && sunk_ * weight_ > options_.soft * measured_[2];
+  if (!is_soft_) return;
+  const auto middle = [this](const Bounds& whole) {
+    const double centre = 0.5 * (whole.lower + whole.upper);
+    const double half = 0.5 * options_.soft_part * (whole.upper - whole.lower);
+    return between(centre - half, centre + half);
+  };
+  area_ = {middle(sole_.x), middle(sole_.y)};
+}
+
+// Area of support from the centres of pressure, measured and commanded.
+void FootSupport::update_area(const Vec<double, 2>& pressure, const Vec<double, 2>& wanted,
+                              double dt, bool rests) {
+  const double more = rests ? options_.regain * dt : 0.0;
+  for (const int axis : {0, 1}) {
+    Bounds& area = axis == 0 ? area_.x : area_.y;
+    const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
+    const double at = std::clamp(pressure[axis], whole.lower, whole.upper);
+    area.lower = std::max(whole.lower, std::min(area.lower - more, at));
+    area.upper = std::min(whole.upper, std::max(area.upper + more, at));
+    end_area(axis, at, wanted[axis], dt);
+  }
 }
 
 // A small load has an uncertain centre of pressure.

@@ -12,7 +12,8 @@ namespace saltus::robots {
 /// If a sole turns over an edge, its centre of pressure stays at the edge while the commanded one
 /// lies beyond. The area then ends there. It grows again as soon as the ground carries load
 /// further out. A sole that touches only with its rim turns until it is flat. A foot that has just
-/// landed may be given the load that it carries already, and a little more.
+/// landed may be given the load that it carries already, and a little more. If it sinks meanwhile,
+/// the ground is soft.
 class FootSupport {
  public:
   /// Wrenches of the ground on the foot: (force N | torque Nm), axes of the sole.
@@ -29,13 +30,19 @@ class FootSupport {
 
   /// Part of the sole that is supported, in the sole frame.
   const FootRectangle& area() const { return area_; }
-  /// Acceleration (angular | linear) of the contact frame that turns a sole on its rim flat about
-  /// the point where it touches the ground; world axes, rad/s^2 and m/s^2. Zero if it is flat.
-  const Vec<double, 6>& flattening() const { return flattening_; }
+  /// Acceleration (angular | linear) of the contact frame, world axes, rad/s^2 and m/s^2. It turns
+  /// a sole on its rim flat about the point where it touches the ground. On soft ground it
+  /// compensates a part of the damping of the sole's turn. Otherwise it is zero.
+  const Vec<double, 6>& turning() const { return turning_; }
+  /// True if the foot has sunk while it took load.
+  bool is_soft() const { return is_soft_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
 
  private:
+  void find_softness(double dt, const DynamicsModel::SoleMotion& sole);
+  void update_area(const Vec<double, 2>& pressure, const Vec<double, 2>& wanted, double dt,
+                   bool rests);
   void end_area(int axis, double pressure, double wanted, double dt);
   double flattening_about(int axis, double pressure, double wanted, double dt);
   double rim_width() const;
@@ -45,9 +52,10 @@ class FootSupport {
   FootRectangle sole_, area_;
   double weight_;
   FootSupportOptions options_;
-  bool has_carried_ = false;
+  bool has_carried_ = false, is_soft_ = false;
+  double sunk_ = 0.0;                             // of the centre of pressure since the landing, m
   Vec<double, 2> down_ = Vec<double, 2>::Zero();  // angles of front and left edge, rad
-  Vec<double, 6> flattening_ = Vec<double, 6>::Zero();
+  Vec<double, 6> turning_ = Vec<double, 6>::Zero();
   // m s; axis by lower and upper end
   Mat<double, 2, 2> missed_ = Mat<double, 2, 2>::Zero(), late_ = Mat<double, 2, 2>::Zero();
   // Outermost centre of pressure while the commanded one is missed, m.
