@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "tests/robots/fixed_steps.hpp"
 #include "tests/support/errors.hpp"
@@ -83,6 +86,57 @@ TEST(BalancePlanner, TurnsTheFeetOfTheScene) {
   };
   EXPECT_NEAR(yaw(Side::left), 0.2, 1e-12);
   EXPECT_NEAR(yaw(Side::right), 0.3, 1e-12);
+}
+
+// A capture-point controller that records the landing time in its contact schedule.
+class RecordingPlanner final : public Planner {
+ public:
+  RecordingPlanner(std::unique_ptr<Planner> planner, double& landing)
+      : planner_(std::move(planner)), landing_(landing) {}
+  const ControlTick& tick(const Measurement& measured, const Scene& scene,
+                          const Schedule& contacts) override {
+    landing_ = landing_time(contacts);
+    return planner_->tick(measured, scene, contacts);
+  }
+  RecedingHorizonController& controller() override { return planner_->controller(); }
+
+ private:
+  std::unique_ptr<Planner> planner_;
+  double& landing_;
+};
+
+// When the planned landing is due, the plan still has one foot on the ground for two ticks.
+TEST(BalancePlanner, PlansNoDoubtedLandingWithinTheNextTick) {
+  constexpr double period = 0.01, due = 0.05;
+  const RobotDescription robot = icub();
+  StepPlan plan;
+  plan.count = 1;
+  plan.steps[0] = {Side::right, 0.0, due, 0.04, {0.1, -0.15, 0.0}};
+  const FixedSteps problem(plan, 0.045);
+  const Scene scene = initial_scene(problem, robot);
+  using LandingTime = BalancePlanner::LandingTime;
+  for (const auto& [time, delay] :
+       {std::pair{LandingTime::as_planned, 0.0}, std::pair{LandingTime::when_felt, period},
+        std::pair{LandingTime::doubted, 2.0 * period}}) {
+    double landing = 0.0;
+    BalancePlanner planner(
+        scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
+        std::make_unique<RecordingPlanner>(
+            make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)),
+            landing),
+        period, time);
+    BalancePlanner::Estimate estimate;
+    estimate.mass = robot.mass;
+    estimate.left_sole = scene.sole(Side::left);
+    estimate.right_sole = scene.sole(Side::right);
+    estimate.gamma.head<2>() = scene.target_point();
+    estimate.gamma[2] = scene.com_height;
+    for (int k = 0; k <= 5; ++k) {
+      planner.plan_steps(period * k, estimate);
+      planner.plan_wrenches(period * k, estimate);
+    }
+    EXPECT_NEAR(landing, due + delay, 1e-12);
+  }
 }
 
 TEST(PostureAtStart, IsChosenByTheEndOfItsName) {

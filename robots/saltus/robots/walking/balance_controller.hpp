@@ -57,8 +57,10 @@ class BalancePlanner {
     }
   };
 
-  /// Time at which contacts change: at the planned landing, or when the foot touches the ground.
-  enum class LandingTime { as_planned, when_felt };
+  /// Time at which contacts change: at the planned landing, or when the foot touches the ground. A
+  /// doubted landing is never planned within the next tick. Otherwise wrenches that prepare it
+  /// unload the stance foot, although the ground may be lower than expected.
+  enum class LandingTime { as_planned, when_felt, doubted };
 
   /// `period`: control period of both planners, s.
   BalancePlanner(const Scene& scene, Schedule contacts, std::unique_ptr<StepPlanner> steps,
@@ -193,7 +195,7 @@ class BalanceController {
   /// Estimate used by the planners, at the last call of the whole-body controller.
   BalancePlanner::Estimate centroidal_estimate() const;
   const DynamicsModel& model() const { return *parts_.model; }  ///< model at that estimate
-  /// The same model, if it estimates mass and CoM.
+  /// Model with estimated mass and CoM; null if they are not estimated.
   const CorrectedModel* corrected_model() const { return corrected_; }
   const Robot::Commands& commands() const { return commands_; }  ///< result of the last update()
   const WholeBodyController::Tasks& tasks() const {

@@ -108,8 +108,9 @@ void BalancePlanner::schedule(double t) {
   const double next = t + period_;
   if (is_stepping_) {
     steps[count] = step_;
-    if (landing_ == BalancePlanner::LandingTime::when_felt)
-      steps[count].landing = std::max(step_.landing, next);
+    if (landing_ != BalancePlanner::LandingTime::as_planned)
+      steps[count].landing = std::max(
+          step_.landing, landing_ == BalancePlanner::LandingTime::doubted ? next + period_ : next);
     ++count;
   }
   const bool on_two_feet = stands(Side::left) && stands(Side::right);

@@ -12,7 +12,7 @@ constexpr double shortest =
 
 // Speed of a foot that lands softly, if the ground is lower than expected, as a multiple of the
 // speed of touching: the capture point does not wait.
-constexpr double softly_late = 4.0;
+constexpr double softly_late = 5.0;
 
 // One step of the quintic from (p, v, a) to rest at `goal` in T.
 void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
