@@ -78,7 +78,7 @@ void declare_presets(Settings& s, Config& config) {
            {"drive.rotor_inertia=1", "drive.friction=1", "drive.torque_speed_line=true",
             "model.rotor_inertia=1", "model.friction=1", "swing.clearance_m=0.012",
             "swing.apex=0.45", "swing.touch_speed_m_per_s=0.05", "whole_body.swing_foot=400",
-            "whole_body.angular_momentum=20", "whole_body.stance_stiffness=300",
+            "whole_body.angular_momentum=20", "whole_body.stance_stiffness=1500",
             "whole_body.stance_damping=60", "whole_body.estimate_support=true",
             "whole_body.estimate_mass=true", "sensor.rocking_walk=0.02",
             "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "posture=bent"});
