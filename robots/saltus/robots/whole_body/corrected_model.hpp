@@ -34,9 +34,10 @@ struct MassEstimateOptions {
 /// horizontally while the inertia about it stays. Nothing allocates after construction.
 class CorrectedModel final : public DynamicsModel {
  public:
-  /// Force (N) and torque about the origin of the world (Nm), world axes.
+  /// Force of the ground on both feet, world axes.
   struct GroundForce {
-    Vec<double, 3> force = Vec<double, 3>::Zero(), torque = Vec<double, 3>::Zero();
+    Vec<double, 3> force = Vec<double, 3>::Zero();   ///< N
+    Vec<double, 3> torque = Vec<double, 3>::Zero();  ///< about the origin of the world, Nm
   };
 
   /// `model`: dynamics of `robot`, as described.
