@@ -257,7 +257,7 @@ TEST(StepChoiceTest, TurnsAtTheRequestedRate) {
             if (now.left.stands && now.right.stands) last = left - right;
             const auto centre = [&](robots::Side side) {
               const robots::SoleFrame& sole = now.foot(side).sole;
-              const Vector2 of = centres.of(side);
+              const Vector2& of = centres.of(side);
               return Vec<double, 3>(sole.position +
                                     sole.rotation * Vec<double, 3>(of[0], of[1], 0));
             };
