@@ -16,6 +16,16 @@
 namespace saltus::robots::walking {
 namespace {
 
+BalancePlanner::Estimate at_rest(const Scene& scene, const RobotDescription& robot) {
+  BalancePlanner::Estimate estimate;
+  estimate.mass = robot.mass;
+  estimate.left_sole = scene.sole(Side::left);
+  estimate.right_sole = scene.sole(Side::right);
+  estimate.gamma.head<2>() = scene.target_point();
+  estimate.gamma[2] = scene.com_height;
+  return estimate;
+}
+
 // The plan has a step of the right foot, then one of the left foot. The run ends before the second
 // step. The robot stays in its initial state.
 TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
@@ -30,12 +40,7 @@ TEST(BalancePlanner, TakesTheFirstStepOfAPlanAtItsTimeAndPlace) {
       scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
       make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)), 0.01,
       BalancePlanner::LandingTime::as_planned);
-  BalancePlanner::Estimate estimate;
-  estimate.mass = robot.mass;
-  estimate.left_sole = scene.sole(Side::left);
-  estimate.right_sole = scene.sole(Side::right);
-  estimate.gamma.head<2>() = scene.target_point();
-  estimate.gamma[2] = scene.com_height;
+  const BalancePlanner::Estimate estimate = at_rest(scene, robot);
   for (int k = 0; k < 5; ++k) {
     const double t = 0.01 * k;
     const BalancePlanner::StepChange change = planner.plan_steps(t, estimate);
@@ -73,12 +78,8 @@ TEST(BalancePlanner, TurnsTheFeetOfTheScene) {
       scene, problem.contacts(scene), problem.make_step_planner(robot, scene),
       make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)), 0.01,
       BalancePlanner::LandingTime::as_planned);
-  BalancePlanner::Estimate estimate;
-  estimate.mass = robot.mass;
+  BalancePlanner::Estimate estimate = at_rest(scene, robot);
   estimate.left_sole = flat_sole(scene.sole(Side::left).position, 0.2);
-  estimate.right_sole = scene.sole(Side::right);
-  estimate.gamma.head<2>() = scene.target_point();
-  estimate.gamma[2] = scene.com_height;
   EXPECT_TRUE(planner.plan_steps(0.0, estimate).has_lifted);
   const auto yaw = [&](Side side) {
     const Mat<double, 3, 3>& rotation = planner.scene().sole(side).rotation;
@@ -125,12 +126,7 @@ TEST(BalancePlanner, PlansNoDoubtedLandingWithinTheNextTick) {
             make_capture_point_controller({}, {}, {}, robot, scene, problem.contacts(scene)),
             landing),
         period, time);
-    BalancePlanner::Estimate estimate;
-    estimate.mass = robot.mass;
-    estimate.left_sole = scene.sole(Side::left);
-    estimate.right_sole = scene.sole(Side::right);
-    estimate.gamma.head<2>() = scene.target_point();
-    estimate.gamma[2] = scene.com_height;
+    const BalancePlanner::Estimate estimate = at_rest(scene, robot);
     for (int k = 0; k <= 5; ++k) {
       planner.plan_steps(period * k, estimate);
       planner.plan_wrenches(period * k, estimate);

@@ -88,6 +88,9 @@ struct SwingOptions {
   /// The foot descends through the last `touch_height` (m) with a constant speed (m/s), so that it
   /// lands softly on ground that is higher than expected. 0: it lands at rest at the landing time.
   double touch_speed = 0.0, touch_height = 0.005;
+
+  /// Duration of this last part, s. The foot moves only downwards in it.
+  double touching() const { return touch_speed > 0.0 ? touch_height / touch_speed : 0.0; }
 };
 
 /// Options of the hold of a stance foot.

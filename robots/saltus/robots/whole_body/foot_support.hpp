@@ -34,8 +34,6 @@ class FootSupport {
   /// a sole on its rim flat about the point where it touches the ground. On soft ground it
   /// compensates a part of the damping of the sole's turn. Otherwise it is zero.
   const Vec<double, 6>& turning() const { return turning_; }
-  /// True if the foot has sunk while it took load.
-  bool is_soft() const { return is_soft_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
 

@@ -3,31 +3,14 @@
 #include <algorithm>
 
 #include "saltus/robots/model/levelled.hpp"
+#include "saltus/robots/whole_body/minimum_jerk.hpp"
 
 namespace saltus::robots {
 namespace {
 
-constexpr double shortest =
-    0.01;  // remaining time below which the trajectory is no longer changed, s
-
 // Speed of a foot that lands softly, if the ground is lower than expected, as a multiple of the
 // speed of touching: the capture point does not wait.
 constexpr double softly_late = 5.0;
-
-// One step of the quintic from (p, v, a) to rest at `goal` in T.
-void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
-  if (T <= shortest) {  // coast to rest
-    const double left = std::max(T, dt);
-    p += (goal - p) * std::min(1.0, dt / left);
-    v = 0.0;
-    a = 0.0;
-    return;
-  }
-  const double jerk = (60.0 * (goal - p) - (36.0 * v + 9.0 * a * T) * T) / (T * T * T);
-  p += dt * (v + dt * (0.5 * a + dt * jerk / 6.0));
-  v += dt * (a + 0.5 * dt * jerk);
-  a += dt * jerk;
-}
 
 // True if the quintic from a height (m, above the ground) to rest on the ground in T stays above
 // the ground. In s = t / T it is (1 - s)^3 (h (1 - s)^2 + 5 b s (1 - s) + 10 c s^2).
@@ -41,7 +24,7 @@ bool stays_above(double h, double v, double a, double T) {
 double time_down(double h, double v, double a, double T) {
   if (h <= 0.0 || stays_above(h, v, a, T)) return T;
   double down = 0.0;
-  for (double step = 0.5 * T; step > shortest; step *= 0.5)
+  for (double step = 0.5 * T; step > shortest_motion; step *= 0.5)
     if (stays_above(h, v, a, down + step)) down += step;
   return down;
 }
@@ -71,22 +54,17 @@ void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
   place_ = place;
 }
 
-// Duration of the last part of the descent, s. The foot moves only downwards in it.
-double SwingFoot::touching() const {
-  return options_.touch_speed > 0.0 ? options_.touch_height / options_.touch_speed : 0.0;
-}
-
 void SwingFoot::advance(double t) {
   const double dt = t - now_;
   now_ = t;
   if (!under_way_ || dt <= 0.0) return;
   // The foot may still move forward when its descent has become slow, but not when it touches.
   for (int i = 0; i < 2; ++i)
-    minimum_jerk(place_[i], landing_time_ - 0.5 * touching() - t, dt, position_[i], velocity_[i],
-                 acceleration_[i]);
+    advance_minimum_jerk(place_[i], landing_time_ - 0.5 * options_.touching() - t, dt, position_[i],
+                         velocity_[i], acceleration_[i]);
   if (t < apex_time_) {
-    minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2], velocity_[2],
-                 acceleration_[2]);
+    advance_minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2],
+                         velocity_[2], acceleration_[2]);
   } else if (t < landing_time_) {
     descend(t, dt);
   } else {
@@ -102,8 +80,8 @@ void SwingFoot::advance(double t) {
 void SwingFoot::descend(double t, double dt) {
   const double speed = options_.touch_speed, left = landing_time_ - t;
   double height = position_[2] - place_[2] - speed * left, velocity = velocity_[2] + speed;
-  const double down = time_down(height, velocity, acceleration_[2], left - touching());
-  minimum_jerk(0.0, down, dt, height, velocity, acceleration_[2]);
+  const double down = time_down(height, velocity, acceleration_[2], left - options_.touching());
+  advance_minimum_jerk(0.0, down, dt, height, velocity, acceleration_[2]);
   position_[2] = place_[2] + height + speed * (left - dt);
   velocity_[2] = velocity - speed;
 }

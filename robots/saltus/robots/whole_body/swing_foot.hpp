@@ -33,7 +33,6 @@ class SwingFoot {
   const Vec<double, 3>& reference() const { return position_; }
 
  private:
-  double touching() const;
   void descend(double t, double dt);
 
   SwingOptions options_;

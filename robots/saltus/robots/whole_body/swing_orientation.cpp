@@ -1,9 +1,9 @@
 #include "saltus/robots/whole_body/swing_orientation.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "saltus/robots/whole_body/minimum_jerk.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
 
 namespace saltus::robots {
@@ -37,31 +37,17 @@ void SwingOrientation::aim(double t, double landing_time, const Vec<double, 3>& 
   if (!is_aimed_) now_ = t;
   is_aimed_ = true;
   // The foot may still turn when its descent has become slow, but not when it touches.
-  const double touching =
-      options_.touch_speed > 0.0 ? options_.touch_height / options_.touch_speed : 0.0;
-  landing_time_ = landing_time - 0.5 * touching;
+  landing_time_ = landing_time - 0.5 * options_.touching();
   goal_.head<2>() = tilt_to(normal);
   if (heading)
     goal_[2] = angles_[2] + std::remainder(*heading - angles_[2], 2.0 * std::numbers::pi);
 }
 
-// One step of the quintic to rest at the goal.
 void SwingOrientation::advance(double t) {
-  constexpr double shortest = 0.01;  // remaining time below which the foot coasts to rest, s
-  const double dt = t - now_, T = landing_time_ - t;
+  const double dt = t - now_;
   now_ = t;
-  if (!is_aimed_ || dt <= 0.0) return;
-  if (T <= shortest) {
-    angles_ += std::min(1.0, dt / std::max(T, dt)) * (goal_ - angles_);
-    rate_.setZero();
-    acceleration_.setZero();
-    return;
-  }
-  const Vec<double, 3> jerk =
-      (60.0 * (goal_ - angles_) - (36.0 * rate_ + 9.0 * T * acceleration_) * T) / (T * T * T);
-  angles_ += dt * (rate_ + dt * (0.5 * acceleration_ + dt / 6.0 * jerk));
-  rate_ += dt * (acceleration_ + 0.5 * dt * jerk);
-  acceleration_ += dt * jerk;
+  if (is_aimed_ && dt > 0.0)
+    advance_minimum_jerk(goal_, landing_time_ - t, dt, angles_, rate_, acceleration_);
 }
 
 Mat<double, 3, 3> SwingOrientation::reference() const {
