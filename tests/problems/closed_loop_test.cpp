@@ -492,7 +492,7 @@ TEST(Settings, DrivesDependOnTheFileOfTheRobot) {
 }
 
 // Each case has a part of the expected message, which names a key.
-TEST(Settings, RejectsContradictoryTimesAndVelocities) {
+TEST(Settings, RejectsContradictions) {
   const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
       {{"step.planner=ocp", "step.usual_s=0.2"},
        "step.usual_s (0.2) must lie between step.shortest_s"},
@@ -504,6 +504,7 @@ TEST(Settings, RejectsContradictoryTimesAndVelocities) {
       {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, "; reduce walk.velocity or increase"},
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
+      {{"simulator.ground_ahead=true", "simulator.ground_end_side_m=0.03"}, "has no end"},
       {{"pushes=2.45 3 90"}, "begins before the push at 2.4 s ends"}};
   for (const auto& [arguments, part] : cases)
     expect_error<InputError>([&words = arguments] { config_of(words); }, {part});

@@ -40,6 +40,14 @@ void declare_settings(Settings& s, Plant::Ground& ground) {
            between(-1.0, 100.0));
   s.number("simulator.ground_end_side_m", ground.end_side, "m",
            "whole body: width of the ground; beyond, it is 5 cm lower", between(0.01, 100.0));
+  s.rule(
+      {"simulator.ground_ahead", "simulator.ground_end_forward_m", "simulator.ground_end_side_m"},
+      [&ground] {
+        return ground.ahead && (ground.end_forward || ground.end_side)
+                   ? "ground ahead of the robot has no end; leave simulator.ground_end_forward_m "
+                     "and simulator.ground_end_side_m out, or simulator.ground_ahead"
+                   : "";
+      });
   s.number("simulator.ground_roughness_m", ground.roughness, "m",
            "whole body: bound of the random heights of square tiles with edges of 0.1 m, within "
            "2 m",
