@@ -125,10 +125,12 @@ struct FootSupportOptions {
   /// (weights). This ends when it has carried `proven` weights.
   double more_load = 1.5, first_load = 0.3, proven = 0.45;
   /// The ground is soft if the foot has sunk so far, while it took the proven load, that it would
-  /// sink by `soft` (m) under the weight. A sole on soft ground turns with the moment on it. Only
-  /// the middle `soft_part` of its length and width carries load, and its turn is damped by
+  /// sink by `soft` (m) under the weight. Then only the middle `soft_part` of its length and width
+  /// carries load. The error of the centre of pressure decays with `soft_time` (s), because the
+  /// sole turns, with a rate of at most `soft_rate` (rad/s). The rate is followed with
   /// `soft_damping` (1/s) instead of `damping`, the gain of the whole-body controller.
-  double soft = 1.5e-3, soft_part = 0.5, soft_damping = 15.0, damping = 50.0;
+  double soft = 1.5e-3, soft_part = 0.5, soft_time = 0.1, soft_rate = 3.0;
+  double soft_damping = 30.0, damping = 50.0;
 };
 
 }  // namespace saltus::robots

@@ -37,7 +37,7 @@ void FootSupport::stand(double load) {
   commanded_.setZero();
   has_carried_ = has_carried(load);
   sunk_ = 0.0;
-  is_soft_ = false;
+  softness_ = 0.0;
 }
 
 double FootSupport::most_load() const {
@@ -61,7 +61,8 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   const bool rests = (wanted - pressure).cwiseAbs().maxCoeff() < options_.apart;
   down_ *= 1.0 - share_of(dt, rests ? options_.settle : options_.forget);
   down_ += dt * Vec<double, 2>(turn[1], -turn[0]);
-  if (!is_soft_) update_area(pressure, wanted, dt, rests);
+  if (is_soft()) find_firmness(dt, pressure);
+  if (!is_soft()) update_area(pressure, wanted, dt, rests);
   const Vec<double, 3> normal = sole.pose.linear().col(2);
   for (const int axis : {0, 1}) {
     const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
@@ -74,9 +75,26 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   }
   const Vec<double, 3> touched = sole.pose.linear() * Vec<double, 3>(pressure[0], pressure[1], 0.0);
   turning_.tail<3>() = touched.cross(turning_.head<3>());
-  if (is_soft_)
-    turning_.head<3>() += std::max(0.0, options_.damping - options_.soft_damping) *
-                          (sole.twist.head<3>() - turn[2] * normal);
+  if (is_soft()) turning_.head<3>() += soft_turning(sole);
+}
+
+// Angular acceleration of a sole on soft ground, without the damping by the whole-body controller.
+// The moment of the ground changes as the sole turns, so the sole turns until its centre of
+// pressure is the commanded one.
+Vec<double, 3> FootSupport::soft_turning(const DynamicsModel::SoleMotion& sole) const {
+  const Mat<double, 3, 3> axes = sole.pose.linear();
+  const Vec<double, 3> turn = axes.transpose() * sole.twist.head<3>();
+  Vec<double, 3> result = Vec<double, 3>::Zero();
+  for (const int axis : {0, 1}) {
+    const Bounds& across = axis == 0 ? sole_.y : sole_.x;
+    const double width = across.upper - across.lower;
+    const double stiffness = width * width / (12.0 * softness_);  // of a pad of springs, Nm/rad
+    const double missing = measured_[3 + axis] - commanded_[3 + axis];
+    const double rate = std::clamp(missing / (stiffness * options_.soft_time), -options_.soft_rate,
+                                   options_.soft_rate);
+    result[axis] = options_.soft_damping * (rate - turn[axis]) + options_.damping * turn[axis];
+  }
+  return axes * result;
 }
 
 // Finds out whether the ground is soft, until the foot has carried load. The point below the centre
@@ -88,14 +106,25 @@ void FootSupport::find_softness(double dt, const DynamicsModel::SoleMotion& sole
   const Vec<double, 3> velocity = sole.twist.tail<3>() + sole.twist.head<3>().cross(touched);
   sunk_ -= dt * velocity.dot(sole.pose.linear().col(2));
   has_carried_ = has_carried(measured_[2]);
-  is_soft_ = has_carried_ && sunk_ * weight_ > options_.soft * measured_[2];
-  if (!is_soft_) return;
+  if (!has_carried_ || sunk_ * weight_ < options_.soft * measured_[2]) return;
+  softness_ = sunk_ / measured_[2];
+  beyond_ = 0.0;
   const auto middle = [this](const Bounds& whole) {
     const double centre = 0.5 * (whole.lower + whole.upper);
     const double half = 0.5 * options_.soft_part * (whole.upper - whole.lower);
     return between(centre - half, centre + half);
   };
   area_ = {middle(sole_.x), middle(sole_.y)};
+}
+
+// Finds out whether a ground that was taken for soft is rigid. On soft ground a sole would have to
+// turn far to bring its centre of pressure out of the middle.
+void FootSupport::find_firmness(double dt, const Vec<double, 2>& pressure) {
+  const double beyond = std::max({area_.x.lower - pressure[0], pressure[0] - area_.x.upper,
+                                  area_.y.lower - pressure[1], pressure[1] - area_.y.upper});
+  if (!persists(beyond_, beyond - options_.apart, dt)) return;
+  softness_ = 0.0;
+  area_ = sole_;
 }
 
 // Area of support from the centres of pressure, measured and commanded.

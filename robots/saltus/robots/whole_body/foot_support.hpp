@@ -13,7 +13,7 @@ namespace saltus::robots {
 /// lies beyond. The area then ends there. It grows again as soon as the ground carries load
 /// further out. A sole that touches only with its rim turns until it is flat. A foot that has just
 /// landed may be given the load that it carries already, and a little more. If it sinks meanwhile,
-/// the ground is soft.
+/// the ground is soft, until its centre of pressure shows the contrary.
 class FootSupport {
  public:
   /// Wrenches of the ground on the foot: (force N | torque Nm), axes of the sole.
@@ -31,14 +31,17 @@ class FootSupport {
   /// Part of the sole that is supported, in the sole frame.
   const FootRectangle& area() const { return area_; }
   /// Acceleration (angular | linear) of the contact frame, world axes, rad/s^2 and m/s^2. It turns
-  /// a sole on its rim flat about the point where it touches the ground. On soft ground it
-  /// compensates a part of the damping of the sole's turn. Otherwise it is zero.
+  /// a sole on its rim flat about the point where it touches the ground. On soft ground it turns
+  /// the sole until the centre of pressure is the commanded one. Otherwise it is zero.
   const Vec<double, 6>& turning() const { return turning_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
 
  private:
   void find_softness(double dt, const DynamicsModel::SoleMotion& sole);
+  void find_firmness(double dt, const Vec<double, 2>& pressure);
+  Vec<double, 3> soft_turning(const DynamicsModel::SoleMotion& sole) const;
+  bool is_soft() const { return softness_ > 0.0; }
   void update_area(const Vec<double, 2>& pressure, const Vec<double, 2>& wanted, double dt,
                    bool rests);
   void end_area(int axis, double pressure, double wanted, double dt);
@@ -50,8 +53,10 @@ class FootSupport {
   FootRectangle sole_, area_;
   double weight_;
   FootSupportOptions options_;
-  bool has_carried_ = false, is_soft_ = false;
-  double sunk_ = 0.0;                             // of the centre of pressure since the landing, m
+  bool has_carried_ = false;
+  double sunk_ = 0.0;      // of the centre of pressure since the landing, m
+  double softness_ = 0.0;  // sinking of the whole sole per load, m/N; 0: the ground is rigid
+  double beyond_ = 0.0;    // m s; the centre of pressure leaves the middle of soft ground
   Vec<double, 2> down_ = Vec<double, 2>::Zero();  // angles of front and left edge, rad
   Vec<double, 6> turning_ = Vec<double, 6>::Zero();
   // m s; axis by lower and upper end

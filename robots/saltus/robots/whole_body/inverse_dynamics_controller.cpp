@@ -365,10 +365,12 @@ void InverseDynamicsController::keep_off_tipped_corners(qp::RowGroup& cone, int 
     on_end[axis] = std::clamp(1.0 - from_end, on_end[axis], 1.0);
   }
   for (const int axis : {0, 1}) {
-    const int edge = pressure_rows[foot] + 2 * axis + (rise[axis] > 0.0 ? 0 : 1);
     const double most =
         std::min(gains.most_tipped_reserve, 0.25 * (sides[axis].upper - sides[axis].lower));
-    cone.M(edge, 2) += on_end[1 - axis] * std::min(gains.tipped_reserve * lifted[axis], most);
+    const double reserve = std::min(gains.tipped_reserve * lifted[axis], most);
+    const double rim = rise[axis] > 0.0 ? sides[axis].lower : -sides[axis].upper;
+    double& end = cone.M(pressure_rows[foot] + 2 * axis + (rise[axis] > 0.0 ? 0 : 1), 2);
+    end = std::max(end, rim + on_end[1 - axis] * reserve);
   }
 }
 
