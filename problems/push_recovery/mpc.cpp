@@ -22,7 +22,10 @@ void set_scene(const Scene& scene, Tick<double>& data) {
   data.capture_point_desired = target;
   data.left_support = ends_of(scene.rectangle(robots::Side::left));
   data.right_support = ends_of(scene.rectangle(robots::Side::right));
-  data.set_hull(scene.hull().half_planes(hull_rows));
+  if (const robots::SupportOfTwoFeet feet = scene.support(); feet.is_valid()) {
+    data.hull_normals = feet.normals();
+    data.hull_offsets = feet.offsets();
+  }
   data.standing = scene.two_feet ? 0.0 : 1.0;
 }
 void set_measurement(const Planner::Measurement& measured, const Scene& scene, Tick<double>& data) {

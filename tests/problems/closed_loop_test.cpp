@@ -216,6 +216,7 @@ TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
     Planner::Measurement measured;
     measured.gamma << robot.default_posture().com, Vec<double, 6>::Zero();
     measured.applied[2] = measured.contact_force[2] = robot.mass * 9.81;
+    scene.target = robots::walking::SceneSettings::Target::centroid;
     const Schedule early = one_foot_then_two(0.1), late = one_foot_then_two(0.1034);
     planner->tick(measured, scene, early);
     const testing::AllocationCount count;
@@ -223,6 +224,8 @@ TEST(ClosedLoop, PlannerTickDoesNotAllocate) {
     for (int k = 1; k < 20; ++k) {
       measured.time = 0.01 * k;
       measured.gamma[4] = -1e-3 * k;
+      scene.stance_foot.x.upper -= 1e-4;  // estimates change in every tick
+      scene.swing.position[1] -= 1e-4;
       const ControlTick& t = planner->tick(measured, scene, late);
       optimal += t.provenance == Provenance::optimal ? 1 : 0;
       measured.applied = t.input[0].input();

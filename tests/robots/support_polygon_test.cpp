@@ -71,6 +71,23 @@ TEST(SupportPolygon, HasUnitNormalsAndEightRowsForRotatedFeet) {
   EXPECT_THROW(polygon.half_planes(polygon.size() - 1), DefinitionError);
 }
 
+TEST(SupportPolygon, OfTwoFeetInAControlLoopIsTheSame) {
+  const robots::FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
+  for (const double yaw : {0.0, 0.3, -0.5}) {
+    const robots::PlacedFoot left{robots::flat_sole({0, 0.07, 0}, yaw), foot},
+        right{robots::flat_sole({0.05, -0.15, 0}, -yaw), foot.mirrored()};
+    const robots::SupportPolygon polygon = robots::SupportPolygon::under({left, right});
+    const robots::SupportOfTwoFeet support(left, right);
+    ASSERT_TRUE(support.is_valid());
+    EXPECT_EQ(support.normals(), polygon.half_planes(8).A);
+    EXPECT_EQ(support.offsets(), polygon.half_planes(8).b);
+    EXPECT_EQ(support.centroid(), polygon.centroid());
+  }
+  const robots::SoleFrame lost =
+      robots::flat_sole({std::numeric_limits<double>::quiet_NaN(), 0, 0});
+  EXPECT_FALSE(robots::SupportOfTwoFeet({{}, foot}, {lost, foot}).is_valid());
+}
+
 TEST(SupportPolygon, ContainsItsPoints) {
   std::mt19937 random(11);
   std::normal_distribution<double> coordinate(0.0, 0.2);

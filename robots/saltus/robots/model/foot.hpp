@@ -7,8 +7,10 @@
 // distance in m.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <initializer_list>
+#include <span>
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
@@ -149,6 +151,31 @@ class SupportPolygon {
   explicit SupportPolygon(std::vector<Point2> vertices);
   std::vector<Point2> vertices_;
   HalfPlanes half_planes_;
+};
+
+/// Support polygon of two feet in a control loop: like `SupportPolygon::under()`, but the
+/// constructor neither allocates nor throws.
+class SupportOfTwoFeet {
+ public:
+  static constexpr int rows = 8;  ///< most edges of the hull of two rectangles
+
+  /// Hull of the corners of both feet on the ground.
+  SupportOfTwoFeet(const PlacedFoot& one, const PlacedFoot& other);
+
+  /// False if a coordinate is not finite or all corners lie on one line. The other functions must
+  /// not be called then.
+  bool is_valid() const { return size_ >= 3; }
+  /// Unit outward normals A (one per row) and offsets b (m) of {x : A x <= b}. Rows beyond the
+  /// number of edges repeat the first ones.
+  Mat<double, rows, 2> normals() const;
+  Vec<double, rows> offsets() const;  ///< b, m
+  Point2 centroid() const;            ///< centroid of the area, m
+
+ private:
+  std::span<const Point2> vertices() const { return {vertices_.data(), size_}; }
+
+  std::array<Point2, 2 * rows> vertices_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace saltus::robots

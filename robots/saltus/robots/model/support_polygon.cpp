@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
@@ -20,38 +21,75 @@ double left_of(const Point2& a, const Point2& b, const Point2& c) {
   return length > 0.0 ? cross(edge, c - a) / length : 0.0;
 }
 
-// Andrew's monotone chain: one half of the hull of sorted points, without the last point.
+// Andrew's monotone chain: writes one half of the hull of sorted points to `chain` and returns its
+// number of points, without the last one.
 template <class Iterator>
-std::vector<Point2> half_hull(Iterator begin, Iterator end) {
-  std::vector<Point2> chain;
+std::size_t half_hull(Iterator begin, Iterator end, std::span<Point2> chain) {
+  std::size_t size = 0;
   for (auto it = begin; it != end; ++it) {
-    while (chain.size() >= 2 && left_of(chain[chain.size() - 2], chain.back(), *it) <= 0.0)
-      chain.pop_back();
-    chain.push_back(*it);
+    while (size >= 2 && left_of(chain[size - 2], chain[size - 1], *it) <= 0.0) --size;
+    chain[size++] = *it;
   }
-  if (!chain.empty()) chain.pop_back();
-  return chain;
+  return size > 0 ? size - 1 : 0;
 }
 
 // Drops, one at a time, the corner nearest to the line through its neighbours while its distance is
-// within the tolerance.
-void drop_collinear(std::vector<Point2>& v, double tolerance) {
-  while (v.size() >= 3) {
+// within the tolerance. Returns the number of corners that remain.
+std::size_t drop_collinear(std::span<Point2> v, double tolerance) {
+  std::size_t size = v.size();
+  while (size >= 3) {
     std::size_t flattest = 0;
     double least = tolerance;
     bool found = false;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      const double height = -left_of(v[(i + v.size() - 1) % v.size()], v[(i + 1) % v.size()], v[i]);
+    for (std::size_t i = 0; i < size; ++i) {
+      const double height = -left_of(v[(i + size - 1) % size], v[(i + 1) % size], v[i]);
       if (height <= least) {
         least = height;
         flattest = i;
         found = true;
       }
     }
-    if (!found) return;
-    v.erase(v.begin() + static_cast<std::ptrdiff_t>(flattest));
+    if (!found) break;
+    const auto dropped = v.begin() + static_cast<std::ptrdiff_t>(flattest);
+    std::copy(dropped + 1, v.begin() + static_cast<std::ptrdiff_t>(size), dropped);
+    --size;
   }
+  return size;
 }
+
+// Sorts the points and writes the corners of their hull, which needs room for twice as many points.
+// Returns the number of corners, less than 3 if the points lie on one line.
+std::size_t find_corners(std::span<Point2> points, std::span<Point2> corners, double tolerance) {
+  std::sort(points.begin(), points.end(), [](const Point2& a, const Point2& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  });
+  std::size_t size = half_hull(points.begin(), points.end(), corners);
+  size += half_hull(points.rbegin(), points.rend(), corners.subspan(size));
+  return drop_collinear(corners.first(size), tolerance);
+}
+
+// Unit outward normal of the edge from vertex i to the next one.
+Point2 normal_of(std::span<const Point2> vertices, std::size_t i) {
+  const Point2 edge = (vertices[(i + 1) % vertices.size()] - vertices[i]).normalized();
+  return {edge.y(), -edge.x()};
+}
+
+// Centroid of the area: mean over a fan of triangles, relative to the first vertex to keep
+// precision far from the origin.
+Point2 centroid_of(std::span<const Point2> vertices) {
+  Point2 moment = Point2::Zero();
+  double twice = 0.0;
+  for (std::size_t i = 1; i + 1 < vertices.size(); ++i) {
+    const Point2 a = vertices[i] - vertices[0];
+    const Point2 b = vertices[i + 1] - vertices[0];
+    moment += cross(a, b) * (a + b) / 3.0;
+    twice += cross(a, b);
+  }
+  return vertices[0] + moment / twice;
+}
+
+// Default tolerance of a corner on the line through its neighbours, m.
+constexpr double collinear = 1e-9;
 
 }  // namespace
 
@@ -62,15 +100,11 @@ SupportPolygon SupportPolygon::hull(
   if (!(tolerance >= 0.0))
     throw DefinitionError(
         fmt::format("support polygon: the tolerance must not be negative, but is {}", tolerance));
-  std::vector<Point2> sorted(points.rows());
-  for (int i = 0; i < points.rows(); ++i) sorted[i] = points.row(i).transpose();
-  std::sort(sorted.begin(), sorted.end(), [](const Point2& a, const Point2& b) {
-    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
-  });
-  std::vector<Point2> corners = half_hull(sorted.begin(), sorted.end());
-  const std::vector<Point2> upper = half_hull(sorted.rbegin(), sorted.rend());
-  corners.insert(corners.end(), upper.begin(), upper.end());
-  drop_collinear(corners, tolerance);
+  const auto n = static_cast<std::size_t>(points.rows());
+  std::vector<Point2> sorted(n), corners(2 * n);
+  for (std::size_t i = 0; i < n; ++i)
+    sorted[i] = points.row(static_cast<Eigen::Index>(i)).transpose();
+  corners.resize(find_corners(sorted, corners, tolerance));
   if (corners.size() < 3)
     throw DefinitionError(fmt::format(
         "support polygon: {} points on one line do not enclose an area", points.rows()));
@@ -91,8 +125,7 @@ SupportPolygon::SupportPolygon(std::vector<Point2> vertices) : vertices_(std::mo
   half_planes_.A.resize(size(), 2);
   half_planes_.b.resize(size());
   for (int i = 0; i < size(); ++i) {
-    const Point2 edge = (vertices_[(i + 1) % size()] - vertices_[i]).normalized();
-    const Point2 outward(edge.y(), -edge.x());
+    const Point2 outward = normal_of(vertices_, static_cast<std::size_t>(i));
     half_planes_.A.row(i) = outward.transpose();
     half_planes_.b[i] = outward.dot(vertices_[i]);
   }
@@ -119,19 +152,7 @@ double SupportPolygon::area() const {
   return 0.5 * twice;
 }
 
-Point2 SupportPolygon::centroid() const {
-  // Mean over a fan of triangles, relative to the first vertex to keep precision far from the
-  // origin.
-  Point2 moment = Point2::Zero();
-  double twice = 0.0;
-  for (int i = 1; i + 1 < size(); ++i) {
-    const Point2 a = vertices_[i] - vertices_[0];
-    const Point2 b = vertices_[i + 1] - vertices_[0];
-    moment += cross(a, b) * (a + b) / 3.0;
-    twice += cross(a, b);
-  }
-  return vertices_[0] + moment / twice;
-}
+Point2 SupportPolygon::centroid() const { return centroid_of(vertices_); }
 
 double SupportPolygon::signed_distance(const Point2& point) const {
   const double furthest = (half_planes_.A * point - half_planes_.b).maxCoeff();
@@ -149,5 +170,32 @@ double SupportPolygon::signed_distance(const Point2& point) const {
 bool SupportPolygon::contains(const Point2& point, double margin) const {
   return (half_planes_.A * point - half_planes_.b).maxCoeff() <= -margin;
 }
+
+SupportOfTwoFeet::SupportOfTwoFeet(const PlacedFoot& one, const PlacedFoot& other) {
+  const Mat<double, 4, 2> corners[] = {foot_corners(one.sole, one.rectangle),
+                                       foot_corners(other.sole, other.rectangle)};
+  std::array<Point2, rows> points;
+  for (int i = 0; i < rows; ++i)
+    points[static_cast<std::size_t>(i)] = corners[i / 4].row(i % 4).transpose();
+  if (!corners[0].allFinite() || !corners[1].allFinite()) return;
+  size_ = find_corners(points, vertices_, collinear);
+}
+
+Mat<double, SupportOfTwoFeet::rows, 2> SupportOfTwoFeet::normals() const {
+  Mat<double, rows, 2> result;
+  for (std::size_t i = 0; i < rows; ++i)
+    result.row(static_cast<Eigen::Index>(i)) = normal_of(vertices(), i % size_).transpose();
+  return result;
+}
+
+Vec<double, SupportOfTwoFeet::rows> SupportOfTwoFeet::offsets() const {
+  Vec<double, rows> result;
+  for (std::size_t i = 0; i < rows; ++i)
+    result[static_cast<Eigen::Index>(i)] =
+        normal_of(vertices(), i % size_).dot(vertices_[i % size_]);
+  return result;
+}
+
+Point2 SupportOfTwoFeet::centroid() const { return centroid_of(vertices()); }
 
 }  // namespace saltus::robots

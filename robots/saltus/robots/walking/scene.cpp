@@ -22,6 +22,8 @@ SupportPolygon Scene::hull() const {
   return SupportPolygon::under({{stance, stance_foot}, {swing, swing_foot}});
 }
 
+SupportOfTwoFeet Scene::support() const { return {{stance, stance_foot}, {swing, swing_foot}}; }
+
 SupportPolygon Scene::stance_polygon() const {
   return SupportPolygon::under({{stance, stance_foot}});
 }
@@ -39,7 +41,8 @@ Vec<double, 12> Scene::standing_wrenches(double mass, const Vec<double, 3>& com)
 
 Vec<double, 2> Scene::target_point() const {
   if (!two_feet) return stance.position.head<2>();
-  if (target == SceneSettings::Target::centroid) return hull().centroid();
+  if (target == SceneSettings::Target::centroid)
+    if (const SupportOfTwoFeet feet = support(); feet.is_valid()) return feet.centroid();
   return 0.5 * (stance.position + swing.position).head<2>();
 }
 

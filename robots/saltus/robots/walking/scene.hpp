@@ -44,8 +44,10 @@ struct Scene {
   /// Makes `foot` the stance foot.
   void stand_on(Side foot);
 
-  /// Support polygon: hull of both feet, or the stance foot alone.
+  /// Support polygon: hull of both feet.
   SupportPolygon hull() const;
+  /// The same hull for control loops.
+  SupportOfTwoFeet support() const;
   /// Polygon of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;
   /// Wrenches on the feet of a body at rest with this CoM (world, m): left and right, level sole
