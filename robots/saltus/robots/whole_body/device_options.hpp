@@ -131,6 +131,9 @@ struct FootSupportOptions {
   /// `soft_damping` (1/s) instead of `damping`, the gain of the whole-body controller.
   double soft = 1.5e-3, soft_part = 0.5, soft_time = 0.1, soft_rate = 3.0;
   double soft_damping = 30.0, damping = 50.0;
+  /// Part of the damping of the descent that is compensated while a foot takes load, and on soft
+  /// ground. A foot that gives way to the ground slowly takes its load late.
+  double sink_relief = 0.7;
 };
 
 }  // namespace saltus::robots

@@ -52,7 +52,10 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   measured_ += share * (measured - measured_);
   commanded_ += share * (commanded - commanded_);
   turning_.setZero();
-  if (!has_carried_) find_softness(dt, sole);
+  const bool has_landed = !has_carried_;
+  if (has_landed) find_softness(dt, sole);
+  if (has_landed || is_soft())
+    turning_[5] = options_.sink_relief * options_.damping * std::min(0.0, sole.twist[5]);
   const double least = options_.loaded * weight_;
   if (measured_[2] < least || commanded_[2] < least) return;
 
@@ -74,7 +77,7 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
       turning_.head<3>() += acceleration;
   }
   const Vec<double, 3> touched = sole.pose.linear() * Vec<double, 3>(pressure[0], pressure[1], 0.0);
-  turning_.tail<3>() = touched.cross(turning_.head<3>());
+  turning_.tail<3>() += touched.cross(turning_.head<3>());
   if (is_soft()) turning_.head<3>() += soft_turning(sole);
 }
 
