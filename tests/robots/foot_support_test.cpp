@@ -155,6 +155,23 @@ TEST_F(Support, TurnsASoleOnSoftGroundUntilItsPressureIsTheCommandedOne) {
   EXPECT_NEAR(support.turning()[1], 0.0, 1e-3);
 }
 
+// 35 of 50 1/s of the damping are compensated until the foot has carried load.
+TEST_F(Support, LetsAFootThatTakesLoadSink) {
+  DynamicsModel::SoleMotion motion = turning(at_rest);
+  const FootSupport::Wrench pressed = pressing(0.05 * weight, 0.0, 0.0);
+  support.stand(0.0);
+  motion.twist[5] = -0.1;
+  support.advance(step, motion, pressed, pressed);
+  EXPECT_NEAR(support.turning()[5], -3.5, 1e-12);
+  motion.twist[5] = 0.1;
+  support.advance(step, motion, pressed, pressed);
+  EXPECT_EQ(support.turning()[5], 0.0);
+  support.stand(weight);
+  motion.twist[5] = -0.1;
+  support.advance(step, motion, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
+  EXPECT_EQ(support.turning()[5], 0.0);
+}
+
 TEST_F(Support, TakesSoftGroundForRigidIfThePressureLeavesTheMiddle) {
   land(support, 0.003, 0.0);
   const FootSupport::Wrench inside = pressing(weight, 0.0, 0.018);  // by 5.5 mm outside

@@ -127,12 +127,13 @@ struct FootSupportOptions {
   /// The ground is soft if the foot has sunk so far, while it took the proven load, that it would
   /// sink by `soft` (m) under the weight. Then only the middle `soft_part` of its length and width
   /// carries load. The error of the centre of pressure decays with `soft_time` (s), because the
-  /// sole turns, with a rate of at most `soft_rate` (rad/s). The rate is followed with
-  /// `soft_damping` (1/s) instead of `damping`, the gain of the whole-body controller.
+  /// sole turns, with a rate of at most `soft_rate` (rad/s).
   double soft = 1.5e-3, soft_part = 0.5, soft_time = 0.1, soft_rate = 3.0;
+  /// 1/s: the rate is followed with `soft_damping` instead of `damping`, the gain of the whole-body
+  /// controller.
   double soft_damping = 30.0, damping = 50.0;
   /// Part of the damping of the descent that is compensated while a foot takes load, and on soft
-  /// ground. A foot that gives way to the ground slowly takes its load late.
+  /// ground. A foot that gives way slowly takes its load late.
   double sink_relief = 0.7;
 };
 
