@@ -46,7 +46,7 @@ struct Scene {
 
   /// Support polygon: hull of both feet.
   SupportPolygon hull() const;
-  /// The same hull for control loops.
+  /// Returns the same hull in a form that control loops can use.
   SupportOfTwoFeet support() const;
   /// Polygon of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;

@@ -133,7 +133,7 @@ struct FootSupportOptions {
   /// controller.
   double soft_damping = 30.0, damping = 50.0;
   /// Part of the damping of the descent that is compensated while a foot takes load, and on soft
-  /// ground. A foot that gives way slowly takes its load late.
+  /// ground. A damped foot would take its load late.
   double sink_relief = 0.7;
 };
 
