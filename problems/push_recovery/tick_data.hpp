@@ -6,7 +6,8 @@
 
 namespace saltus::push_recovery {
 
-inline constexpr int hull_rows = 8;  ///< most edges of the convex hull of two rectangles
+/// Most edges of the convex hull of two rectangles.
+inline constexpr int hull_rows = robots::SupportOfTwoFeet::rows;
 
 template <class S>
 struct Tick {

@@ -108,7 +108,7 @@ TEST_F(Disturbed, RecoversWithRealDrives) {
 }
 
 // The inner part of the sole lands on an edge, or the whole sole on a slope. With a weak hold of
-// the stance feet (300 1/s^2) the robot does not come to rest on the slope.
+// the stance feet (300 1/s^2) the robot keeps moving on the slope.
 TEST_F(Disturbed, RecoversOnPartOfTheSoleAndOnASlope) {
   for (const char* ground :
        {"simulator.ground_step_m=-0.02", "simulator.ground_slope_side=-0.08"}) {

@@ -113,12 +113,15 @@ class SupportPolygon {
     int rows() const { return static_cast<int>(b.size()); }
   };
 
+  /// Distance within which a corner is on the line through its neighbours, m.
+  static constexpr double collinear = 1e-9;
+
   /// Convex hull of the points (one per row; m, in any order). Corners within `tolerance` (m) of
   /// the line through their neighbours are dropped. Throws DefinitionError if a coordinate is not
   /// finite or all points lie on one line.
   static SupportPolygon hull(
       const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2>>& points,
-      double tolerance = 1e-9);
+      double tolerance = collinear);
 
   /// Hull of the corners of the feet on the ground: `under({{left, rectangle}, {right,
   /// rectangle}})`.

@@ -88,9 +88,6 @@ Point2 centroid_of(std::span<const Point2> vertices) {
   return vertices[0] + moment / twice;
 }
 
-// Default tolerance of a corner on the line through its neighbours, m.
-constexpr double collinear = 1e-9;
-
 }  // namespace
 
 SupportPolygon SupportPolygon::hull(
@@ -178,7 +175,7 @@ SupportOfTwoFeet::SupportOfTwoFeet(const PlacedFoot& one, const PlacedFoot& othe
   for (int i = 0; i < rows; ++i)
     points[static_cast<std::size_t>(i)] = corners[i / 4].row(i % 4).transpose();
   if (!corners[0].allFinite() || !corners[1].allFinite()) return;
-  size_ = find_corners(points, vertices_, collinear);
+  size_ = find_corners(points, vertices_, SupportPolygon::collinear);
 }
 
 Mat<double, SupportOfTwoFeet::rows, 2> SupportOfTwoFeet::normals() const {

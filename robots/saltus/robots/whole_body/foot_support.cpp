@@ -52,9 +52,9 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   measured_ += share * (measured - measured_);
   commanded_ += share * (commanded - commanded_);
   turning_.setZero();
-  const bool has_landed = !has_carried_;
-  if (has_landed) find_softness(dt, sole);
-  if (has_landed || is_soft())
+  const bool takes_load = !has_carried_;
+  if (takes_load) find_softness(dt, sole);
+  if (takes_load || is_soft())
     turning_[5] = options_.sink_relief * options_.damping * std::min(0.0, sole.twist[5]);
   const double least = options_.loaded * weight_;
   if (measured_[2] < least || commanded_[2] < least) return;

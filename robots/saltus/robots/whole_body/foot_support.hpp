@@ -32,8 +32,9 @@ class FootSupport {
   const FootRectangle& area() const { return area_; }
   /// Acceleration (angular | linear) of the contact frame, world axes, rad/s^2 and m/s^2. It turns
   /// a sole on its rim flat about the point where it touches the ground. On soft ground it turns
-  /// the sole until the centre of pressure is the commanded one. It lets a foot sink that takes
-  /// load or stands on soft ground. Otherwise it is zero.
+  /// the sole until the centre of pressure is the commanded one. A foot that takes load or stands
+  /// on soft ground may sink: a part of the damping of its descent is compensated. Otherwise the
+  /// acceleration is zero.
   const Vec<double, 6>& turning() const { return turning_; }
   /// Largest vertical force that the foot may be given, N; infinite once it has carried load.
   double most_load() const;
