@@ -45,6 +45,9 @@ TEST(JointDrive, TorqueFallsLinearlyWithTheSpeed) {
   EXPECT_EQ(drive.torque_range(40.0, -6.0).lower, -10.0);
   EXPECT_EQ(drive.torque_range(40.0, -6.0).upper, 40.0);
   EXPECT_EQ(drive.torque_range(40.0, 9.0).upper, 0.0);
+  drive.stall_torque = 24.0;  // below the effort limit
+  EXPECT_EQ(drive.torque_range(40.0, 2.0).upper, 18.0);
+  EXPECT_EQ(drive.torque_range(20.0, 2.0).upper, 15.0);
 }
 
 TEST(DriveFactors, NeedFiguresOfTheRobot) {

@@ -72,20 +72,22 @@ TEST(RobotDescription, ReadsDrivesAndSensors) {
   };
   const robots::RobotDescription robot = with(
       "rotor_inertia: 0.1, dry_friction: 2, breakaway: 1.5, viscous_friction: 0.5, "
-      "no_load_speed: 8",
+      "stall_torque: 30, no_load_speed: 8",
       "foot_sensor_range: [1, 2, 3, 4, 5, 6]\n");
   const robots::JointDrive& drive = robot.joints[0].drive;
   EXPECT_EQ(drive.rotor_inertia, 0.1);
   EXPECT_EQ(drive.dry_friction, 2.0);
   EXPECT_EQ(drive.breakaway, 1.5);
   EXPECT_EQ(drive.viscous_friction, 0.5);
+  EXPECT_EQ(drive.stall_torque, 30.0);
   EXPECT_EQ(drive.no_load_speed, 8.0);
   EXPECT_EQ((*robot.foot_sensor_range)[5], 6.0);
-  EXPECT_EQ(with("").joints[0].drive.no_load_speed, infinity);
+  EXPECT_TRUE(with("").joints[0].drive.is_ideal());
   EXPECT_FALSE(with("").foot_sensor_range);
   expect_error<InputError>([&] { with("rotor_inertia: -1"); },
                            {"rotor_inertia must be at least 0"});
   expect_error<InputError>([&] { with("breakaway: 0.5"); }, {"breakaway must be at least 1"});
+  expect_error<InputError>([&] { with("stall_torque: 0"); }, {"stall_torque must be positive"});
   expect_error<InputError>([&] { with("no_load_speed: 0"); }, {"no_load_speed must be positive"});
   expect_error<InputError>([&] { with("", "foot_sensor_range: [1, 2, 3, 4, 5, 0]\n"); },
                            {"foot_sensor_range must have six positive numbers"});

@@ -88,7 +88,7 @@ void declare_settings(Settings& s, PlantSettings& plant) {
                : "";
   });
   s.flag("drive.torque_speed_line", plant.drives.torque_speed_line,
-         "whole body: the largest torque of a motor falls linearly with its speed");
+         "whole body: stall torque and no-load speed limit the torque of a motor");
   s.choice<PlantSettings::Sensors>(
       "sensors", plant.sensors,
       {{"ideal", PlantSettings::Sensors::ideal}, {"measured", PlantSettings::Sensors::measured}},

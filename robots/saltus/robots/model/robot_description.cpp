@@ -80,7 +80,7 @@ StandingPosture read_posture(const YamlSection& section, RobotDescription::Figur
 
 RobotDescription::Joint read_joint(const YamlSection& section, const std::string& name) {
   section.allow_only({"position", "effort", "velocity", "rotor_inertia", "viscous_friction",
-                      "dry_friction", "breakaway", "no_load_speed"});
+                      "dry_friction", "breakaway", "stall_torque", "no_load_speed"});
   RobotDescription::Joint joint{name, std::nullopt, std::nullopt, std::nullopt, {}};
   if (section.has("position")) joint.position = section.range("position");
   const auto read_positive = [&](const char* key, std::optional<double>& value) {
@@ -99,8 +99,10 @@ RobotDescription::Joint read_joint(const YamlSection& section, const std::string
   read_at_least(0.0, "viscous_friction", joint.drive.viscous_friction);
   read_at_least(0.0, "dry_friction", joint.drive.dry_friction);
   read_at_least(1.0, "breakaway", joint.drive.breakaway);
-  std::optional<double> no_load_speed;
+  std::optional<double> stall_torque, no_load_speed;
+  read_positive("stall_torque", stall_torque);
   read_positive("no_load_speed", no_load_speed);
+  joint.drive.stall_torque = stall_torque.value_or(infinity);
   joint.drive.no_load_speed = no_load_speed.value_or(infinity);
   return joint;
 }

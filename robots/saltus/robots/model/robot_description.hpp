@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -59,14 +60,15 @@ struct JointDrive {
   /// s = `stribeck_speed` (Stribeck's effect).
   double breakaway = 1.0;
   double stribeck_speed = 0.05;  ///< rad/s, positive
-  /// Speed at which the driving torque vanishes, rad/s. The largest torque falls linearly from the
-  /// effort limit at rest.
+  double stall_torque = infinity;         ///< largest torque of the motor at rest, Nm
+  /// Speed at which the driving torque vanishes, rad/s. The largest torque falls linearly from its
+  /// value at rest.
   double no_load_speed = infinity;
 
-  /// True if the drive has no inertia, no friction and no limit of the speed.
+  /// True if the drive has no inertia, no friction and no limits.
   bool is_ideal() const {
     return rotor_inertia == 0.0 && viscous_friction == 0.0 && dry_friction == 0.0 &&
-           no_load_speed == infinity;
+           stall_torque == infinity && no_load_speed == infinity;
   }
   /// Friction of the moving joint at the speed `dq` (rad/s), smooth about zero, Nm.
   double friction(double dq) const {
@@ -74,9 +76,9 @@ struct JointDrive {
   }
   /// Range of the motor's torque at the speed `dq` (rad/s), Nm, for the effort limit (Nm).
   Bounds torque_range(double effort, double dq) const {
-    const double lost = dq / no_load_speed;
-    return {-effort * (lost < 0.0 ? (lost > -1.0 ? 1.0 + lost : 0.0) : 1.0),
-            effort * (lost > 0.0 ? (lost < 1.0 ? 1.0 - lost : 0.0) : 1.0)};
+    const double at_rest = std::min(effort, stall_torque), lost = dq / no_load_speed;
+    return {-at_rest * (lost < 0.0 ? (lost > -1.0 ? 1.0 + lost : 0.0) : 1.0),
+            at_rest * (lost > 0.0 ? (lost < 1.0 ? 1.0 - lost : 0.0) : 1.0)};
   }
 };
 
@@ -84,7 +86,7 @@ struct JointDrive {
 struct DriveFactors {
   double rotor_inertia = 0.0;      ///< factor of the rotor inertia; 0: none
   double friction = 0.0;           ///< factor of dry and viscous friction; 0: none
-  bool torque_speed_line = false;  ///< true: the largest torque depends on the speed
+  bool torque_speed_line = false;  ///< true: stall torque and no-load speed limit the torque
 
   /// True if nothing applies.
   bool is_ideal() const { return rotor_inertia == 0.0 && friction == 0.0 && !torque_speed_line; }
@@ -93,7 +95,7 @@ struct DriveFactors {
     drive.rotor_inertia *= rotor_inertia;
     drive.viscous_friction *= friction;
     drive.dry_friction *= friction;
-    if (!torque_speed_line) drive.no_load_speed = infinity;
+    if (!torque_speed_line) drive.stall_torque = drive.no_load_speed = infinity;
     return drive;
   }
 };

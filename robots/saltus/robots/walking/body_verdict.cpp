@@ -33,7 +33,8 @@ void judge_limits(const RunLog& log, Verdict::Body& v) {
     bool torque_at_limit = false;
     for (int i = 0; i < joints; ++i) {
       const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
-      torque_at_limit |= std::abs(b.torques[i]) >= at_limit * driven.effort;
+      const double largest = driven.drive.torque_range(driven.effort, 0.0).upper;
+      torque_at_limit |= std::abs(b.torques[i]) >= at_limit * largest;
       const double margin =
           std::min(b.state.q[i] - driven.position.lower, driven.position.upper - b.state.q[i]);
       if (margin >= v.limit_margin) continue;
