@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
@@ -45,6 +46,38 @@ TEST_F(RecordedRun, MatchesTheRecording) {
   EXPECT_EQ(landings, 1);
   EXPECT_TRUE(c.planner().stands(Side::right));
   EXPECT_EQ(c.statistics().failures, 0);
+}
+
+// A force that does not come from the ground, 30 ms before the foot touches it. After the true
+// landing the foot bounces once.
+TEST_F(RecordedRun, GoesOnWithTheStepAfterAFalseContact) {
+  BalanceController::Options options = biped.options();
+  options.support.is_estimated = options.contact.is_estimated = true;
+  BalanceController c(
+      biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator()),
+      std::move(options));
+  const auto touches = std::find_if(lines.begin(), lines.end(),
+                                    [](const RecordedLine& line) { return line.has_landed; });
+  ASSERT_NE(touches, lines.end());
+  const double landing = touches->readings.time, at = landing - 0.03;
+  c.start(biped.start, lines.front().readings);
+  std::vector<double> landings, losses;
+  for (RecordedLine& line : lines) {
+    const double t = line.readings.time;
+    if (t >= at && t < at + 0.01) line.readings.right[2] += 100.0;
+    const saltus::testing::AllocationCount count;
+    c.update(line.readings);
+    ASSERT_EQ(count.made(), 0) << t;
+    if (c.last().has_landed) landings.push_back(t);
+    if (c.last().has_lost) losses.push_back(t);
+  }
+  ASSERT_EQ(landings.size(), 3u);
+  ASSERT_EQ(losses.size(), 2u);
+  EXPECT_NEAR(landings[0], at, 2e-3);
+  EXPECT_NEAR(losses[0], at + 0.01 + options.contact.grace, 3e-3);
+  EXPECT_NEAR(landings[1], landing, 3e-3);
+  EXPECT_GT(losses[1], landings[1]);
+  EXPECT_TRUE(c.planner().stands(Side::right));
 }
 
 // The clock of a robot need not begin at zero. Both controllers receive the same rounded times,

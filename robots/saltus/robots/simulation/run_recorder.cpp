@@ -99,6 +99,14 @@ void RunRecorder::note_landing(double t, const TrueState& truth) {
   note_ground(t);
 }
 
+void RunRecorder::note_loss(double t) {
+  RunLog::Step& step = log_.steps.back();
+  if (log_.touchdown == step.touchdown) log_.touchdown = infinity;
+  step.touchdown = infinity;
+  ++log_.lost_contacts;
+  note_ground(t);
+}
+
 void RunRecorder::note_sample(double t, const Vec<double, 12>& applied, const Vec<double, 3>& push,
                               const TrueState& truth) {
   push_ = push;

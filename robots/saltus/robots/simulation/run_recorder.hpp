@@ -42,6 +42,8 @@ class RunRecorder {
                  double step_seconds, const TrueState& truth);
   /// Records the landing of the swing foot.
   void note_landing(double t, const TrueState& truth);
+  /// Records that the foot that landed last has lost its contact.
+  void note_loss(double t);
   /// Records the wrenches that act from t on, and the mean push until the next sample.
   void note_sample(double t, const Vec<double, 12>& applied, const Vec<double, 3>& push,
                    const TrueState& truth);

@@ -215,6 +215,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
                           controller_.statistics().step_seconds, truth_);
     else if (update.has_landed)
       recorder_.note_landing(update.time, truth_);
+    if (update.has_lost) recorder_.note_loss(update.time);
   }
 
   // The sample holds until the next call of the whole-body controller.

@@ -79,7 +79,7 @@ BalanceController::BalanceController(BalanceController::Parts parts,
                std::move(parts_.wrenches), options_.planner_period,
                options_.support.is_estimated ? BalancePlanner::LandingTime::doubted
                                              : BalancePlanner::LandingTime::when_felt),
-      contact_(options_.landing_force),
+      contact_(options_.contact),
       swing_(std::make_unique<SwingFoot>(options_.swing)),
       orientation_(std::make_unique<SwingOrientation>(options_.swing)),
       stance_{std::make_unique<StanceFoot>(options_.stance),
@@ -138,7 +138,7 @@ const Robot::Commands& BalanceController::update(const Robot::Readings& readings
   if (update_.has_planned) {
     plan(t);
   } else {
-    find_landing(t);
+    find_contact(t);
     planner_.note_contacts();
   }
   if (update_.has_controlled) control(t);
@@ -197,20 +197,31 @@ void BalanceController::plan(double t) {
   if (update_.step.has_target) {
     if (!swing_->is_under_way()) swing_->start(t, step.landing);
     aim_swing(t, step);
-    contact_.expect(step.earliest_landing);
+    contact_.expect(step.earliest_landing, step.landing, swing_->place()[2]);
   }
-  find_landing(t);
+  find_contact(t);
   if (planner_.step().heading) planner_.turn(yaw_momentum());
   planner_.plan_wrenches(t, measured);
 }
 
-void BalanceController::find_landing(double t) {
-  if (!planner_.is_stepping() || !contact_.has_landed(t, estimate().contact(swing_side_))) return;
-  stands(swing_side_) = true;
-  stance(swing_side_).stand(model().sole(swing_side_).pose);
-  support(swing_side_).stand(estimate().contact(swing_side_).wrench[2]);
-  planner_.land(t, model().sole(swing_side_).pose.translation());
-  update_.has_landed = true;
+// Finds out whether the swing foot has landed, or has lost the contact before it has carried load.
+void BalanceController::find_contact(double t) {
+  const DynamicsModel::SoleMotion& sole = model().sole(swing_side_);
+  const double force = estimate().contact(swing_side_).wrench[2];
+  contact_.update({t, force, sole.pose.translation()[2], -sole.twist[5]});
+  if (planner_.is_stepping() && contact_.has_landed()) {
+    stands(swing_side_) = true;
+    stance(swing_side_).stand(sole.pose);
+    support(swing_side_).stand(force);
+    planner_.land(t, sole.pose.translation());
+    update_.has_landed = true;
+  } else if (stands(swing_side_) && support(swing_side_).most_load() < infinity &&
+             contact_.is_lost()) {
+    stands(swing_side_) = false;
+    swing_->resume(sole);
+    planner_.take_back();
+    update_.has_lost = true;
+  }
 }
 
 void BalanceController::observe_mass() {

@@ -12,6 +12,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/whole_body/contact_estimator.hpp"
 #include "saltus/robots/whole_body/corrected_model.hpp"
 #include "saltus/robots/whole_body/device_options.hpp"
 #include "saltus/robots/whole_body/estimator.hpp"
@@ -76,6 +77,8 @@ class BalancePlanner {
   StepChange plan_steps(double t, const Estimate& measured);
   /// Records that the swing foot stands at `place` (m) from `t` on.
   void land(double t, const Vec<double, 3>& place);
+  /// Records that the foot that landed last has lost its contact. It goes on with its step.
+  void take_back();
   /// Sets the desired angular momentum about the vertical, Nms.
   void turn(double yaw_momentum) { scene_.yaw_momentum = yaw_momentum; }
   /// Plans the wrenches until the next tick.
@@ -147,12 +150,12 @@ class BalanceController {
     double control_period = 0.002;  ///< period of the whole-body controller, s: a multiple of
                                     ///< `period`
     double planner_period = 0.01;   ///< period of the planners, s: a multiple of `control_period`
-    double landing_force = 20.0;    ///< vertical force on a foot that has landed, N
-    StanceFootOptions stance{};     ///< hold of standing feet
-    FootSupportOptions support{};   ///< estimate of the ground below them
-    SwingOptions swing{};           ///< motion of the swing foot
-    Scene scene;                    ///< feet and target at the start
-    Schedule contacts;              ///< contacts known at the start
+    ContactEstimator::Options contact{};  ///< landings and lost contacts of the swing foot
+    StanceFootOptions stance{};           ///< hold of standing feet
+    FootSupportOptions support{};         ///< estimate of the ground below them
+    SwingOptions swing{};                 ///< motion of the swing foot
+    Scene scene;                          ///< feet and target at the start
+    Schedule contacts;                    ///< contacts known at the start
   };
 
   /// Counts and times of a run, for logs.
@@ -183,10 +186,11 @@ class BalanceController {
 
   /// Events of the last update(), for logs.
   struct Update {
-    double time = 0.0;                ///< time of its readings, s
-    bool has_controlled = false;      ///< True if the whole-body controller has run.
-    bool has_planned = false;         ///< True if the planners have run.
-    bool has_landed = false;          ///< True if the swing foot has landed.
+    double time = 0.0;            ///< time of its readings, s
+    bool has_controlled = false;  ///< True if the whole-body controller has run.
+    bool has_planned = false;     ///< True if the planners have run.
+    bool has_landed = false;      ///< True if the swing foot has landed.
+    bool has_lost = false;        ///< True if a landed foot has lost its contact and swings again.
     BalancePlanner::StepChange step;  ///< changes of the step
   };
   const Update& last() const { return update_; }  ///< record of update()
@@ -209,7 +213,7 @@ class BalanceController {
 
  private:
   void plan(double t);
-  void find_landing(double t);
+  void find_contact(double t);
   void control(double t);
   void observe_mass();
   void scale_to_described_mass(BalancePlanner::Estimate& e) const;

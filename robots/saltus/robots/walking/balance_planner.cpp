@@ -83,6 +83,12 @@ void BalancePlanner::land(double t, const Vec<double, 3>& place) {
   contacts_.confirm(impact, t);
 }
 
+void BalancePlanner::take_back() {
+  foot(step_.foot) = {false, false};
+  scene_.swing.position = step_.place;
+  is_stepping_ = true;
+}
+
 void BalancePlanner::plan_wrenches(double t, const BalancePlanner::Estimate& measured) {
   planner_->controller().prepare(t);  // work that needs no measurement: grid, shifted plan, blocks
   const Planner::Measurement known{t,

@@ -138,10 +138,12 @@ BalanceController make_balance_controller(const BipedProblem& problem,
   support.damping = settings.control.choice == WholeBodyController::Method::momentum
                         ? settings.control.momentum.stance_damping
                         : settings.control.gains.stance_damping;
+  ContactEstimator::Options contact;
+  contact.is_estimated = support.is_estimated;
+  contact.force = landed_share * robot.mass * standard_gravity;
   return {std::move(parts),
-          {period, settings.control.period, settings.planner.step,
-           landed_share * robot.mass * standard_gravity, settings.stance_foot, support,
-           settings.swing_foot, scene, problem.contacts(scene)}};
+          {period, settings.control.period, settings.planner.step, contact, settings.stance_foot,
+           support, settings.swing_foot, scene, problem.contacts(scene)}};
 }
 
 }  // namespace saltus::robots::walking

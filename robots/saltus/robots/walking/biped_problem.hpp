@@ -75,6 +75,7 @@ struct Verdict {
     double clearance_time = 0.0;         ///< time of the smallest distance, s
     double landing_speed = 0.0;          ///< largest downward speed of a sole that lands, m/s
     double landing_force = 0.0;          ///< largest vertical force on a foot, unfiltered, N
+    int lost_contacts = 0;               ///< landings that a foot lost before it carried load
     std::vector<HardwareExcess> excesses;  ///< limits of the hardware that are exceeded, by time
 
     /// True if no limit of the hardware is exceeded.

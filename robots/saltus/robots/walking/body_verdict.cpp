@@ -124,6 +124,7 @@ Verdict::Body judge_body(const RunLog& log) {
   judge_speeds(log, v);
   judge_clearance(log, v);
   v.excesses = hardware_excesses(log);
+  v.lost_contacts = log.lost_contacts;
   v.landing_speed = landing_speed(log);
   for (const Vec<double, 12>& w : measured_wrenches(log))
     v.landing_force = std::max({v.landing_force, w[2], w[8]});
@@ -162,6 +163,7 @@ nlohmann::ordered_json to_json(const Verdict::Body& v) {
           {"clearance_time_s", v.clearance_time},
           {"landing_speed_m_s", v.landing_speed},
           {"landing_force_n", v.landing_force},
+          {"lost_contacts", v.lost_contacts},
           {"hardware_excesses", std::move(excesses)}};
 }
 

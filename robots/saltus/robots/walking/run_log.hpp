@@ -105,6 +105,7 @@ struct RunLog : LoopLog {
   /// planner.
   std::vector<UnmetDecision> unmet_decisions;
   double touchdown = infinity;  ///< first landing, s; infinite: no foot landed
+  int lost_contacts = 0;        ///< landings that a foot lost before it carried load
   /// Time of the last landing, s; infinite: none.
   double last_touchdown() const {
     double last = touchdown;

@@ -52,22 +52,4 @@ std::unique_ptr<Estimator> make_sensor_estimator(const FloatingRobot& robot, Sid
                                                  const SensorOptions& sensors,
                                                  const Estimator::Options& options, double period);
 
-/// Decides whether the swing foot has landed. A foot has landed once the vertical force reaches a
-/// threshold, but not before an earliest time. Earlier contacts belong to lift-off or scuffing.
-class ContactEstimator {
- public:
-  /// `force`: threshold of the vertical force, N.
-  explicit ContactEstimator(double force) : force_(force) {}
-
-  /// Sets the earliest time of the next landing, s.
-  void expect(double earliest) { earliest_ = earliest; }
-  /// True if the swing foot, with this contact at `t` (s), has landed.
-  bool has_landed(double t, const WholeBodyEstimate::Contact& contact) const {
-    return !(t < earliest_ || contact.wrench[2] < force_);
-  }
-
- private:
-  double force_, earliest_ = infinity;
-};
-
 }  // namespace saltus::robots

@@ -46,6 +46,12 @@ void SwingFoot::start(double t, double landing_time) {
   apex_time_ = t + options_.apex * (landing_time - t);
 }
 
+void SwingFoot::resume(const DynamicsModel::SoleMotion& sole) {
+  position_ = sole.pose.translation();
+  velocity_ = sole.twist.tail<3>();
+  acceleration_.setZero();
+}
+
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
   // Otherwise a foot with an earlier landing time would descend late and fast.
   const double apex_time = lift_off_ + options_.apex * (landing_time - lift_off_);

@@ -20,6 +20,8 @@ class SwingFoot {
   void start(double t, double landing_time);
   /// Sets the target of the contact frame; its height is that of the ground.
   void aim(double landing_time, const Vec<double, 3>& place);
+  /// Goes on from the measured motion, towards the same place and landing time.
+  void resume(const DynamicsModel::SoleMotion& sole);
   /// True if the foot is swinging.
   bool is_under_way() const { return under_way_; }
 
@@ -29,6 +31,8 @@ class SwingFoot {
   void advance(double t);
   /// d twist / dt (angular | linear) that tracks the reference from the measured motion.
   Vec<double, 6> acceleration(const DynamicsModel::SoleMotion& sole) const;
+  /// Target of the contact frame, m.
+  const Vec<double, 3>& place() const { return place_; }
   /// Reference position of the sole's origin, m.
   const Vec<double, 3>& reference() const { return position_; }
 
