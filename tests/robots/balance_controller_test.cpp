@@ -50,7 +50,7 @@ TEST_F(RecordedRun, MatchesTheRecording) {
 
 // A force that does not come from the ground, 30 ms before the foot touches it. After the true
 // landing the foot bounces once.
-TEST_F(RecordedRun, GoesOnWithTheStepAfterAFalseContact) {
+TEST_F(RecordedRun, ContinuesTheStepAfterAFalseContact) {
   BalanceController::Options options = biped.options();
   options.support.is_estimated = options.contact.is_estimated = true;
   BalanceController c(

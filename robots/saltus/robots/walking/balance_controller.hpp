@@ -77,7 +77,7 @@ class BalancePlanner {
   StepChange plan_steps(double t, const Estimate& measured);
   /// Records that the swing foot stands at `place` (m) from `t` on.
   void land(double t, const Vec<double, 3>& place);
-  /// Records that the foot that landed last has lost its contact. It goes on with its step.
+  /// Records that the foot that landed last has lost its contact. It continues its step.
   void take_back();
   /// Sets the desired angular momentum about the vertical, Nms.
   void turn(double yaw_momentum) { scene_.yaw_momentum = yaw_momentum; }

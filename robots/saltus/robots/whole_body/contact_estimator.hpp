@@ -31,7 +31,7 @@ class ContactEstimator {
   struct Evidence {
     double time = 0.0;    ///< s
     double force = 0.0;   ///< vertical force of the ground, N
-    double height = 0.0;  ///< of the sole, m
+    double height = 0.0;  ///< height of the sole, m
     double speed = 0.0;   ///< downward speed of the sole, m/s
   };
 

@@ -20,7 +20,7 @@ class SwingFoot {
   void start(double t, double landing_time);
   /// Sets the target of the contact frame; its height is that of the ground.
   void aim(double landing_time, const Vec<double, 3>& place);
-  /// Goes on from the measured motion, towards the same place and landing time.
+  /// Continues from the measured motion, towards the same place and landing time.
   void resume(const DynamicsModel::SoleMotion& sole);
   /// True if the foot is swinging.
   bool is_under_way() const { return under_way_; }
