@@ -86,5 +86,9 @@ RATES = {
     "mismatch": Rates("Rates of recovery from 7 N s with errors of the controllers' model, in DART",
                       (("mismatch", "dart", 10),), by_condition=True),
     "unknown_ground": Rates("Rates of recovery from 7 N s on unknown ground, in DART",
-                            (("unknown_ground", "dart", 140),), by_condition=True),
+                            (("unknown_ground", "dart", 1000),), by_condition=True),
+    "unknown_ground_mujoco": Rates("Rates of recovery from 7 N s on unknown ground, in MuJoCo",
+                                   (("unknown_ground", "mujoco", 100),), by_condition=True),
+    "height_3_cm": Rates("Rates of recovery from 7 N s on ground 3 cm lower or higher, in DART",
+                         (("height_3_cm", "dart", 20),), by_condition=True),
 }

@@ -55,6 +55,11 @@ def height(draw):
     return {"simulator.ground_step_m": step} | ({"simulator.ground_edge_m": FAR} if step > LIFTED else {})
 
 
+def height_of_3_cm(seed):
+    yield "3 cm lower", {"push.impulse": 7, "simulator.ground_edge_m": NEAR, "simulator.ground_step_m": -0.03}
+    yield "3 cm higher", {"push.impulse": 7, "simulator.ground_edge_m": FAR, "simulator.ground_step_m": 0.03}
+
+
 def half_foothold(draw):
     """The ground ends below the middle of the foot, to the side or in front."""
     if draw.random() < 0.5:
@@ -125,6 +130,8 @@ EXPERIMENTS = {
                              {"dart": 5, "mujoco": 1}, 1),
     "unknown_ground": Experiment("7 N s towards the swing side, landing on unknown ground", unknown_ground,
                                  {"dart": 1000, "mujoco": 100}, 28),
+    "height_3_cm": Experiment("7 N s towards the swing side, landing on ground 3 cm lower or higher", height_of_3_cm,
+                              {"dart": 20, "mujoco": 5}, 1),
     "mismatch": Experiment("7 N s towards the swing side with errors of the controllers' model", mismatches,
                            {"dart": 20, "mujoco": 5}, 1),
     "pushes_one_foot": Experiment("ten random pushes in a minute, at first on one foot", minute_of_pushes("left"),
