@@ -27,6 +27,7 @@ class StillPlant final : public Plant {
   }
   void reset(const WholeBodyState& state) override { state_ = state; }
   void set_torques(const VectorXd& torques) override { torque_ = torques[0]; }
+  void set_rotor_inertias(const VectorXd&) override {}
   void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
   void step() override {
     if (acting_ != nullptr) acting_->push_back(torque_);

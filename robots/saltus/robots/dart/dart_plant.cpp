@@ -120,6 +120,7 @@ class DartPlant final : public Plant {
     contacts_[0] = contacts_[1] = {};
   }
   void set_torques(const VectorXd& torques) override { torques_ = torques; }
+  void set_rotor_inertias(const VectorXd& inertias) override { view_.set_rotor_inertias(inertias); }
   void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
     view_.body(body)->addExtForce(force, point, /*isForceLocal=*/false, /*isOffsetLocal=*/true);
   }

@@ -151,6 +151,14 @@ void SkeletonView::write(const WholeBodyState& state) {
   base_->setSpatialVelocity(state.base_twist, dd::Frame::World(), dd::Frame::World());
 }
 
+void SkeletonView::set_rotor_inertias(const VectorXd& inertias) {
+  for (int i = 0; i < joints(); ++i) {
+    dd::BodyNode* moved = bodies_[static_cast<std::size_t>(i) + 1];
+    static_cast<GearedJoint*>(moved->getParentJoint())->set_rotor_inertia(inertias[i]);
+    moved->dirtyArticulatedInertia();
+  }
+}
+
 void SkeletonView::read(WholeBodyState& state) const {
   state.q.resize(joints());
   state.dq.resize(joints());

@@ -58,6 +58,8 @@ class SkeletonView {
 
   void write(const WholeBodyState& state);
   void read(WholeBodyState& state) const;
+  /// Sets the inertias of the rotors of all joints, kg m^2. make_skeleton() created the skeleton.
+  void set_rotor_inertias(const VectorXd& inertias);
 
  private:
   ::dart::dynamics::SkeletonPtr skeleton_;

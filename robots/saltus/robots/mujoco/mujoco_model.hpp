@@ -27,6 +27,8 @@ class Model {
   int joints() const { return static_cast<int>(joint_dof_.size()); }
   int body(int i) const { return bodies_[i]; }  ///< MuJoCo's number of body i
   int joint_dof(int i) const { return joint_dof_[i]; }
+  /// Inertia of the rotor of joint i, kg m^2. begin_step() uses it.
+  double& rotor_inertia(int i) { return model_->dof_armature[joint_dof_[i]]; }
 
   /// Resets the data and sets positions and velocities.
   void write(const WholeBodyState& state);

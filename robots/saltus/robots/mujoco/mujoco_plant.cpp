@@ -27,6 +27,13 @@ class MujocoPlant final : public Plant {
     finish(engine_.begin_step());
   }
   void set_torques(const VectorXd& torques) override { torques_ = torques; }
+  void set_rotor_inertias(const VectorXd& inertias) override {
+    for (int i = 0; i < engine_.joints(); ++i) {
+      double& inertia = engine_.rotor_inertia(i);
+      has_begun_ = has_begun_ && inertia == inertias[i];
+      inertia = inertias[i];
+    }
+  }
   // MuJoCo applies forces at the body's CoM.
   void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
     const int b = engine_.body(body);
@@ -43,7 +50,7 @@ class MujocoPlant final : public Plant {
     if (has_failed_) return;
     mjData& d = engine_.data();
     for (int i = 0; i < engine_.joints(); ++i) d.qfrc_applied[engine_.joint_dof(i)] = torques_[i];
-    bool done = engine_.end_step();
+    bool done = (has_begun_ || engine_.begin_step()) && engine_.end_step();
     if (done) read_contacts();
     mju_zero(d.xfrc_applied, 6 * engine_.model().nbody);
     done = done && engine_.begin_step();
@@ -63,6 +70,7 @@ class MujocoPlant final : public Plant {
   // MuJoCo resets the robot when numbers leave their range. This counts as a failure.
   void finish(bool done) {
     engine_.read(state_);
+    has_begun_ = true;
     has_failed_ = !done || engine_.has_warnings() || !state_.is_finite();
     if (has_failed_) state_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -100,6 +108,7 @@ class MujocoPlant final : public Plant {
   mujoco_engine::Model engine_;
   FloatingRobot::Frame feet_[2];
   VectorXd torques_;
+  bool has_begun_ = false;  // begin_step() has used the present inertias of the rotors
   bool has_failed_ = false;
   WholeBodyState state_;
   WholeBodyEstimate::Contact contacts_[2];

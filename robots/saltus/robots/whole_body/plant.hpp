@@ -58,6 +58,9 @@ class Plant {
   virtual void reset(const WholeBodyState& state) = 0;
   /// Sets the joint torques for the next steps, Nm.
   virtual void set_torques(const VectorXd& torques) = 0;
+  /// Sets the inertias of the rotors that move with the joints, for the next steps, kg m^2. At
+  /// first they are those of the robot's drives.
+  virtual void set_rotor_inertias(const VectorXd& inertias) = 0;
   /// Applies a force (world axes, N) at a point of a body (its own frame, m) during the next step
   /// only.
   virtual void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) = 0;

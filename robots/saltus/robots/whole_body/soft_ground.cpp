@@ -119,6 +119,9 @@ class SoftGround final : public Plant {
     }
   }
   void set_torques(const VectorXd& torques) override { engine_->set_torques(torques); }
+  void set_rotor_inertias(const VectorXd& inertias) override {
+    engine_->set_rotor_inertias(inertias);
+  }
   void push(int body, const Vec3& force, const Vec3& point) override {
     engine_->push(body, force, point);
   }
