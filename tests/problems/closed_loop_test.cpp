@@ -394,7 +394,8 @@ TEST(Settings, KeepsAllKeys) {
   std::istringstream words(
       "capture_point.after_landing_s contact.corners contact.edges contact.friction "
       "contact.fz_max contact.fz_min contact.torsional_friction_m control.period controller "
-      "dart.collision dart.friction dart.lcp drive.damping drive.friction drive.rotor_inertia "
+      "dart.collision dart.friction dart.lcp drive.backlash drive.damping drive.elasticity "
+      "drive.friction drive.rotor_inertia "
       "drive.stiffness drive.torque_speed_line drives explain_limit_s joint_speed_limits "
       "model.com_error model.friction model.mass_error model.rotor_inertia "
       "momentum.angular_momentum "
@@ -507,6 +508,8 @@ TEST(Settings, RejectsContradictions) {
       {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, "; reduce walk.velocity or increase"},
       {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
       {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
+      {{"plant=dart", "drives=ideal", "drive.elasticity=1"}, "set drive.rotor_inertia above 0"},
+      {{"plant=dart", "drive.backlash=1"}, "set drive.elasticity above 0"},
       {{"simulator.ground_ahead=true", "simulator.ground_end_side_m=0.03"}, "has no end"},
       {{"pushes=2.45 3 90"}, "begins before the push at 2.4 s ends"}};
   for (const auto& [arguments, part] : cases)

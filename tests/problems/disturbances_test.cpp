@@ -107,6 +107,14 @@ TEST_F(Disturbed, RecoversWithRealDrives) {
   EXPECT_LT(verdict.body->landing_force, 3.0 * log.robot.mass * standard_gravity);
 }
 
+// Springs and play of iCub's legs. The controllers take the drives for rigid.
+TEST_F(Disturbed, RecoversWithElasticDrives) {
+  apply({"plant=dart", "drives=real", "drive.elasticity=1", "drive.backlash=1", "push.impulse=7",
+         "push.start=1"});
+  const Verdict verdict = judge(config, run());
+  EXPECT_TRUE(verdict.recovered) << verdict.reason;
+}
+
 // The inner part of the sole lands on an edge, or the whole sole on a slope. With a weak hold of
 // the stance feet (300 1/s^2) the robot keeps moving on the slope.
 TEST_F(Disturbed, RecoversOnPartOfTheSoleAndOnASlope) {

@@ -72,7 +72,7 @@ TEST(RobotDescription, ReadsDrivesAndSensors) {
   };
   const robots::RobotDescription robot = with(
       "rotor_inertia: 0.1, dry_friction: 2, breakaway: 1.5, viscous_friction: 0.5, "
-      "stall_torque: 30, no_load_speed: 8",
+      "stall_torque: 30, no_load_speed: 8, stiffness: 1e4, backlash: 0.001",
       "foot_sensor_range: [1, 2, 3, 4, 5, 6]\n");
   const robots::JointDrive& drive = robot.joints[0].drive;
   EXPECT_EQ(drive.rotor_inertia, 0.1);
@@ -81,14 +81,23 @@ TEST(RobotDescription, ReadsDrivesAndSensors) {
   EXPECT_EQ(drive.viscous_friction, 0.5);
   EXPECT_EQ(drive.stall_torque, 30.0);
   EXPECT_EQ(drive.no_load_speed, 8.0);
+  EXPECT_EQ(drive.stiffness, 1e4);
+  EXPECT_EQ(drive.backlash, 1e-3);
   EXPECT_EQ((*robot.foot_sensor_range)[5], 6.0);
   EXPECT_TRUE(with("").joints[0].drive.is_ideal());
+  EXPECT_EQ(with("").joints[0].drive.stiffness, infinity);
   EXPECT_FALSE(with("").foot_sensor_range);
   expect_error<InputError>([&] { with("rotor_inertia: -1"); },
                            {"rotor_inertia must be at least 0"});
   expect_error<InputError>([&] { with("breakaway: 0.5"); }, {"breakaway must be at least 1"});
   expect_error<InputError>([&] { with("stall_torque: 0"); }, {"stall_torque must be positive"});
   expect_error<InputError>([&] { with("no_load_speed: 0"); }, {"no_load_speed must be positive"});
+  expect_error<InputError>([&] { with("rotor_inertia: 0.1, stiffness: 0"); },
+                           {"stiffness must be positive"});
+  expect_error<InputError>([&] { with("rotor_inertia: 0.1, backlash: 0.001"); },
+                           {"backlash needs a spring at its ends; add stiffness"});
+  expect_error<InputError>([&] { with("stiffness: 1e4"); },
+                           {"stiffness needs a rotor that turns the spring; add rotor_inertia"});
   expect_error<InputError>([&] { with("", "foot_sensor_range: [1, 2, 3, 4, 5, 0]\n"); },
                            {"foot_sensor_range must have six positive numbers"});
 }

@@ -89,6 +89,22 @@ void declare_settings(Settings& s, PlantSettings& plant) {
   });
   s.flag("drive.torque_speed_line", plant.drives.torque_speed_line,
          "whole body: stall torque and no-load speed limit the torque of a motor");
+  s.number("drive.elasticity", plant.drives.elasticity, "",
+           "whole body: elasticity between the rotors and the joints, as a multiple of the "
+           "compliance (1 / stiffness) in the robot's file; 0: rigid drives. The controllers take "
+           "the drives for rigid",
+           between(0.0, 100.0));
+  s.number("drive.backlash", plant.drives.backlash, "",
+           "whole body: play between the rotors and the joints, as a multiple of the backlash in "
+           "the robot's file; needs drive.elasticity",
+           between(0.0, 100.0));
+  s.rule({"drive.elasticity", "drive.rotor_inertia", "drive.backlash"}, [&plant] {
+    if (plant.drives.elasticity > 0.0 && plant.drives.rotor_inertia == 0.0)
+      return "drive.elasticity needs rotors that turn the springs; set drive.rotor_inertia above 0";
+    return plant.drives.backlash > 0.0 && plant.drives.elasticity == 0.0
+               ? "drive.backlash needs springs at its ends; set drive.elasticity above 0"
+               : "";
+  });
   s.choice<PlantSettings::Sensors>(
       "sensors", plant.sensors,
       {{"ideal", PlantSettings::Sensors::ideal}, {"measured", PlantSettings::Sensors::measured}},

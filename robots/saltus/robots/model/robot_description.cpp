@@ -80,7 +80,8 @@ StandingPosture read_posture(const YamlSection& section, RobotDescription::Figur
 
 RobotDescription::Joint read_joint(const YamlSection& section, const std::string& name) {
   section.allow_only({"position", "effort", "velocity", "rotor_inertia", "viscous_friction",
-                      "dry_friction", "breakaway", "stall_torque", "no_load_speed"});
+                      "dry_friction", "breakaway", "stall_torque", "no_load_speed", "stiffness",
+                      "backlash"});
   RobotDescription::Joint joint{name, std::nullopt, std::nullopt, std::nullopt, {}};
   if (section.has("position")) joint.position = section.range("position");
   const auto read_positive = [&](const char* key, std::optional<double>& value) {
@@ -104,6 +105,14 @@ RobotDescription::Joint read_joint(const YamlSection& section, const std::string
   read_positive("no_load_speed", no_load_speed);
   joint.drive.stall_torque = stall_torque.value_or(infinity);
   joint.drive.no_load_speed = no_load_speed.value_or(infinity);
+  std::optional<double> stiffness;
+  read_positive("stiffness", stiffness);
+  joint.drive.stiffness = stiffness.value_or(infinity);
+  read_at_least(0.0, "backlash", joint.drive.backlash);
+  if (stiffness && joint.drive.rotor_inertia == 0.0)
+    section.fail("stiffness", "needs a rotor that turns the spring; add rotor_inertia");
+  if (joint.drive.backlash > 0.0 && !stiffness)
+    section.fail("backlash", "needs a spring at its ends; add stiffness");
   return joint;
 }
 

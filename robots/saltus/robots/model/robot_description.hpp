@@ -59,11 +59,13 @@ struct JointDrive {
   /// Friction at rest divided by `dry_friction`, at least 1. It falls to 1 with exp(-(dq / s)^2),
   /// s = `stribeck_speed` (Stribeck's effect).
   double breakaway = 1.0;
-  double stribeck_speed = 0.05;  ///< rad/s, positive
-  double stall_torque = infinity;         ///< largest torque of the motor at rest, Nm
+  double stribeck_speed = 0.05;    ///< rad/s, positive
+  double stall_torque = infinity;  ///< largest torque of the motor at rest, Nm
   /// Speed at which the driving torque vanishes, rad/s. The largest torque falls linearly from its
   /// value at rest.
   double no_load_speed = infinity;
+  double stiffness = infinity;  ///< spring between reducer and joint, Nm/rad; infinity: rigid
+  double backlash = 0.0;        ///< play between reducer and joint, from end to end, rad
 
   /// True if the drive has no inertia, no friction and no limits.
   bool is_ideal() const {
@@ -87,15 +89,22 @@ struct DriveFactors {
   double rotor_inertia = 0.0;      ///< factor of the rotor inertia; 0: none
   double friction = 0.0;           ///< factor of dry and viscous friction; 0: none
   bool torque_speed_line = false;  ///< true: stall torque and no-load speed limit the torque
+  double elasticity = 0.0;         ///< factor of the compliance, 1 / stiffness; 0: rigid
+  double backlash = 0.0;           ///< factor of the backlash; 0: none
 
   /// True if nothing applies.
-  bool is_ideal() const { return rotor_inertia == 0.0 && friction == 0.0 && !torque_speed_line; }
+  bool is_ideal() const {
+    return rotor_inertia == 0.0 && friction == 0.0 && !torque_speed_line && elasticity == 0.0 &&
+           backlash == 0.0;
+  }
   /// The drive with these factors.
   JointDrive operator()(JointDrive drive) const {
     drive.rotor_inertia *= rotor_inertia;
     drive.viscous_friction *= friction;
     drive.dry_friction *= friction;
     if (!torque_speed_line) drive.stall_torque = drive.no_load_speed = infinity;
+    drive.stiffness = elasticity > 0.0 ? drive.stiffness / elasticity : infinity;
+    drive.backlash *= backlash;
     return drive;
   }
 };

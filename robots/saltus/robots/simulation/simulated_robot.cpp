@@ -29,6 +29,7 @@ SimulatedRobot::SimulatedRobot(std::unique_ptr<Plant> engine, const FloatingRobo
       has_motors_(!settings.motors.is_ideal()),
       motors_(settings.motors, static_cast<int>(engine_->state().q.size()), step_),
       friction_(body, step_),
+      elastic_(body, step_),
       effort_(body.joints()),
       exerted_(VectorXd::Zero(body.joints())),
       joint_torques_(exerted_),
@@ -58,6 +59,7 @@ void SimulatedRobot::begin(const WholeBodyState& state) {
   steps_ = 0;
   motors_.reset();
   friction_.reset();
+  elastic_.reset();
   noise_.reset();
   commanded_ = {{VectorXd::Zero(effort_.size())}, 0};
   exerted_.setZero();
@@ -88,6 +90,7 @@ std::string SimulatedRobot::wait() {
   }
   ++commanded_.age;
   engine_->step();
+  if (!elastic_.is_rigid()) elastic_.end_step(engine_->state().dq);
   ++steps_;
   if (sensors_)
     sensors_->observe(engine_->state(), engine_->contact(Side::left),
@@ -97,7 +100,9 @@ std::string SimulatedRobot::wait() {
   return fmt::format("the plant could not be integrated at {:.3f} s", from);
 }
 
-// Sets the torques of the joints: those of the motors within their limits, less the friction.
+// Sets the torques of the joints: those of the motors within their limits, less the friction. If
+// the drives are elastic, these torques act on the rotors, and the springs on the joints. Commanded
+// springs and dampers use the motion of the joints, which the encoders measure.
 void SimulatedRobot::drive(const Waiting& acting) {
   const VectorXd &q = engine_->state().q, &dq = engine_->state().dq;
   const Robot::Commands& c = acting.commands;
@@ -110,12 +115,17 @@ void SimulatedRobot::drive(const Waiting& acting) {
     motors_.command(exerted_);
     exerted_ = motors_.step();
   }
+  const VectorXd& speeds = elastic_.is_rigid() ? dq : elastic_.rotor_speeds(dq);
   for (Eigen::Index i = 0; i < exerted_.size(); ++i) {
-    const Bounds range = drives_[static_cast<std::size_t>(i)].torque_range(effort_[i], dq[i]);
+    const Bounds range = drives_[static_cast<std::size_t>(i)].torque_range(effort_[i], speeds[i]);
     exerted_[i] = std::clamp(exerted_[i], range.lower, range.upper);
   }
   joint_torques_ = exerted_;
-  if (!friction_.is_zero()) joint_torques_ -= friction_.step(dq);
+  if (!friction_.is_zero()) joint_torques_ -= friction_.step(speeds);
+  if (!elastic_.is_rigid()) {
+    joint_torques_ = elastic_.begin_step(q, dq, joint_torques_);
+    engine_->set_rotor_inertias(elastic_.inertias());
+  }
   engine_->set_torques(joint_torques_);
 }
 

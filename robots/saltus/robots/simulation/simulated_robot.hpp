@@ -9,6 +9,7 @@
 
 #include "saltus/ocp/pulse.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/whole_body/elastic_drives.hpp"
 #include "saltus/robots/whole_body/joint_friction.hpp"
 #include "saltus/robots/whole_body/measurement_noise.hpp"
 #include "saltus/robots/whole_body/motors.hpp"
@@ -61,6 +62,7 @@ class SimulatedRobot final : public Robot {
   bool has_motors_;
   Motors motors_;
   JointFriction friction_;
+  ElasticDrives elastic_;
   VectorXd effort_;
   std::vector<JointDrive> drives_;
   VectorXd exerted_, joint_torques_;

@@ -238,16 +238,26 @@ FloatingRobot with_com_shifted(FloatingRobot robot, const Vec<double, 3>& shift)
 }
 
 FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factors) {
-  bool is_ideal = true;
+  bool is_ideal = true, is_rigid = true, has_backlash = false;
   for (FloatingRobot::Body& body : robot.bodies) {
     body.drive = factors(body.drive);
     is_ideal = is_ideal && body.drive.is_ideal();
+    is_rigid = is_rigid && body.drive.stiffness == infinity;
+    has_backlash = has_backlash || body.drive.backlash > 0.0;
   }
   if (is_ideal && !factors.is_ideal())
     throw InputError(fmt::format(
         "{}: no joint has the requested figures of a drive; add rotor_inertia, dry_friction or "
         "no_load_speed to the joints in its file, or simulate ideal drives",
         robot.name));
+  const auto missing = [&robot](const char* requested, const char* key) {
+    throw InputError(fmt::format(
+        "{}: {} of the drives is requested, but no joint has a {}; add it to the joints in its "
+        "file, or leave it out",
+        robot.name, requested, key));
+  };
+  if (is_rigid && factors.elasticity > 0.0) missing("elasticity", "stiffness");
+  if (!has_backlash && factors.backlash > 0.0) missing("backlash", "backlash");
   return robot;
 }
 
