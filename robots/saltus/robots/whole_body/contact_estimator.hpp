@@ -27,7 +27,7 @@ class ContactEstimator {
     double grace = 0.005;  ///< s; a contact is lost after this time with such a probability
   };
 
-  /// What is known about the foot at an instant.
+  /// Measurements of the foot at an instant.
   struct Evidence {
     double time = 0.0;    ///< s
     double force = 0.0;   ///< vertical force of the ground, N
