@@ -20,6 +20,8 @@ constexpr double slowest_pace = 1.0;
 constexpr double latest = 0.3, first_shift = 0.3;
 // Largest share of the standing robot's violation that a step may leave.
 constexpr double helpful = 0.1;
+// Smallest half size of the supported part of a sole in plans, m.
+constexpr double smallest_half = 1e-3;
 
 bool is_known(const StepSituation& now) {
   return std::isfinite(now.time) && std::isfinite(now.omega) && now.omega > 0.0 && now.mass > 0.0 &&
@@ -46,6 +48,21 @@ Vec<double, 3> StepChoice::centre(const StepSituation& now, robots::Side side) c
   const robots::SoleFrame& sole = now.foot(side).sole;
   const Vec<double, 2>& c = centres_.of(side);
   return sole.position + sole.rotation * Vec<double, 3>(c[0], c[1], 0.0);
+}
+
+// Support of a sole as in StepNow, in the frame on the stance foot. It keeps a smallest size.
+Vec<double, 4> StepChoice::support(const StepSituation& now, robots::Side side,
+                                   robots::Side stance) const {
+  const std::optional<robots::FootRectangle>& area = now.foot(side).support;
+  if (!area) return Vec<double, 4>::Zero();
+  const Vec<double, 2> lower(area->x.lower, area->y.lower), upper(area->x.upper, area->y.upper);
+  Vec<double, 2> off = 0.5 * (lower + upper) - centres_.of(side);
+  if (stance == robots::Side::left) off[1] = -off[1];
+  const Vec<double, 2> most = model_.sole.array() - smallest_half;
+  const Vec<double, 2> lost = model_.standing_sole - 0.5 * (upper - lower);
+  Vec<double, 4> result;
+  result << off, lost.cwiseMin(most).cwiseMax(0.0);
+  return result;
 }
 
 StepChoice::Frame StepChoice::frame_on(const StepSituation& now, robots::Side stance) const {
@@ -231,6 +248,11 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
   data.swing = data.aim = other_foot;
+  if (walks()) {
+    data.stance_support = support(now, stance, stance);
+    data.other_support =
+        now.foot(other(stance)).stands ? support(now, other(stance), stance) : data.stance_support;
+  }
   if (!now.foot(other(stance)).stands && swinging_since_ < infinity) {
     data.swing = frame.into(lifted_from_);
     data.aim = frame.into(aim_);

@@ -86,6 +86,7 @@ class StepChoice final : public robots::walking::StepPlanner {
   bool is_off_its_place(const StepSituation& now) const;
   Frame frame_on(const StepSituation& now, robots::Side stance) const;
   Vec<double, 3> centre(const StepSituation& now, robots::Side side) const;
+  Vec<double, 4> support(const StepSituation& now, robots::Side side, robots::Side stance) const;
   /// Place of the contact frame of a foot whose sole is at `place` and turned by `turn` (rad).
   Vec<double, 3> in_world(const Frame& frame, robots::Side foot, const Vec<double, 2>& place,
                           double turn) const;

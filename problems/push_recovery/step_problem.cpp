@@ -36,15 +36,15 @@ Vec<typename P::Scalar, 2> foot(int k, const Eigen::MatrixBase<P>& p) {
   return {S(0.0), S(0.0)};
 }
 
-// A point in the hull of two equal soles: on the line between their centres, offset by at most half
-// a sole.
-template <class S>
-Vec<S, 2> in_hull(const Vec<S, 2>& a, const Vec<S, 2>& b, const S& side, const S& forward,
-                  const S& sideways, const Vec<double, 2>& sole) {
-  Vec<S, 2> point;
-  point[0] = 0.5 * (a[0] + b[0] + side * (b[0] - a[0])) + sole[0] * forward;
-  point[1] = 0.5 * (a[1] + b[1] + side * (b[1] - a[1])) + sole[1] * sideways;
-  return point;
+// Supported part of the k-th foot. Feet that will land have support below the whole sole.
+template <class P>
+SupportedSole<typename P::Scalar> sole(int k, const Eigen::MatrixBase<P>& p,
+                                       const Vec<double, 2>& half) {
+  using S = typename P::Scalar;
+  const auto now = view_as<StepNow>(p);
+  Vec<S, 4> support = Vec<S, 4>::Zero();
+  if (k <= 0) support = k < 0 ? now.other_support : now.stance_support;
+  return supported<S>(foot(k, p), support, half);
 }
 
 // State (c, xi, eta, time since the last lift-off or, if that counts, landing); input (forward,
@@ -58,10 +58,8 @@ struct Pendulum {
   Vec<S, 7> operator()(const S&, const Vec<S, 7>& x, const Vec<S, 5>& u,
                        const Vec<S, parameters>& p) const {
     const S& omega = p[0];
-    const Vec<S, 2> cop =
-        before == after
-            ? in_hull<S>(foot(before, p), foot(before, p), S(0.0), u[0], u[1], model.sole)
-            : in_hull<S>(foot(before, p), foot(after, p), u[4], u[0], u[1], model.sole);
+    const Vec<S, 2> cop = in_hull<S>(sole(before, p, model.sole), sole(after, p, model.sole),
+                                     before == after ? S(0.0) : u[4], u.template head<2>());
     Vec<S, 7> rate;
     for (int i = 0; i < 2; ++i) {
       const S captured = x[2 + i] + x[4 + i];
@@ -116,14 +114,14 @@ StepPhase phase_of(const std::string& name, const StepModel& model, int before, 
 
 // Terminal constraint: the capture point at rest lies in the hull of feet `before` and `after`.
 void end_captured(StepPhase& phase, const StepModel& model, int before, int after) {
-  const Vec<double, 2> sole = model.sole;
+  const Vec<double, 2> half = model.sole;
   const StepWeights& w = model.weights;
   phase.reach(
       "captured",
       [=](const auto&, const auto& x, const auto&, const auto& p) {
         using S = std::decay_t<decltype(x[0])>;
-        const Vec<S, 2> rest = in_hull<S>(foot(before, p), foot(after, p), p[rest_at],
-                                          p[rest_at + 1], p[rest_at + 2], sole);
+        const Vec<S, 2> rest = in_hull<S>(sole(before, p, half), sole(after, p, half), p[rest_at],
+                                          p.template segment<2>(rest_at + 1));
         return Vec<S, 2>(x[2] - rest[0], x[3] - rest[1]);
       },
       exactly(0.0), soft("captured", w.capture));

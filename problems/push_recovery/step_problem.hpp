@@ -13,8 +13,12 @@ inline constexpr int most_planned_steps = 3;
 /// stance sole, x forward, y towards the foot that steps first (mirrored on the right foot); m, s.
 template <class S>
 struct StepNow {
-  S omega = 4.3;                         ///< sqrt(g / z), 1/s
-  Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole in contact, else zero
+  S omega = 4.3;                        ///< sqrt(g / z), 1/s
+  Vec<S, 2> other = Vec<S, 2>::Zero();  ///< centre of the other sole in contact, else zero
+  /// Supported parts of the stance sole and of the other one: centre relative to that of the sole,
+  /// and the parts of the half sizes without support. Zero: the whole sole is supported. Both are
+  /// equal if only the stance foot stands.
+  Vec<S, 4> stance_support = Vec<S, 4>::Zero(), other_support = Vec<S, 4>::Zero();
   Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< start of the swing of the foot that steps first
   Vec<S, 2> aim = Vec<S, 2>::Zero();     ///< its current target; before a swing, equal to `swing`
   S swung = 0.0;                         ///< time since its lift-off, s
@@ -22,7 +26,8 @@ struct StepNow {
   /// Desired displacement of the feet between landings, (x, y) of each step.
   Vec<S, 2 * most_planned_steps> drift = Vec<S, 2 * most_planned_steps>::Zero();
 
-  using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing, &StepNow::aim,
+  using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::stance_support,
+                                   &StepNow::other_support, &StepNow::swing, &StepNow::aim,
                                    &StepNow::swung, &StepNow::stride, &StepNow::drift>;
 };
 
@@ -41,6 +46,32 @@ struct StepWeights {
   double momentum = 3.0;  ///< per s, angular momentum at its limit
   double torque = 0.3;    ///< per s, rate of angular momentum at its limit
 };
+
+/// Supported part of a sole for the centre of pressure.
+template <class S>
+struct SupportedSole {
+  Vec<S, 2> centre, half;  ///< centre and half sizes, m
+};
+
+/// The supported part of a sole at `centre` with half sizes `sole`. `support`: as in StepNow.
+template <class S>
+SupportedSole<S> supported(const Vec<S, 2>& centre, const Vec<S, 4>& support,
+                           const Vec<double, 2>& sole) {
+  return {centre + support.template head<2>(), sole.cast<S>() - support.template tail<2>()};
+}
+
+/// Point in the hull of two soles: on the line between their centres, `side` from -1 (a) to 1 (b),
+/// and off it by up to half a sole, which `off` in [-1, 1] gives. The hull of two rectangles with
+/// parallel sides contains no other points.
+template <class S>
+Vec<S, 2> in_hull(const SupportedSole<S>& a, const SupportedSole<S>& b, const S& side,
+                  const Vec<S, 2>& off) {
+  Vec<S, 2> point;
+  for (int i = 0; i < 2; ++i)
+    point[i] = 0.5 * (a.centre[i] + b.centre[i] + side * (b.centre[i] - a.centre[i])) +
+               0.5 * (a.half[i] + b.half[i] + side * (b.half[i] - a.half[i])) * off[i];
+  return point;
+}
 
 struct StepModel {
   Vec<double, 2> sole{0.07, 0.03};           ///< half sizes for the centre of pressure, m;

@@ -81,9 +81,8 @@ const StepSolution& StepProgram::solve(const StepNow<double>& now,
   try {
     NonlinearProgram& nlp = shooting_->nlp();
     shooting_->set_data("now", now);
-    other_ = now.other;
+    now_ = now;
     state_ = state;
-    omega_ = now.omega;
     shooting_->start_at(0.0, state);
     begin_at(elapsed, first);
     while (solution_.iterations < most_iterations) {
@@ -138,16 +137,17 @@ void StepProgram::read_solution() {
     ++step;
   }
   const double* u = plan_.w.data() + layout.input(0, 0);
-  const Vec<double, 2> between = 0.5 * (1.0 + u[4]) * other_;
-  const Vec<double, 2>& sole = steps_ > 0 ? model_.sole : model_.standing_sole;
-  solution_.pressure = between + sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
+  solution_.pressure = in_hull<double>(sole(0), sole(-1), u[4], Vec<double, 2>(u[0], u[1]));
   solution_.lent_rate = model_.lent_rate * Vec<double, 2>(u[2], u[3]);
   solution_.is_solved = std::isfinite(solution_.cost) && solution_.residual < feasible;
 }
 
-Vec<double, 2> StepProgram::foot(int k) const {
-  if (k < 0) return other_;
-  return k == 0 ? Vec<double, 2>::Zero() : solution_.place[k - 1];
+// Supported part of the k-th foot, as in step_problem().
+SupportedSole<double> StepProgram::sole(int k) const {
+  const Vec<double, 2>& half = steps_ > 0 ? model_.sole : model_.standing_sole;
+  if (k > 0) return {solution_.place[k - 1], half};
+  return k < 0 ? supported<double>(now_.other, now_.other_support, half)
+               : supported<double>(Vec<double, 2>::Zero(), now_.stance_support, half);
 }
 
 // Planned centre of pressure; after the plan, its last value.
@@ -173,9 +173,8 @@ Vec<double, 2> StepProgram::pressure_at(double time) const {
   const int before = is_first ? 0 : later / 2, after = is_first    ? -1
                                                        : is_single ? before
                                                                    : before + 1;
-  const double side = is_single ? 0.0 : u[4];
-  return 0.5 * (foot(before) + foot(after) + side * (foot(after) - foot(before))) +
-         (steps_ > 0 ? model_.sole : model_.standing_sole).cwiseProduct(Vec<double, 2>(u[0], u[1]));
+  return in_hull<double>(sole(before), sole(after), is_single ? 0.0 : u[4],
+                         Vec<double, 2>(u[0], u[1]));
 }
 
 void StepProgram::sample(walking::StepPlan::Motion& motion) const {
@@ -183,16 +182,17 @@ void StepProgram::sample(walking::StepPlan::Motion& motion) const {
   constexpr double h = walking::StepPlan::Motion::step / pieces;
   Vec<double, 2> com = state_.head<2>(), capture = state_.segment<2>(2);
   const Vec<double, 2> lent = state_.segment<2>(4);  // nearly constant meanwhile
+  const double omega = now_.omega;
   motion.samples = walking::StepPlan::Motion::most_samples;
   for (int i = 0; i < motion.samples; ++i) {
     motion.com[i] = com;
     motion.capture_point[i] = capture;
     for (int k = 0; k < pieces; ++k) {  // midpoint rule
       const Vec<double, 2> cop = pressure_at((i * pieces + k + 0.5) * h);
-      const Vec<double, 2> half_com = com + 0.5 * h * omega_ * (capture + lent - com),
-                           half = capture + 0.5 * h * omega_ * (capture + lent - cop);
-      com += h * omega_ * (half + lent - half_com);
-      capture += h * omega_ * (half + lent - cop);
+      const Vec<double, 2> half_com = com + 0.5 * h * omega * (capture + lent - com),
+                           half = capture + 0.5 * h * omega * (capture + lent - cop);
+      com += h * omega * (half + lent - half_com);
+      capture += h * omega * (half + lent - cop);
     }
   }
 }

@@ -53,7 +53,7 @@ class StepProgram {
  private:
   void read_solution();
   void begin_at(double elapsed, Bounds first);
-  Vec<double, 2> foot(int k) const;
+  SupportedSole<double> sole(int k) const;
   Vec<double, 2> pressure_at(double time) const;
 
   int steps_;
@@ -63,9 +63,8 @@ class StepProgram {
   std::unique_ptr<RealTimeSolver> solver_;
   KktCheck check_;
   NlpPoint initial_, plan_, before_;
-  Vec<double, 2> other_ = Vec<double, 2>::Zero();  // the second standing foot
+  StepNow<double> now_;  // of the last solution
   Vec<double, step_states> state_ = Vec<double, step_states>::Zero();
-  double omega_ = 0.0;
   bool has_plan_ = false, has_multipliers_ = false;
   StepSolution solution_;
 };

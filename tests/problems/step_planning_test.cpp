@@ -123,6 +123,20 @@ TEST(StepProblemTest, UsesTheWholeSole) {
   EXPECT_GT(with_reserve.solve(on_one_foot(), pushed(beside), {}, 0.0, 30).missed, 3e-3);
 }
 
+// Only the front of the sole is supported: a capture point above its middle is lost.
+TEST(StepProblemTest, PlansWithTheSupportedPartOfASole) {
+  StepModel m = model();
+  m.lent = 1e-6;
+  StepNow<double> now = on_one_foot();
+  now.stance_support << 0.05, 0.0, m.standing_sole[0] - 0.02, 0.0;
+  now.other_support = now.stance_support;
+  StepProgram standing(m, 0, false);
+  const StepSolution& s = standing.solve(now, pushed({0.05, 0.0}), {}, 0.0, 30);
+  EXPECT_LT(s.missed, 1e-4);
+  EXPECT_NEAR(s.pressure[0], 0.05, 0.02);
+  EXPECT_GT(standing.solve(now, pushed({0.0, 0.0}), {}, 0.0, 30).missed, 0.03);
+}
+
 class AgainstIpopt : public ::testing::TestWithParam<std::tuple<int, bool>> {};
 
 TEST_P(AgainstIpopt, FindsTheSameOptimum) {

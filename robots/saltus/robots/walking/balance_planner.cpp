@@ -36,7 +36,8 @@ StepSituation BalancePlanner::situation(double t, const BalancePlanner::Estimate
   now.omega = lipm_frequency(now.gamma[2] - scene_.stance.position[2]);
   for (const Side side : {Side::left, Side::right})
     now.foot(side) = {levelled(measured.sole(side)), measured.sole_velocity(side), stands(side),
-                      is_stepping_ && step_.foot == side ? step_.lift_off : infinity};
+                      is_stepping_ && step_.foot == side ? step_.lift_off : infinity,
+                      measured.support(side)};
   return now;
 }
 

@@ -25,6 +25,8 @@ struct StepSituation {
     double lifted_off = infinity;  ///< start of the swing, s; infinite: not swinging. A foot that
                                    ///< neither stands nor swings is in the air, as at the start on
                                    ///< one foot. It may land but need not.
+    /// Supported part of the sole, in its frame, m. Empty: the whole sole.
+    std::optional<FootRectangle> support = std::nullopt;
     /// True if the foot swings.
     bool swings() const { return lifted_off < infinity; }
   };
