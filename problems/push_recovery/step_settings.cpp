@@ -112,6 +112,9 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
       "velocity of a walking robot: forward, to the left, and yaw rate (rad/s, to the left) (ocp)");
   s.number("walk.duration", p.walk_duration, "s",
            "duration of the walk; the robot stands afterwards", between(0.0, 3600.0));
+  s.number("walk.swing_s", p.walking_swing, "s",
+           "usual duration of a swing while walking, within step.shortest_s and step.longest_s",
+           between(0.05, 10.0));
   s.number("walk.double_support_s", p.usual_support, "s", "usual time on both feet while walking",
            between(0.01, 10.0));
   for (const char* key : {"step.shortest", "step.usual", "step.longest", "step.lead",
@@ -125,25 +128,25 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
                      "minimum time on both feet; increase it",
                      p.usual_support, p.double_support);
   });
-  s.rule({"walk.velocity", "step.usual_s", "walk.double_support_s", "step.foot_speed"},
+  s.rule({"walk.velocity", "walk.swing_s", "walk.double_support_s", "step.foot_speed"},
          [&p]() -> std::string {
            // A foot swings over two steps; its peak speed is 15/8 of the mean speed.
            const double speed = 15.0 / 8.0 * 2.0 * p.velocity.head<2>().norm() *
-                                (p.usual + p.usual_support) / p.usual;
+                                (p.walking_swing + p.usual_support) / p.walking_swing;
            if (speed <= p.foot_speed) return "";
            return fmt::format(
                "walk.velocity requires a swing foot at {:.2f} m/s, but step.foot_speed is {}; "
                "reduce walk.velocity or increase step.foot_speed",
                speed, p.foot_speed);
          });
-  s.rule({"walk.velocity", "step.usual_s", "walk.double_support_s"}, [&p]() -> std::string {
-    const double turn = std::abs(p.velocity[2]) * (p.usual + p.usual_support);
+  s.rule({"walk.velocity", "walk.swing_s", "walk.double_support_s"}, [&p]() -> std::string {
+    const double turn = std::abs(p.velocity[2]) * (p.walking_swing + p.usual_support);
     return turn <= largest_turn
                ? ""
                : fmt::format(
                      "the yaw rate of walk.velocity turns the feet by {:.2f} rad against each "
                      "other, but the planner takes them for parallel, which is accurate up to {} "
-                     "rad; reduce walk.velocity, step.usual_s or walk.double_support_s",
+                     "rad; reduce walk.velocity, walk.swing_s or walk.double_support_s",
                      turn, largest_turn);
   });
   s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
@@ -209,7 +212,7 @@ void check_reach(const StepModel& model, const Vec<double, 2>& stride,
     if ((model.reach.A * place - model.reach.b).maxCoeff() <= 0.0) continue;
     throw InputError(fmt::format(
         "walk.velocity requires steps of {:.2f} m forward and {:.2f} m sideways, which is beyond "
-        "the reach of the legs; reduce walk.velocity, step.usual_s or walk.double_support_s",
+        "the reach of the legs; reduce walk.velocity, walk.swing_s or walk.double_support_s",
         place[0], place[1]));
   }
 }
@@ -263,7 +266,8 @@ std::unique_ptr<robots::walking::StepPlanner> make_step_choice(
   model.weights.pressure = planning.weights[3];
   model.swing_speed = planning.foot_speed;
   model.swing = between(planning.shortest, planning.longest);
-  model.usual_swing = std::clamp(planning.usual, planning.shortest, planning.longest);
+  model.usual_swing = std::clamp(planning.walks() ? planning.walking_swing : planning.usual,
+                                 planning.shortest, planning.longest);
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
   model.usual_support = planning.usual_support;
   // A step due to a push lifts off in the same tick. Until then the wrenches would hold the CoM by

@@ -30,6 +30,7 @@ struct StepPlanning {
   Vec<double, 3> velocity = Vec<double, 3>::Zero();
   double walk_duration = 20.0;                 ///< time after which the robot stands, s
   bool bring_back = false;                     ///< return feet to their usual distance once at rest
+  double walking_swing = 0.4;                  ///< usual time of a swing while walking, s
   double usual_support = 0.1;                  ///< usual double support while walking, s
   Vec<double, 4> weights{1.0, 1.0, 1.0, 1.0};  ///< rest, duration, stride, pressure: StepWeights
   double lead = 0.08;  ///< time before the landing at which its time and place are fixed, s

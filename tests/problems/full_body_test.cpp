@@ -64,7 +64,7 @@ TEST_F(FullBody, TurnsOnTheSpot) {
   const auto [left, right, base] = turned(log);
   // The first foot lifts off after 0.4 s. Tolerance: one landing more or less.
   EXPECT_NEAR(0.5 * (left + right), rate * (duration - 0.4), 0.1);
-  EXPECT_LT(std::abs(left - right), 0.1);  // at most the turn of one landing
+  EXPECT_LT(std::abs(left - right), 0.11);  // the turn of one landing, 0.5 s after the last one
   EXPECT_NEAR(base, 0.5 * (left + right), 0.03);
 }
 
@@ -86,6 +86,22 @@ TEST_F(FullBody, WalksUpASlope) {
   const Vec<double, 3> up = last.state.base.linear().row(2).transpose(),
                        estimated = last.estimate->state.base.linear().row(2).transpose();
   EXPECT_LT(up.cross(estimated).norm(), 0.25 * slope);
+}
+
+// A foot lands with its toe on the step and its heel in the air.
+TEST_F(FullBody, WalksOntoAnUnannouncedStep) {
+  constexpr double height = 0.005;  // m
+  apply({"plant=dart", "stance=both", "step.planner=ocp", "walk.velocity=0.1,0,0",
+         "walk.duration=4.5", "push.impulse=0", "simulator.ground_ahead=true",
+         "simulator.ground_edge_m=0.2", "simulator.ground_step_m=0.005"});
+  const RunLog log = run();
+  const Verdict verdict = judge(config, log);
+  EXPECT_TRUE(verdict.recovered) << verdict.reason;
+  const RunLog::BodySample& last = log.body.back();
+  for (const Eigen::Isometry3d& sole : {last.left_sole, last.right_sole}) {
+    EXPECT_GT(sole.translation()[0], 0.26);  // the heel is beyond the edge
+    EXPECT_NEAR(sole.translation()[2], height, 2e-3);
+  }
 }
 
 TEST_F(FullBody, MomentumControlStepsToo) {

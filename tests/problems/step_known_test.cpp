@@ -158,6 +158,7 @@ TEST(OldKeys, KeysWithoutTheirUnitsAreReadWithAWarning) {
   for (const std::string& key : settings.keys())
     for (const std::string unit : {"_s", "_m", "_hz", "_nms_per_rad"}) {
       if (!key.ends_with(unit) || key.starts_with("swing.") ||  // new after 0.3
+          key == "walk.clearance_m" || key == "walk.swing_s" ||
           (key.starts_with("simulator.ground_") && key != "simulator.ground_step_m" &&
            key != "simulator.ground_edge_m"))
         continue;

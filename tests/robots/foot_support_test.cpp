@@ -98,6 +98,25 @@ TEST_F(Support, FindsNoEdgeWhileASoleTurnsFlat) {
   EXPECT_EQ(support.area(), sole);
 }
 
+// The front of the sole stands on a step, and its heel is in the air.
+TEST_F(Support, TurnsASoleThatSeeksTheGround) {
+  const double load = 0.2 * weight;
+  const FootSupport::Wrench on_edge = pressing(load, 0.06, 0.0), middle = pressing(load, 0.0, 0.0);
+  support.stand(load);
+  advance(0.05, at_rest, on_edge, middle);
+  EXPECT_TRUE(support.turning().isZero(0.0));
+  support.stand(load, true);
+  advance(0.05, at_rest, on_edge, middle);
+  EXPECT_LT(support.turning()[1], 0.0);  // heel down
+  advance(0.1, {0.0, -0.5, 0.0}, on_edge, middle);
+  EXPECT_EQ(support.area(), sole);  // no edge is found while the sole turns
+  // Once the ground supports the heel, a later turn finds the edge.
+  advance(0.1, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
+  EXPECT_TRUE(support.turning().isZero(0.0));
+  advance(0.1, {0.0, 0.3, 0.0}, pressing(weight, 0.05, 0.0), pressing(weight, 0.09, 0.0));
+  EXPECT_NEAR(support.area().x.upper, 0.05, 1e-3);
+}
+
 TEST_F(Support, AFootThatHasLandedTakesLoadAsItIsCarried) {
   EXPECT_EQ(support.most_load(), infinity);
   support.stand(0.0);

@@ -73,6 +73,8 @@ void declare_settings(Settings& s, SwingOptions& swing) {
            "largest height of the swing foot above the ground", above(0.0));
   s.number("swing.apex", swing.apex, "", "time of the largest height, as a fraction of the swing",
            between(0.1, 0.9));
+  s.number("walk.clearance_m", swing.walking_clearance, "m",
+           "largest height of the swing foot above the ground while walking", above(0.0));
   s.number("swing.touch_speed_m_per_s", swing.touch_speed, "m/s",
            "speed with which the swing foot descends through the last 5 mm; 0: it lands at rest",
            between(0.0, 1.0));

@@ -195,7 +195,7 @@ void BalanceController::plan(double t) {
     parts_.estimator->pin(other(swing_side_));
   }
   if (update_.step.has_target) {
-    if (!swing_->is_under_way()) swing_->start(t, step.landing);
+    if (!swing_->is_under_way()) swing_->start(t, step.landing, walks());
     aim_swing(t, step);
     contact_.expect(step.earliest_landing, step.landing, swing_->place()[2]);
   }
@@ -212,7 +212,7 @@ void BalanceController::find_contact(double t) {
   if (planner_.is_stepping() && contact_.has_landed()) {
     stands(swing_side_) = true;
     stance(swing_side_).stand(sole.pose);
-    support(swing_side_).stand(force);
+    support(swing_side_).stand(force, walks());
     planner_.land(t, sole.pose.translation());
     update_.has_landed = true;
   } else if (stands(swing_side_) && support(swing_side_).most_load() < infinity &&
@@ -239,8 +239,7 @@ void BalanceController::observe_mass() {
 // The foot of a walking robot lands on the plane through the stance sole and parallel to it.
 void BalanceController::aim_swing(double t, const StepPlan::Step& step) {
   const Vec<double, 3> level = Vec<double, 3>::UnitZ();
-  const bool walks = planner_.plan().motion.samples > 0;
-  const Vec<double, 3> normal = walks ? ground_normal_ : level;
+  const Vec<double, 3> normal = walks() ? ground_normal_ : level;
   Vec<double, 3> place = step.place;
   if (normal != level) {
     const Vec<double, 3> away = place - model().sole(other(swing_side_)).pose.translation();

@@ -218,6 +218,8 @@ class BalanceController {
   void observe_mass();
   void scale_to_described_mass(BalancePlanner::Estimate& e) const;
   void aim_swing(double t, const StepPlan::Step& step);
+  /// True if steps follow a planned motion of the CoM, on ground that may not be level.
+  bool walks() const { return planner_.plan().motion.samples > 0; }
   Vec<double, 2> feet_heading() const;
   double yaw_momentum() const;
   std::unique_ptr<FootSupport> make_support(Side side) const;

@@ -85,6 +85,9 @@ struct SwingOptions {
   double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected and the foot
                             ///< does not land softly
   double apex = 0.5;        ///< time of the largest height, as a fraction of the swing
+  /// The same while the robot walks: the ground ahead is unknown. The foot passes over a step of
+  /// 2 cm and descends slowly, because it may land early.
+  double walking_clearance = 0.035, walking_apex = 0.3;
   /// The foot descends through the last `touch_height` (m) with a constant speed (m/s), so that it
   /// lands softly on ground that is higher than expected. 0: it lands at rest at the landing time.
   double touch_speed = 0.0, touch_height = 0.005;
@@ -109,6 +112,7 @@ struct FootSupportOptions {
   bool is_estimated = false;  ///< False: every sole is supported as a whole.
   double lag = 0.01;          ///< s, of the wrenches
   double loaded = 0.1;        ///< weights; with less load the centre of pressure is uncertain
+  double touched = 0.5;       ///< part of this load with which a sole that seeks the ground turns
   /// The supported area ends where the centre of pressure stays behind the commanded one. This
   /// needs a distance of more than `apart` (m), of which the integral over time exceeds `missed`
   /// (m s), and a sole that has turned by more than `tilted` (rad).

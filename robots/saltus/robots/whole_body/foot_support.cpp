@@ -9,12 +9,19 @@ namespace {
 // Smallest length of the area along an axis, m.
 constexpr double smallest = 0.01;
 
+// Largest tilt of a sole that seeks the ground, rad: the length of a sole on a step of 2 cm.
+constexpr double most_seeking_tilt = 0.25;
+
 // m s; a smaller integral is the end of an observation.
 constexpr double forgotten = 1e-6;
 
 // (forward, left), m.
 Vec<double, 2> pressure_of(const FootSupport::Wrench& wrench) {
   return {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
+}
+
+Vec<double, 2> middle_of(const FootRectangle& sole) {
+  return 0.5 * Vec<double, 2>(sole.x.lower + sole.x.upper, sole.y.lower + sole.y.upper);
 }
 
 // Share of a first-order filter in a step of dt.
@@ -26,8 +33,9 @@ FootSupport::FootSupport(const FootRectangle& sole, double weight,
                          const FootSupportOptions& options)
     : sole_(sole), area_(sole), weight_(weight), options_(options) {}
 
-void FootSupport::stand(double load) {
+void FootSupport::stand(double load, bool seeks) {
   area_ = sole_;
+  seeks_ = seeks;
   down_.setZero();
   missed_.setZero();
   late_.setZero();
@@ -57,23 +65,27 @@ void FootSupport::advance(double dt, const DynamicsModel::SoleMotion& sole, cons
   if (takes_load || is_soft())
     turning_[5] = options_.sink_relief * options_.damping * std::min(0.0, sole.twist[5]);
   const double least = options_.loaded * weight_;
-  if (measured_[2] < least || commanded_[2] < least) return;
+  const bool is_commanded = commanded_[2] >= least;
+  if (measured_[2] < (seeks_ ? options_.touched : 1.0) * least || !(seeks_ || is_commanded)) return;
 
-  const Vec<double, 2> pressure = pressure_of(measured_), wanted = pressure_of(commanded_);
+  const Vec<double, 2> pressure = pressure_of(measured_),
+                       wanted = is_commanded ? pressure_of(commanded_) : middle_of(sole_);
   const Vec<double, 3> turn = sole.pose.linear().transpose() * sole.twist.head<3>();
   const bool rests = (wanted - pressure).cwiseAbs().maxCoeff() < options_.apart;
+  if (rests && has_carried(std::min(measured_[2], commanded_[2]))) seeks_ = false;
   down_ *= 1.0 - share_of(dt, rests ? options_.settle : options_.forget);
   down_ += dt * Vec<double, 2>(turn[1], -turn[0]);
   if (is_soft()) find_firmness(dt, pressure);
   if (!is_soft()) update_area(pressure, wanted, dt, rests);
   const Vec<double, 3> normal = sole.pose.linear().col(2);
+  const double most = seeks_ ? most_seeking_tilt : options_.most_tilt;
   for (const int axis : {0, 1}) {
     const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
     const double at = std::clamp(pressure[axis], whole.lower, whole.upper);
     const Vec<double, 3> about = sole.pose.linear().col(1 - axis);
     const Vec<double, 3> acceleration = flattening_about(axis, at, wanted[axis], dt) * about;
     // It must not increase a large tilt.
-    if (normal[2] > std::cos(options_.most_tilt) || acceleration.cross(normal)[2] > 0.0)
+    if (normal[2] > std::cos(most) || acceleration.cross(normal)[2] > 0.0)
       turning_.head<3>() += acceleration;
   }
   const Vec<double, 3> touched = sole.pose.linear() * Vec<double, 3>(pressure[0], pressure[1], 0.0);
@@ -144,10 +156,10 @@ void FootSupport::update_area(const Vec<double, 2>& pressure, const Vec<double, 
   }
 }
 
-// A small load has an uncertain centre of pressure.
-double FootSupport::rim_width() const {
-  return options_.on_edge + options_.moment_error / measured_[2];
-}
+// Of the centre of pressure, which a small load makes uncertain.
+double FootSupport::inaccuracy() const { return options_.moment_error / measured_[2]; }
+
+double FootSupport::rim_width() const { return options_.on_edge + inaccuracy(); }
 
 // Integrates an excess over time, or forgets it when it is negative. True if the integral shows
 // that the excess lasts.
@@ -159,15 +171,17 @@ bool FootSupport::persists(double& integral, double excess, double dt) const {
   return integral >= options_.missed;
 }
 
-// Acceleration about the sole's other axis, once the centre of pressure has stayed on the rim.
+// Acceleration about the sole's other axis, once the centre of pressure has stayed on the rim, or
+// anywhere else off the commanded one while the sole seeks the ground.
 double FootSupport::flattening_about(int axis, double pressure, double wanted, double dt) {
   const Bounds& whole = axis == 0 ? sole_.x : sole_.y;
   double acceleration = 0.0;
   for (const int end : {0, 1}) {
     const double outwards = end == 0 ? -1.0 : 1.0;
     const double rim = end == 0 ? whole.lower : whole.upper;
-    const bool is_on_rim = outwards * (rim - pressure) < rim_width();
-    const double inside = outwards * (pressure - wanted) - options_.apart;
+    const bool is_on_rim = seeks_ || outwards * (rim - pressure) < rim_width();
+    const double inside =
+        outwards * (pressure - wanted) - options_.apart - (seeks_ ? inaccuracy() : 0.0);
     // A turn towards the inside: a lower toe is a positive one, a lower left edge a negative one.
     if (persists(late_(axis, end), is_on_rim ? inside : 0.0, dt))
       acceleration = (axis == 0 ? -outwards : outwards) * options_.flattening;

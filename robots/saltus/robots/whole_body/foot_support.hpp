@@ -22,8 +22,10 @@ class FootSupport {
   /// `sole`: the rectangle of the foot; `weight` of the robot, N.
   FootSupport(const FootRectangle& sole, double weight, const FootSupportOptions& options);
 
-  /// Starts the estimate of a foot that stands on its whole sole and carries this load (N).
-  void stand(double load);
+  /// Starts the estimate of a foot that stands on its whole sole and carries this load (N). The
+  /// ground below a foot that `seeks` it is unknown: the sole turns until its centre of pressure is
+  /// the commanded one, before any part of it counts as unsupported.
+  void stand(double load, bool seeks = false);
   /// Advances by `dt` (s). `commanded` is the wrench that the controller expected.
   void advance(double dt, const DynamicsModel::SoleMotion& sole, const Wrench& measured,
                const Wrench& commanded);
@@ -48,6 +50,7 @@ class FootSupport {
                    bool rests);
   void end_area(int axis, double pressure, double wanted, double dt);
   double flattening_about(int axis, double pressure, double wanted, double dt);
+  double inaccuracy() const;
   double rim_width() const;
   bool persists(double& integral, double excess, double dt) const;
   bool has_carried(double load) const { return load > options_.proven * weight_; }
@@ -56,6 +59,7 @@ class FootSupport {
   double weight_;
   FootSupportOptions options_;
   bool has_carried_ = false;
+  bool seeks_ = false;     // until the sole has found the ground
   double sunk_ = 0.0;      // of the centre of pressure since the landing, m
   double softness_ = 0.0;  // sinking of the whole sole per load, m/N; 0: the ground is rigid
   double beyond_ = 0.0;    // m s; the centre of pressure leaves the middle of soft ground

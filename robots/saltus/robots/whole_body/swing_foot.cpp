@@ -39,11 +39,13 @@ void SwingFoot::hold(const Eigen::Isometry3d& pose) {
   rotation_ = levelled({pose.translation(), pose.linear()}).rotation;
 }
 
-void SwingFoot::start(double t, double landing_time) {
+void SwingFoot::start(double t, double landing_time, bool walks) {
   under_way_ = true;
+  clearance_ = walks ? options_.walking_clearance : options_.clearance;
+  apex_ = walks ? options_.walking_apex : options_.apex;
   now_ = lift_off_ = t;
   landing_time_ = landing_time;
-  apex_time_ = t + options_.apex * (landing_time - t);
+  apex_time_ = t + apex_ * (landing_time - t);
 }
 
 void SwingFoot::resume(const DynamicsModel::SoleMotion& sole) {
@@ -54,7 +56,7 @@ void SwingFoot::resume(const DynamicsModel::SoleMotion& sole) {
 
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
   // Otherwise a foot with an earlier landing time would descend late and fast.
-  const double apex_time = lift_off_ + options_.apex * (landing_time - lift_off_);
+  const double apex_time = lift_off_ + apex_ * (landing_time - lift_off_);
   if (landing_time != landing_time_ && now_ < apex_time_) apex_time_ = apex_time;
   landing_time_ = landing_time;
   place_ = place;
@@ -69,8 +71,8 @@ void SwingFoot::advance(double t) {
     advance_minimum_jerk(place_[i], landing_time_ - 0.5 * options_.touching() - t, dt, position_[i],
                          velocity_[i], acceleration_[i]);
   if (t < apex_time_) {
-    advance_minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2],
-                         velocity_[2], acceleration_[2]);
+    advance_minimum_jerk(place_[2] + clearance_, apex_time_ - t, dt, position_[2], velocity_[2],
+                         acceleration_[2]);
   } else if (t < landing_time_) {
     descend(t, dt);
   } else {

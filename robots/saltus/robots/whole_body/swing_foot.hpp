@@ -16,8 +16,8 @@ class SwingFoot {
 
   /// Holds this pose until start().
   void hold(const Eigen::Isometry3d& pose);
-  /// Starts the swing at t, with the landing at landing_time, s.
-  void start(double t, double landing_time);
+  /// Starts the swing at t, with the landing at landing_time, s. `walks`: it passes over steps.
+  void start(double t, double landing_time, bool walks = false);
   /// Sets the target of the contact frame; its height is that of the ground.
   void aim(double landing_time, const Vec<double, 3>& place);
   /// Continues from the measured motion, towards the same place and landing time.
@@ -41,6 +41,7 @@ class SwingFoot {
 
   SwingOptions options_;
   bool under_way_ = false;
+  double clearance_ = 0.0, apex_ = 0.0;  // of this swing, m and part of its time
   double now_ = 0.0, lift_off_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;
   Vec<double, 3> position_ = Vec<double, 3>::Zero(), velocity_ = Vec<double, 3>::Zero(),
                  acceleration_ = Vec<double, 3>::Zero(), place_ = Vec<double, 3>::Zero();
