@@ -394,6 +394,7 @@ class PuppetPlant final : public robots::Plant {
   }
   void reset(const robots::WholeBodyState& state) override { state_ = state; }
   void set_torques(const VectorXd&) override {}
+  void set_rotor_inertias(const VectorXd&) override {}
   void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
   void step() override { time_ += dt; }
   double time() const override { return time_; }

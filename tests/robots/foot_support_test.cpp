@@ -110,8 +110,8 @@ TEST_F(Support, TurnsASoleThatSeeksTheGround) {
   EXPECT_LT(support.turning()[1], 0.0);  // heel down
   advance(0.1, {0.0, -0.5, 0.0}, on_edge, middle);
   EXPECT_EQ(support.area(), sole);  // no edge is found while the sole turns
-  // Once the ground supports the heel, a later turn finds the edge.
-  advance(0.1, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
+  // Once the ground supports the heel and the turn is forgotten, a later turn finds the edge.
+  advance(1.0, at_rest, pressing(weight, 0.0, 0.0), pressing(weight, 0.0, 0.0));
   EXPECT_TRUE(support.turning().isZero(0.0));
   advance(0.1, {0.0, 0.3, 0.0}, pressing(weight, 0.05, 0.0), pressing(weight, 0.09, 0.0));
   EXPECT_NEAR(support.area().x.upper, 0.05, 1e-3);
