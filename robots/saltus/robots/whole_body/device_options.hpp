@@ -85,9 +85,7 @@ struct SwingOptions {
   double late_speed = 0.3;  ///< m/s, downward, if the ground is lower than expected and the foot
                             ///< does not land softly
   double apex = 0.5;        ///< time of the largest height, as a fraction of the swing
-  /// The same while the robot walks: the ground ahead is unknown. The foot passes over a step of
-  /// 2 cm and descends slowly, because it may land early.
-  double walking_clearance = 0.035, walking_apex = 0.3;
+  double walking_clearance = 0.035;  ///< m, the clearance while the robot walks, for steps of 2 cm
   /// The foot descends through the last `touch_height` (m) with a constant speed (m/s), so that it
   /// lands softly on ground that is higher than expected. 0: it lands at rest at the landing time.
   double touch_speed = 0.0, touch_height = 0.005;

@@ -42,10 +42,9 @@ void SwingFoot::hold(const Eigen::Isometry3d& pose) {
 void SwingFoot::start(double t, double landing_time, bool walks) {
   under_way_ = true;
   clearance_ = walks ? options_.walking_clearance : options_.clearance;
-  apex_ = walks ? options_.walking_apex : options_.apex;
   now_ = lift_off_ = t;
   landing_time_ = landing_time;
-  apex_time_ = t + apex_ * (landing_time - t);
+  apex_time_ = t + options_.apex * (landing_time - t);
 }
 
 void SwingFoot::resume(const DynamicsModel::SoleMotion& sole) {
@@ -56,7 +55,7 @@ void SwingFoot::resume(const DynamicsModel::SoleMotion& sole) {
 
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
   // Otherwise a foot with an earlier landing time would descend late and fast.
-  const double apex_time = lift_off_ + apex_ * (landing_time - lift_off_);
+  const double apex_time = lift_off_ + options_.apex * (landing_time - lift_off_);
   if (landing_time != landing_time_ && now_ < apex_time_) apex_time_ = apex_time;
   landing_time_ = landing_time;
   place_ = place;

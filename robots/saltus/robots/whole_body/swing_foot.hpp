@@ -41,7 +41,7 @@ class SwingFoot {
 
   SwingOptions options_;
   bool under_way_ = false;
-  double clearance_ = 0.0, apex_ = 0.0;  // of this swing, m and part of its time
+  double clearance_ = 0.0;  // of this swing, m
   double now_ = 0.0, lift_off_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;
   Vec<double, 3> position_ = Vec<double, 3>::Zero(), velocity_ = Vec<double, 3>::Zero(),
                  acceleration_ = Vec<double, 3>::Zero(), place_ = Vec<double, 3>::Zero();
