@@ -34,10 +34,14 @@ StepSituation BalancePlanner::situation(double t, const BalancePlanner::Estimate
   now.mass = measured.mass;
   now.gamma = measured.gamma;
   now.omega = lipm_frequency(now.gamma[2] - scene_.stance.position[2]);
-  for (const Side side : {Side::left, Side::right})
-    now.foot(side) = {levelled(measured.sole(side)), measured.sole_velocity(side), stands(side),
-                      is_stepping_ && step_.foot == side ? step_.lift_off : infinity,
-                      measured.support(side)};
+  for (const Side side : {Side::left, Side::right}) {
+    StepSituation::Foot& state = now.foot(side);
+    state.sole = levelled(measured.sole(side));
+    state.velocity = measured.sole_velocity(side);
+    state.stands = stands(side);
+    if (is_stepping_ && step_.foot == side) state.lifted_off = step_.lift_off;
+    state.support = measured.support(side);
+  }
   return now;
 }
 
