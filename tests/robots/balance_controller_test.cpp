@@ -54,8 +54,7 @@ TEST_F(RecordedRun, ContinuesTheStepAfterAFalseContact) {
   BalanceController::Options options = biped.options();
   options.support.is_estimated = options.contact.is_estimated = true;
   BalanceController c(
-      biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator()),
-      std::move(options));
+      biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator()), options);
   const auto touches = std::find_if(lines.begin(), lines.end(),
                                     [](const RecordedLine& line) { return line.has_landed; });
   ASSERT_NE(touches, lines.end());
