@@ -113,7 +113,7 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
   s.number("walk.duration", p.walk_duration, "s",
            "duration of the walk; the robot stands afterwards", between(0.0, 3600.0));
   s.number("walk.swing_s", p.walking_swing, "s",
-           "usual duration of a swing while walking, within step.shortest_s and step.longest_s",
+           "usual duration of a swing while walking, from step.shortest_s to step.longest_s",
            between(0.05, 10.0));
   s.number("walk.double_support_s", p.usual_support, "s", "usual time on both feet while walking",
            between(0.01, 10.0));
@@ -154,14 +154,20 @@ void declare_settings(Settings& s, StepPlanning& p, robots::walking::Step& step)
       return "walk.velocity needs step.planner=ocp: the other planners do not walk";
     return "";
   });
-  s.rule({"step.planner", "step.shortest_s", "step.usual_s", "step.longest_s"}, [&p, &step] {
-    return step.planner != Step::Planner::ocp || (p.shortest <= p.usual && p.usual <= p.longest)
-               ? ""
-               : fmt::format(
-                     "step.usual_s ({}) must lie between step.shortest_s ({}) and step.longest_s "
-                     "({}); change one of them",
-                     p.usual, p.shortest, p.longest);
-  });
+  const auto rule_of_swing = [&s, &p, &step](const char* key, const double& swing, bool walking) {
+    s.rule({"step.planner", "step.shortest_s", key, "step.longest_s"},
+           [key, walking, &swing, &p, &step]() -> std::string {
+             if (step.planner != Step::Planner::ocp || (walking && !p.walks()) ||
+                 (p.shortest <= swing && swing <= p.longest))
+               return "";
+             return fmt::format(
+                 "{} ({}) must lie between step.shortest_s ({}) and step.longest_s ({}); change "
+                 "one of them",
+                 key, swing, p.shortest, p.longest);
+           });
+  };
+  rule_of_swing("step.usual_s", p.usual, false);
+  rule_of_swing("walk.swing_s", p.walking_swing, true);
   s.rule({"step.planner", "step.shortest_s", "step.duration"}, [&p, &step] {
     return step.planner != Step::Planner::reactive || p.shortest <= step.duration
                ? ""

@@ -501,6 +501,8 @@ TEST(Settings, RejectsContradictions) {
   const std::vector<std::pair<std::vector<std::string>, const char*>> cases{
       {{"step.planner=ocp", "step.usual_s=0.2"},
        "step.usual_s (0.2) must lie between step.shortest_s"},
+      {{"step.planner=ocp", "stance=both", "walk.velocity=[0.1,0,0]", "walk.swing_s=5"},
+       "walk.swing_s (5) must lie between step.shortest_s"},
       {{"step.shortest_s=1"}, "must be below step.longest_s"},
       {{"step.planner=reactive", "step.duration=0.2"},
        "step.shortest_s (0.3) exceeds step.duration"},

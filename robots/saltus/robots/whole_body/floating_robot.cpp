@@ -247,8 +247,8 @@ FloatingRobot with_drives_scaled(FloatingRobot robot, const DriveFactors& factor
   }
   if (is_ideal && !factors.is_ideal())
     throw InputError(fmt::format(
-        "{}: no joint has the requested figures of a drive; add rotor_inertia, dry_friction or "
-        "no_load_speed to the joints in its file, or simulate ideal drives",
+        "{}: no joint has the requested figures of a drive; add rotor_inertia, dry_friction, "
+        "stall_torque or no_load_speed to the joints in its file, or simulate ideal drives",
         robot.name));
   const auto missing = [&robot](const char* requested, const char* key) {
     throw InputError(fmt::format(

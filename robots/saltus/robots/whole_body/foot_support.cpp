@@ -156,7 +156,7 @@ void FootSupport::update_area(const Vec<double, 2>& pressure, const Vec<double, 
   }
 }
 
-// Of the centre of pressure, which a small load makes uncertain.
+// Error of the measured centre of pressure, m. It is large if the load is small.
 double FootSupport::inaccuracy() const { return options_.moment_error / measured_[2]; }
 
 double FootSupport::rim_width() const { return options_.on_edge + inaccuracy(); }
