@@ -34,6 +34,13 @@ void declare_weights(Settings& s, Weights& w) {
            "penalty on a capture point outside the hull; 0: a hard constraint", at_least(0.0));
 }
 
+void declare_momentum(Settings& s, Config& config) {
+  s.number("mpc.capturing_momentum", config.capturing_momentum, "",
+           "desired angular momentum while the capture point would come to rest off the support, "
+           "as a multiple of the one that stops it there; 0: none",
+           between(0.0, 5.0));
+}
+
 // Presets for the fidelity of the simulation. Both set the same keys.
 void declare_presets(Settings& s, Config& config) {
   const std::vector<std::string> of_formula{"step.shortest_s=0.3", "whole_body.tipped_reserve=0"};
@@ -81,7 +88,8 @@ void declare_presets(Settings& s, Config& config) {
             "whole_body.angular_momentum=20", "whole_body.stance_stiffness=1500",
             "whole_body.stance_damping=60", "whole_body.estimate_support=true",
             "whole_body.estimate_mass=true", "sensor.rocking_walk=0.02",
-            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "posture=bent"});
+            "weights.gamma=0,0,100000,1000,1000,30000,400,400,400", "mpc.capturing_momentum=1.2",
+            "posture=bent"});
   // A single step of the foot in the air does not help a robot on two feet. Its CoM comes to rest
   // midway between heels and toes. Its usual posture has bent knees.
   s.preset("stance", {"both"},
@@ -200,6 +208,7 @@ class OldStepKeys {
 void declare_settings(Settings& s, Config& config) {
   declare_biped(s, config);
   declare_weights(s, config.weights);
+  declare_momentum(s, config);
   declare_settings(s, config.planning, config.step);
   s.rule({"walk.velocity", "controller"}, [&config] {
     return config.planning.velocity[2] != 0.0 && config.controller != BipedSettings::Controller::mpc

@@ -14,6 +14,9 @@ struct Config : BipedSettings {
   Config() { preset = "paper"; }
   std::string drives = "ideal";  ///< preset of the drives
   Weights weights;
+  /// Desired angular momentum while the capture point would come to rest off the support, as a
+  /// multiple of the one that stops it there.
+  double capturing_momentum = 0.0;
   StepPlanning planning;
   /// True in a map over step times: preset `robot` then keeps a planner that accepts them.
   bool step_times_are_given = false;

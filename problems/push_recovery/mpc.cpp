@@ -61,10 +61,33 @@ void set_motion(const Scene& scene, double begin, double length, Tick<double>& d
   data.capture_motion = through(motion.capture_point);
 }
 
+// Distance beyond which the capture point would come to rest off the support, m. Closer ones are
+// brought back by the cost of the capture point, with less angular momentum.
+constexpr double far_off = 0.009;
+
+// Horizontal vector from the support to the point at which the capture point would come to rest, m;
+// zero inside.
+Vec<double, 2> off_support_at_rest(const Planner::Measurement& measured, const Scene& scene,
+                                   double mass, double omega) {
+  const robots::PlacedFoot stance{scene.stance, scene.stance_foot},
+      swing{scene.swing, scene.swing_foot};
+  const robots::SupportOfTwoFeet support(stance, scene.two_feet ? swing : stance);
+  if (!support.is_valid()) return Vec<double, 2>::Zero();
+  const Vec<double, 2> rest =
+      robots::capture_point_at_rest(measured.gamma.head<3>(), measured.gamma.segment<3>(3),
+                                    measured.gamma.tail<3>(), mass, omega);
+  const Mat<double, hull_rows, 2> normals = support.normals();
+  int side = 0;
+  const double off = (normals * rest - support.offsets()).maxCoeff(&side);
+  return std::max(off, 0.0) * normals.row(side).transpose();
+}
+
 class Mpc final : public Planner {
  public:
   Mpc(const Config& config, const robots::RobotDescription& robot, const Scene& scene)
-      : charges_change_(config.weights.wrench_change > 0.0),
+      : mass_(robot.mass),
+        capturing_momentum_(config.capturing_momentum),
+        charges_change_(config.weights.wrench_change > 0.0),
         follows_motion_(config.planning.leads_the_way()),
         horizon_(config.planner.step * config.planner.intervals),
         scene_(scene),
@@ -85,6 +108,7 @@ class Mpc final : public Planner {
     }
     set_measurement(measured, scene, data_);
     data_.gamma_desired[8] = scene.yaw_momentum;
+    if (capturing_momentum_ > 0.0) set_momentum(measured, scene);
     if (follows_motion_) set_motion(scene, measured.time, horizon_, data_);
     controller_.set_data("tick", data_);
     controller_.set_schedule(contacts);
@@ -101,6 +125,19 @@ class Mpc final : public Planner {
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
+  // Desired angular momentum about the horizontal axes. To stop a capture point that would come to
+  // rest off the support, a pendulum with a flywheel needs m g / omega times the distance. Once
+  // begun, this lasts until the capture point is back.
+  void set_momentum(const Planner::Measurement& measured, const Scene& scene) {
+    const Vec<double, 2> off = off_support_at_rest(measured, scene, mass_, data_.omega);
+    is_capturing_ = !off.isZero(0.0) && (is_capturing_ || off.norm() > far_off);
+    Vec<double, 2> desired = Vec<double, 2>::Zero();
+    if (is_capturing_)
+      desired = capturing_momentum_ * mass_ * robots::standard_gravity / data_.omega *
+                Vec<double, 2>(-off[1], off[0]);
+    data_.gamma_desired.segment<2>(6) = desired;
+  }
+
   static Tick<double> data_at_rest(const robots::RobotDescription& robot, const Scene& scene) {
     Planner::Measurement at_rest;
     at_rest.gamma.head<3>() = scene.two_feet ? Vec<double, 3>(0.0, 0.0, scene.com_height)
@@ -128,6 +165,9 @@ class Mpc final : public Planner {
                    first_contacts(config, scene));
   }
 
+  double mass_;                // kg
+  double capturing_momentum_;  // as in Config
+  bool is_capturing_ = false;
   bool charges_change_, follows_motion_;
   double horizon_;  // s
   Scene scene_;

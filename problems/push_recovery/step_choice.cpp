@@ -117,9 +117,11 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   plan_.chosen = -1;
   asked_ = nullptr;
   if (!is_known(now)) return plan_;
-  velocity_ = settings_.velocity;
-  if (now.time >= settings_.walk_until) velocity_.setZero();
   const bool two_feet = now.left.stands && now.right.stands;
+  velocity_ = settings_.velocity;
+  // The last swing of the walk ends as it began. Otherwise its landing would be moved ahead.
+  const bool is_last_swing = !two_feet && swinging_since_ < settings_.walk_until;
+  if (now.time >= settings_.walk_until && !is_last_swing) velocity_.setZero();
   if (!now.left.stands && !now.right.stands) return plan_;
   const robots::Side in_air =
       now.left.stands ? robots::Side::right : robots::Side::left;  // if one foot stands

@@ -214,6 +214,7 @@ void BalanceController::find_contact(double t) {
     stance(swing_side_).stand(sole.pose);
     support(swing_side_).stand(force, walks());
     planner_.land(t, sole.pose.translation());
+    contact_.expect(t, t, sole.pose.translation()[2]);  // from now on only the force counts
     update_.has_landed = true;
   } else if (stands(swing_side_) && support(swing_side_).most_load() < infinity &&
              contact_.is_lost()) {
