@@ -104,6 +104,15 @@ TEST_F(FullBody, WalksOntoAnUnannouncedStep) {
   }
 }
 
+// Legs cannot cross, so no step helps. The pendulum without angular momentum survives 6 N s.
+TEST_F(FullBody, StandsAfterAPushToTheStanceSide) {
+  apply({"plant=dart", "push.start=0.5", "push.impulse=7", "push.direction=0,1,0"});
+  EXPECT_FALSE(run().stopped_early);
+  apply({"plant=dart", "push.start=0.5", "push.impulse=7", "push.direction=0,1,0",
+         "mpc.capturing_momentum=0"});
+  EXPECT_TRUE(run().stopped_early);  // falls
+}
+
 TEST_F(FullBody, MomentumControlStepsToo) {
   config.push.impulse = 4.5;  // N s; above, the angular momentum is close to the limit
   config.control.choice = robots::WholeBodyController::Method::momentum;

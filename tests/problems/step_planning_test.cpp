@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "benchmarks/pendulum_walker.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -246,6 +247,26 @@ TEST(StepChoiceTest, WalksAtTheRequestedVelocityThenStands) {
     EXPECT_NEAR((to - from)[0], velocity * (until - 2.0), 0.05) << begin;
     EXPECT_LT(std::abs((to - from)[1]), begin < infinity ? 0.12 : 0.08) << begin;
     EXPECT_LT(last_flight, until + 1.5) << begin;
+  }
+}
+
+// A foot whose swing has begun lands as planned when the walk ends. The landing of a pendulum that
+// only has to stand would be moved ahead by up to 0.1 s.
+TEST(StepChoiceTest, EndsTheLastSwingAsPlanned) {
+  for (const double until : {4.0, 4.1, 4.2, 4.3, 4.4}) {
+    StepChoice planner(walking_model(), {.velocity = {0.1, 0.0, 0.0}, .walk_until = until}, centres,
+                       stride);
+    WalkerOptions options = walker_on(true, true);
+    options.duration = until + 0.5;
+    std::optional<double> landing;  // of the swing in which the walk ends
+    walk(planner, options, {}, [&](const StepSituation& now, const StepPlan& plan) {
+      const bool is_swinging = now.left.stands != now.right.stands;
+      if (now.time < until) landing.reset();
+      if (now.time < until && is_swinging && plan.count > 0) landing = plan.steps[0].landing;
+      if (now.time >= until && !is_swinging) landing.reset();
+      if (now.time >= until && landing && plan.count > 0)
+        EXPECT_NEAR(plan.steps[0].landing, *landing, 0.02) << until << ", " << now.time;
+    });
   }
 }
 

@@ -79,6 +79,30 @@ TEST_F(RecordedRun, ContinuesTheStepAfterAFalseContact) {
   EXPECT_TRUE(c.planner().stands(Side::right));
 }
 
+// The ground is higher than expected and carries little at first. Once the foot has landed, height
+// and time do not speak against the contact any more.
+TEST_F(RecordedRun, KeepsAWeakContactAfterAnEarlyLanding) {
+  BalanceController::Options options = biped.options();
+  options.support.is_estimated = options.contact.is_estimated = true;
+  BalanceController c(
+      biped.parts(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator()), options);
+  const auto touches = std::find_if(lines.begin(), lines.end(),
+                                    [](const RecordedLine& line) { return line.has_landed; });
+  ASSERT_NE(touches, lines.end());
+  const double landing = touches->readings.time, at = landing - 0.04;
+  c.start(biped.start, lines.front().readings);
+  int landings = 0;
+  for (RecordedLine& line : lines) {
+    const double t = line.readings.time;
+    if (t >= landing) break;
+    if (t >= at) line.readings.right[2] += t < at + 3e-3 ? 100.0 : 12.0;
+    c.update(line.readings);
+    landings += c.last().has_landed;
+    EXPECT_FALSE(c.last().has_lost) << t;
+  }
+  EXPECT_EQ(landings, 1);
+}
+
 // The clock of a robot need not begin at zero. Both controllers receive the same rounded times,
 // because rounding decides at thresholds.
 TEST_F(RecordedRun, IsIndependentOfTheZeroOfTheClock) {
