@@ -52,7 +52,7 @@ class CostOfDrives(OtherTable):
     """The largest recovered push by direction, by bisection to 1 N s (assuming that recovery is monotone)."""
     most = 24  # N s, not recovered in any direction
     columns = {"ideal drives": ("ideal", "recovered"), "real drives": ("real", "recovered"),
-               "real drives, also hardware-safe": ("real", "hardware_safe")}
+               "real drives, also hardware-safe": ("real", "hardware_safe"), "real drives, stands": ("real", "stands")}
     exact = tuple(columns)
 
     def runs(self):
@@ -67,7 +67,8 @@ class CostOfDrives(OtherTable):
         while bad - good > 1:
             size = (good + bad) // 2
             found = programs.outcome({**toward(degrees, size, "measured"), "step.planner": "ocp", "drives": drives})
-            good, bad = (size, bad) if found["recovered"] and found[verdict] else (good, size)
+            is_good = not found["fell"] if verdict == "stands" else found["recovered"] and found[verdict]
+            good, bad = (size, bad) if is_good else (good, size)
         return good
 
     def make(self, programs):
