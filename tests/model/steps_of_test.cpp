@@ -53,6 +53,23 @@ TEST(StepsOf, OmitsUnusedSteps) {
   EXPECT_EQ(steps.steps.back().operation, Operation::add);
 }
 
+TEST(StepsOf, KnowTheDegreeOfEachOutput) {
+  const Function f = make_function<3, 0, 0>([](const auto& t, const auto& x) {
+    using S = std::decay_t<decltype(t)>;
+    return Vec<S, 9>(S(3.0), sin(t) * exp(t), x[0] * t - x[1] / t, x[0] * x[1], x[0] / x[1],
+                     x[0] * x[1] * x[2], abs(x[0]), pow(x[0], 2), 2.0 * (x[0] - x[1]) / 3.0);
+  });
+  const std::vector<char> states{0, 1, 1, 1}, first{0, 1, 0, 0}, all(4, 1);
+  const auto degrees = [&](const std::vector<char>& variable) {
+    std::vector<int> result;
+    for (int i = 0; i < f.outputs(); ++i) result.push_back(f.degree(i, variable));
+    return result;
+  };
+  EXPECT_EQ(degrees(states), (std::vector<int>{0, 0, 1, 2, 3, 3, 3, 3, 1}));
+  EXPECT_EQ(degrees(first), (std::vector<int>{0, 0, 1, 1, 1, 1, 3, 3, 1}));
+  EXPECT_EQ(degrees(all), (std::vector<int>{0, 3, 3, 2, 3, 3, 3, 3, 1}));
+}
+
 TEST(StepsOf, RecordsFormulasOfFormulas) {
   const FormulaSteps inner = steps_of(make_function<1, 1, 0>(
       [](const auto&, const auto& x, const auto& u) { return x[0] / u[0]; }));

@@ -1,5 +1,6 @@
 #include "saltus/autodiff/formula_steps.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -127,6 +128,39 @@ void FormulaSteps::prune() {
   }
   steps = std::move(kept);
   for (int& output : outputs) output = to[output];
+}
+
+int FormulaSteps::degree(int output, const std::vector<char>& variable) const {
+  constexpr int no_degree = 3;
+  const int last = outputs[output];
+  std::vector<int> degrees(last + 1, 0);
+  const auto at = [&](int step) { return step < 0 ? 0 : degrees[step]; };
+  for (int i = 0; i <= last; ++i) {
+    const FormulaStep& s = steps[i];
+    const int a = at(s.a), b = at(s.b), highest = std::max({a, b, at(s.c)});
+    const int nonlinear = highest > 0 ? no_degree : 0;
+    switch (s.operation) {
+      case Operation::input:
+        degrees[i] = variable[static_cast<std::size_t>(s.value)] != 0 ? 1 : 0;
+        break;
+      case Operation::constant:
+        break;
+      case Operation::add:
+      case Operation::subtract:
+      case Operation::negate:
+        degrees[i] = highest;
+        break;
+      case Operation::multiply:
+        degrees[i] = std::min(a + b, no_degree);
+        break;
+      case Operation::divide:
+        degrees[i] = b > 0 ? no_degree : a;
+        break;
+      default:
+        degrees[i] = nonlinear;
+    }
+  }
+  return degrees[last];
 }
 
 std::vector<double> FormulaSteps::evaluate(std::span<const double> z) const {

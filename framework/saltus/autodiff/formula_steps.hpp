@@ -64,6 +64,9 @@ struct FormulaSteps {
   std::vector<int> add(const FormulaSteps& other, std::span<const int> arguments);
   /// Removes the steps that no output needs.
   void prune();
+  /// Degree of an output as a polynomial in the flagged inputs, with the other inputs fixed: 0, 1
+  /// or 2, or 3 for everything else. Never too small.
+  int degree(int output, const std::vector<char>& variable) const;
   /// Evaluates the formula. z has `inputs` entries; the result has one entry per output.
   std::vector<double> evaluate(std::span<const double> z) const;
 };
@@ -78,13 +81,10 @@ class StepRecorder {
 
   /// The recorder of this thread, or null.
   static StepRecorder* active();
-  /// Ends the recording of a formula with inputs z and results y, and stores the function body to
-  /// which it belongs.
-  void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y, const void* body);
+  /// The steps of a formula with results y, without those that no result needs.
+  FormulaSteps end(int inputs, const std::vector<Tracer>& y);
 
-  FormulaSteps steps;          ///< the recorded steps
-  int formulas = 0;            ///< number of formulas traced to their end
-  const void* body = nullptr;  ///< function body of the last formula
+  FormulaSteps steps;  ///< the recorded steps
 };
 
 }  // namespace saltus

@@ -32,13 +32,12 @@ thread_local Operation applied = Operation::constant;
 
 }  // namespace
 
-void StepRecorder::end(const std::vector<Tracer>& z, const std::vector<Tracer>& y,
-                       const void* body_of_formula) {
-  ++formulas;
-  body = body_of_formula;
-  steps.inputs = static_cast<int>(z.size());
+FormulaSteps StepRecorder::end(int inputs, const std::vector<Tracer>& y) {
+  steps.inputs = inputs;
   steps.outputs.clear();
   for (const Tracer& output : y) steps.outputs.push_back(step_of(output));
+  steps.prune();
+  return std::move(steps);
 }
 
 Tracer::Tracer(const Tracer& other) = default;
@@ -47,10 +46,9 @@ Tracer& Tracer::operator=(const Tracer& other) = default;
 Tracer& Tracer::operator=(Tracer&& other) noexcept = default;
 Tracer::~Tracer() = default;
 
-Tracer Tracer::input(int index, int degree) {
+Tracer Tracer::input(int index) {
   Tracer x;
   x.inputs_.insert(index);
-  x.degree_ = degree;
   if (StepRecorder* recorder = StepRecorder::active()) x.value_ = recorder->steps.add_input(index);
   return x;
 }
@@ -64,7 +62,6 @@ Tracer Tracer::unwritten() {
 Tracer Tracer::nonlinear(const Tracer& a) {
   Tracer result = a;
   result.interact(a, a);
-  if (result.degree_ > 0) result.degree_ = no_degree;
   result.value_ = recorded(applied, a);
   return result;
 }
@@ -86,7 +83,6 @@ Tracer Tracer::linear(const Tracer& a, const Tracer& b) {
   Tracer result = a;
   result.inputs_.insert(b.inputs_);
   result.pairs_.insert(b.pairs_);
-  result.degree_ = std::max(a.degree_, b.degree_);
   result.written_ = a.written_ && b.written_;
   return result;
 }
@@ -132,7 +128,6 @@ Tracer operator*(const Tracer& a, const Tracer& b) {
   if (a.is_constant() && b.is_constant()) return a.value_ * b.value_;
   Tracer result = Tracer::linear(a, b);
   result.interact(a, b);
-  result.degree_ = std::min(a.degree_ + b.degree_, Tracer::no_degree);
   result.value_ = recorded(Operation::multiply, a, b);
   return result;
 }

@@ -6,9 +6,8 @@
 // Products with a constant zero are zero, so zeros of a constant matrix are exact zeros of the
 // Jacobian. A formula must therefore not change its constants after tracing.
 //
-// A tracer also stores its degree as a polynomial in the variables, up to quadratic. Parameters are
-// inputs of degree zero. It also stores whether it was written: results computed from an unwritten
-// entry are unwritten.
+// A tracer also stores whether it was written: results computed from an unwritten entry are
+// unwritten.
 #pragma once
 
 #include <bit>
@@ -82,12 +81,10 @@ class Tracer {
   Tracer& operator=(const Tracer& other);
   Tracer& operator=(Tracer&& other) noexcept;
   ~Tracer();
-  /// An input. `degree` is 1 for a variable, 0 for a parameter.
-  static Tracer input(int index, int degree = 1);
+  /// An input.
+  static Tracer input(int index);
   /// The value of an entry before its first write.
   static Tracer unwritten();
-  /// Degree of a result that is not a polynomial of degree 0, 1 or 2 in the variables.
-  static constexpr int no_degree = 3;
 
   /// True unless it is an unwritten entry or was computed from one.
   bool is_written() const { return written_; }
@@ -97,8 +94,6 @@ class Tracer {
   bool is_zero() const { return is_constant() && value_ == 0.0; }
   /// The value of a constant.
   double constant() const { return value_; }
-  /// Degree as a polynomial in the variables, or no_degree.
-  int degree() const { return degree_; }
   /// The inputs this result depends on.
   const detail::IndexSet& inputs() const { return inputs_; }
   /// Calls visit(i, j), i >= j, for each pair whose second derivative may be non-zero.
@@ -168,7 +163,6 @@ class Tracer {
   void interact(const Tracer& a, const Tracer& b);
 
   double value_ = 0.0;  // valid for constants only
-  int degree_ = 0;
   bool written_ = true;
   detail::IndexSet inputs_;
   detail::IndexSet pairs_;

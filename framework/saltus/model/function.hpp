@@ -11,6 +11,8 @@
 
 namespace saltus {
 
+struct FormulaSteps;
+
 // Layout of the argument z of a model function: time, state, input and parameters.
 
 /// z = (t | x | u | p) with 1 + nx + nu + np entries.
@@ -65,6 +67,9 @@ class FunctionBody {
 
   /// True if the value may depend on the input, even if its derivative is not computed.
   virtual bool reads(int input) const;
+
+  /// Elementary steps of the formula that the function evaluates. Null if it is not a formula.
+  virtual const FormulaSteps* steps() const { return nullptr; }
 
   /// Computes y at z.
   virtual void value(const double* z, double* y) const = 0;
@@ -128,6 +133,8 @@ class Function {
 
   /// True if any output depends on this input.
   bool reads(int input) const { return body_->reads(input); }
+  /// Elementary steps of the formula that the function evaluates. Null if it is not a formula.
+  const FormulaSteps* steps() const { return body_->steps(); }
   /// Equal for handles to the same body, different otherwise.
   const void* identity() const { return body_.get(); }
   /// True if both are handles to the same body.

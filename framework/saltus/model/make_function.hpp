@@ -57,6 +57,14 @@ struct JacobianPass {
 /// Passes of at most `lanes` directions for a Jacobian. Inputs without entries are not seeded.
 std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes);
 
+/// A direction of a Hessian: the product of the Hessian and the sum of unit vectors.
+struct HessianDirection {
+  std::vector<int> inputs;                    ///< inputs of the direction
+  std::vector<std::pair<int, int>> readings;  ///< row of the product and index of its entry
+};
+/// Directions whose products contain all entries of a lower-triangular pattern.
+std::vector<HessianDirection> hessian_directions(const SparsityPattern& hessian);
+
 /// One evaluation for entries of a Hessian.
 struct HessianPass {
   std::vector<int> outer;              ///< inputs of the outer direction
@@ -110,10 +118,10 @@ namespace detail {
 /// Computes y = formula(z) with tracers, one entry of z per input.
 using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
 
-/// Throws DefinitionError with the formula and the entry if the formula accesses an entry out of
-/// range or returns an unwritten entry.
+/// Finds the patterns and records the steps of the formula. Throws DefinitionError with the formula
+/// and the entry if the formula accesses an entry out of range or returns an unwritten entry.
 FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
-                                  const TraceFormula& trace);
+                                  const TraceFormula& trace, FormulaSteps& steps);
 
 }  // namespace detail
 
@@ -121,14 +129,15 @@ FormulaStructure traced_structure(const FormulaName& name, const Arguments& size
 
 namespace saltus::detail {
 
-// Common base of the bodies of all formulas: traced patterns and the passes that fill them.
-// Compiled once, not with every formula.
+// Common base of the bodies of all formulas: traced patterns, the passes that fill them, and the
+// steps of the formula. Compiled once, not with every formula.
 
 class TracedBody : public FunctionBody {
  public:
   ~TracedBody() override;
   int degree(int output, const std::vector<char>& variable) const override;
   bool is_reentrant() const override { return true; }
+  const FormulaSteps* steps() const override { return steps_.get(); }
 
  protected:
   TracedBody(int inputs, int outputs);
@@ -143,8 +152,14 @@ class TracedBody : public FunctionBody {
   std::vector<HessianPass> hessian_passes_;
 
  private:
-  std::vector<Tracer> traced(const std::vector<char>& variable) const;
+  friend Function cheapest_function(std::unique_ptr<const TracedBody> formula);
+
+  std::unique_ptr<const FormulaSteps> steps_;
 };
+
+/// A function that evaluates the formula on dual numbers, or the derivatives from its recorded
+/// steps where that takes fewer operations.
+Function cheapest_function(std::unique_ptr<const TracedBody> formula);
 
 }  // namespace saltus::detail
 
@@ -345,7 +360,7 @@ template <int nx, int nu, int np, class F>
 Function make_function(F formula, const FormulaName& name = {}) {
   static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");
   if constexpr (Formula<F, Dual<double, 0>, nx, nu, np>) {
-    return Function(std::unique_ptr<const FunctionBody>(
+    return detail::cheapest_function(std::unique_ptr<const detail::TracedBody>(
         new detail::FormulaBody<nx, nu, np, F>(std::move(formula), name)));
   } else {
     static_assert(Formula<F, Dual<double, 0>, nx, nu, np>,

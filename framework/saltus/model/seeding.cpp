@@ -79,7 +79,7 @@ std::vector<detail::JacobianPass> detail::jacobian_passes(const SparsityPattern&
   return passes;
 }
 
-std::vector<detail::HessianPass> detail::hessian_passes(const SparsityPattern& hessian, int lanes) {
+std::vector<detail::HessianDirection> detail::hessian_directions(const SparsityPattern& hessian) {
   const int n = hessian.cols();
   Lists partners(n);
   hessian.for_each([&](int i, int j, int) {
@@ -88,36 +88,43 @@ std::vector<detail::HessianPass> detail::hessian_passes(const SparsityPattern& h
   });
   const std::vector<int> cover = cover_pairs(partners);
 
-  // Outer inputs without a common partner share a direction: for each lane, at most one of them
-  // contributes.
-  Lists partners_of_outer;
-  for (int j : cover) partners_of_outer.push_back(partners[j]);
-  const std::vector<int> colour = colour_disjoint(partners_of_outer, n);
-  const int directions = cover.empty() ? 0 : 1 + *std::max_element(colour.begin(), colour.end());
-
-  std::vector<detail::HessianPass> passes;
+  // Inputs without a common partner share a direction: at most one of them contributes to each
+  // entry of the product.
+  Lists partners_of_cover;
+  for (int j : cover) partners_of_cover.push_back(partners[j]);
+  const std::vector<int> colour = colour_disjoint(partners_of_cover, n);
+  std::vector<detail::HessianDirection> directions(
+      cover.empty() ? 0 : 1 + *std::max_element(colour.begin(), colour.end()));
+  for (std::size_t k = 0; k < cover.size(); ++k) directions[colour[k]].inputs.push_back(cover[k]);
   std::vector<bool> known(hessian.entries(), false);
-  for (int d = 0; d < directions; ++d) {
-    detail::HessianPass pass;
-    for (std::size_t k = 0; k < cover.size(); ++k)
-      if (colour[k] == d) pass.outer.push_back(cover[k]);
-    const detail::HessianPass blank = pass;
-    for (int j : blank.outer) {
+  for (detail::HessianDirection& direction : directions)
+    for (int j : direction.inputs)
       for (int i : partners[j]) {
         const int entry = hessian.find(std::max(i, j), std::min(i, j));
-        if (known[entry]) continue;
+        if (!known[entry]) direction.readings.emplace_back(i, entry);
         known[entry] = true;
-        if (static_cast<int>(pass.seeds.size()) == lanes) {
-          passes.push_back(pass);
-          pass = blank;
-        }
-        const int lane = static_cast<int>(pass.seeds.size());
-        pass.seeds.push_back({i, lane});
-        pass.readings.push_back({0, lane, entry});
       }
+  return directions;
+}
+
+std::vector<detail::HessianPass> detail::hessian_passes(const SparsityPattern& hessian, int lanes) {
+  std::vector<detail::HessianPass> passes;
+  for (const detail::HessianDirection& direction : hessian_directions(hessian)) {
+    detail::HessianPass blank;
+    blank.outer = direction.inputs;
+    detail::HessianPass pass = blank;
+    for (const auto& [i, entry] : direction.readings) {
+      if (static_cast<int>(pass.seeds.size()) == lanes) {
+        passes.push_back(pass);
+        pass = blank;
+      }
+      const int lane = static_cast<int>(pass.seeds.size());
+      pass.seeds.push_back({i, lane});
+      pass.readings.push_back({0, lane, entry});
     }
     if (!pass.seeds.empty()) passes.push_back(pass);
   }
+  const int n = hessian.cols();
   for (detail::HessianPass& pass : passes) {
     pass.tangents = tangents_of(pass.seeds, n, lanes);
     pass.outer_tangents.assign(n, 0.0);

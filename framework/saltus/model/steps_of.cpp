@@ -12,16 +12,9 @@
 namespace saltus {
 
 FormulaSteps steps_of(const Function& function) {
-  StepRecorder recorder;
-  // degree() traces the formula again, which fills the recorder.
-  function.degree(0, std::vector<char>(function.inputs(), 1));
-  FormulaSteps& steps = recorder.steps;
-  // A body that wraps a formula may pass degree() on to it although its own values differ.
-  if (recorder.formulas != 1 || recorder.body != function.identity() ||
-      steps.inputs != function.inputs() ||
-      static_cast<int>(steps.outputs.size()) != function.outputs())
+  if (function.steps() == nullptr)
     throw DefinitionError("the function is composed of other functions, not made from a formula");
-  steps.prune();
+  const FormulaSteps& steps = *function.steps();
   check_steps(steps, function, VectorXd::Constant(function.inputs(), 0.5), "a formula");
   return steps;
 }

@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-/// Traces the formula again, records its steps and compares them with the function's values at some
+/// The steps recorded by make_function(), after comparing them with the function's values at some
 /// points. Throws DefinitionError if they differ or if make_function() did not make the function.
 FormulaSteps steps_of(const Function& function);
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "saltus/autodiff/formula_steps.hpp"
 #include "saltus/autodiff/tracer.hpp"
 #include "saltus/core/error.hpp"
 
@@ -55,7 +56,9 @@ std::string describe(const detail::IndexError& e, const Arguments& sizes) {
 }  // namespace
 
 detail::FormulaStructure detail::traced_structure(const FormulaName& name, const Arguments& sizes,
-                                                  int outputs, const detail::TraceFormula& trace) {
+                                                  int outputs, const detail::TraceFormula& trace,
+                                                  FormulaSteps& steps) {
+  StepRecorder recorder;
   std::vector<Tracer> z, y(outputs);
   for (int i = 0; i < sizes.size(); ++i) z.push_back(Tracer::input(i));
   detail::was_written_beyond();  // reset
@@ -73,6 +76,7 @@ detail::FormulaStructure detail::traced_structure(const FormulaName& name, const
           fmt::format("{}: entry {} of its result is never written, or depends on a number that is "
                       "never written",
                       describe(name), i));
+  steps = recorder.end(sizes.size(), y);
   return detail::structure_of(sizes.size(), y);
 }
 

@@ -1,6 +1,5 @@
-#include "saltus/model/make_function.hpp"
-
 #include "saltus/autodiff/formula_steps.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus::detail {
 
@@ -10,26 +9,18 @@ TracedBody::~TracedBody() = default;
 
 void TracedBody::find_structure(const FormulaName& name, const Arguments& sizes, int jacobian_lanes,
                                 int hessian_lanes) {
-  const FormulaStructure structure =
-      traced_structure(name, sizes, outputs(), [this](const Tracer* z, Tracer* y) { trace(z, y); });
+  auto steps = std::make_unique<FormulaSteps>();
+  const FormulaStructure structure = traced_structure(
+      name, sizes, outputs(), [this](const Tracer* z, Tracer* y) { trace(z, y); }, *steps);
   jacobian_pattern_ = structure.jacobian;
   hessian_pattern_ = structure.hessian;
   jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);
   hessian_passes_ = hessian_passes(hessian_pattern_, hessian_lanes);
+  steps_ = std::move(steps);
 }
 
 int TracedBody::degree(int output, const std::vector<char>& variable) const {
-  return traced(variable)[output].degree();
-}
-
-std::vector<Tracer> TracedBody::traced(const std::vector<char>& variable) const {
-  std::vector<Tracer> z, y(outputs());
-  for (int i = 0; i < inputs(); ++i) z.push_back(Tracer::input(i, variable[i] ? 1 : 0));
-  trace(z.data(), y.data());
-  if (StepRecorder* recorder = StepRecorder::active()) {
-    recorder->end(z, y, static_cast<const FunctionBody*>(this));
-  }
-  return y;
+  return steps_->degree(output, variable);
 }
 
 }  // namespace saltus::detail
