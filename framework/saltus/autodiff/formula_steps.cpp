@@ -179,8 +179,8 @@ std::vector<double> FormulaSteps::evaluate(std::span<const double> z) const {
   return results;
 }
 
-StepRecorder::StepRecorder() { listening = this; }
-StepRecorder::~StepRecorder() { listening = nullptr; }
+StepRecorder::StepRecorder() : outer_(std::exchange(listening, this)) {}
+StepRecorder::~StepRecorder() { listening = outer_; }
 StepRecorder* StepRecorder::active() { return listening; }
 
 }  // namespace saltus

@@ -71,7 +71,8 @@ struct FormulaSteps {
   std::vector<double> evaluate(std::span<const double> z) const;
 };
 
-/// During its lifetime, tracers of this thread record their steps in it. At most one per thread.
+/// During its lifetime, tracers of this thread record their steps in it. A recorder that is created
+/// meanwhile interrupts the recording until its own end.
 class StepRecorder {
  public:
   StepRecorder();
@@ -85,6 +86,9 @@ class StepRecorder {
   FormulaSteps end(int inputs, const std::vector<Tracer>& y);
 
   FormulaSteps steps;  ///< the recorded steps
+
+ private:
+  StepRecorder* outer_;
 };
 
 }  // namespace saltus

@@ -411,13 +411,13 @@ void RecordedDerivatives::derivatives(const double* z, const double* weights, do
     sweep.run(w.slots.data(), w.jacobian_packs, jacobian_entries);
 }
 
-int dual_operations(const FormulaSteps& steps, std::size_t passes) {
-  int operations = 0;
+long dual_operations(const FormulaSteps& steps, std::size_t passes) {
+  long operations = 0;
   for (const FormulaStep& s : steps.steps) {
     if (s.operation <= Operation::constant) continue;
     operations += s.operation <= Operation::negate ? 2 : function_cost;
   }
-  return operations * static_cast<int>(passes);
+  return operations * static_cast<long>(passes);
 }
 
 }  // namespace saltus::detail

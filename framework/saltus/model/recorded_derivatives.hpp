@@ -71,6 +71,6 @@ class RecordedDerivatives {
 };
 
 /// Number of operations of dual numbers, comparable with those above.
-int dual_operations(const FormulaSteps& steps, std::size_t passes);
+long dual_operations(const FormulaSteps& steps, std::size_t passes);
 
 }  // namespace saltus::detail

@@ -77,10 +77,10 @@ class RecordedBody final : public FunctionBody {
 };
 
 // Fewer operations of dual numbers are not worth a workspace.
-constexpr int fewest_operations = 2000;
+constexpr long fewest_operations = 2000;
 // An operation of a recorded formula takes the time of one of dual numbers, but up to twice the
 // instructions.
-constexpr int least_gain = 2;
+constexpr long least_gain = 2;
 
 bool any(const RecordedDerivatives::Parts& parts) { return parts.jacobian || parts.hessian; }
 
@@ -88,13 +88,13 @@ bool any(const RecordedDerivatives::Parts& parts) { return parts.jacobian || par
 
 Function cheapest_function(std::unique_ptr<const TracedBody> body) {
   const std::shared_ptr<const TracedBody> formula = std::move(body);
-  const int dual_jacobian = dual_operations(*formula->steps_, formula->jacobian_passes_.size());
-  const int dual_hessian = dual_operations(*formula->steps_, formula->hessian_passes_.size());
+  const long dual_jacobian = dual_operations(*formula->steps(), formula->jacobian_passes_.size());
+  const long dual_hessian = dual_operations(*formula->steps(), formula->hessian_passes_.size());
   RecordedDerivatives::Parts parts{.jacobian = dual_jacobian >= fewest_operations,
                                    .hessian = dual_hessian >= fewest_operations};
   while (any(parts)) {
     const auto recorded = std::make_shared<const RecordedDerivatives>(
-        *formula->steps_, formula->jacobian_pattern(), formula->hessian_pattern(), parts);
+        *formula->steps(), formula->jacobian_pattern(), formula->hessian_pattern(), parts);
     if (!recorded->is_complete()) break;
     const RecordedDerivatives::Parts cheaper{
         .jacobian = parts.jacobian && least_gain * recorded->jacobian_operations() < dual_jacobian,

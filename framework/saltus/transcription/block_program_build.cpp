@@ -30,6 +30,23 @@ void for_each_pair(const Block& block, int l1, int l2, Visit&& visit) {
     }
 }
 
+// Degrees of the outputs of a block in its variables. Blocks of the same function mostly share
+// them.
+class BlockDegrees {
+ public:
+  const std::vector<int>& of(const Block& block) {
+    const Function& f = block.function;
+    std::vector<char> variable(f.inputs(), 0);
+    for (int i = 0; i < f.inputs(); ++i) variable[i] = block.coefficients[i].empty() ? 0 : 1;
+    const auto [at, is_new] = known_.try_emplace({f.identity(), variable});
+    for (int o = 0; is_new && o < f.outputs(); ++o) at->second.push_back(f.degree(o, variable));
+    return at->second;
+  }
+
+ private:
+  std::map<std::pair<const void*, std::vector<char>>, std::vector<int>> known_;
+};
+
 }  // namespace
 
 int BlockProgram::add_variables(int count) {
@@ -147,8 +164,10 @@ void BlockProgram::finish() {
   std::vector<char> filled(jacobian_pattern_.entries(), 0);
   for (Linear& l : linear_) l.adds = std::exchange(filled[l.position], 1) != 0;
   compiled_.resize(blocks_.size());
+  BlockDegrees degrees;
   int terms = 0;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    compiled_[i].degrees = degrees.of(blocks_[i]);
     compile_block(blocks_[i], compiled_[i]);
     compiled_[i].first_objective_term = terms;
     for (const BlockOutput& output : blocks_[i].outputs)
@@ -196,9 +215,6 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
     c.reads.push_back(f.reads(i) ? 1 : 0);
     if (f.reads(i)) c.read.push_back(i);
   }
-  std::vector<char> variable(f.inputs(), 0);
-  for (int i = 0; i < f.inputs(); ++i) variable[i] = block.coefficients[i].empty() ? 0 : 1;
-  for (int o = 0; o < f.outputs(); ++o) c.degrees.push_back(f.degree(o, variable));
   const auto most = std::max_element(c.degrees.begin(), c.degrees.end());
   c.is_affine = most == c.degrees.end() || *most <= 1;
   c.is_quadratic = most == c.degrees.end() || *most <= 2;
