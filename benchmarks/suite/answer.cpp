@@ -16,9 +16,9 @@
 #include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/qp_problems.hpp"
+#include "benchmarks/suite/timed.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/app/version.hpp"
-#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 
@@ -41,50 +41,83 @@ T wanted(const nlohmann::json& request, const char* key) {
 struct Solved {
   qp::QpResult result;
   PrimalDualPoint point;
-  double microseconds = 0.0, setup_microseconds = 0.0;
+  SolveTimes times;
 };
 
-template <class Solve>
-void timed(double& microseconds, Solve&& solve) {
-  const double begin = thread_microseconds();
-  solve();
-  microseconds = thread_microseconds() - begin;
+// The starts that a program can have. The same ones are offered to other solvers.
+constexpr const char* own_start = "own start";
+constexpr const char* guess_start = "guess";
+constexpr const char* rolled_out_start = "guess rolled out";
+constexpr const char* warm_start = "warm";
+
+PrimalDualPoint zero_point(const qp::SparseQp& qp) {
+  return {VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),
+          VectorXd::Zero(qp.variables())};
 }
 
-Solved solve_in_stages(const QpProblem& problem, const QpInstance& instance, bool warm,
-                       double tolerance) {
+// The starting point of this name. Throws InputError if the program does not have it.
+PrimalDualPoint start_of(const QpInstance& instance, const std::string& start) {
+  if (start == own_start) return zero_point(instance.flat);
+  if (start == warm_start && instance.warm) return *instance.warm;
+  const bool is_guess = start == guess_start || start == rolled_out_start;
+  if (is_guess && instance.guess && (start == guess_start || instance.stages)) {
+    PrimalDualPoint point = zero_point(instance.flat);
+    point.w =
+        start == guess_start ? *instance.guess : rolled_out(*instance.stages, *instance.guess);
+    return point;
+  }
+  throw InputError(
+      fmt::format("the program has no start '{}'; a start is 'own start', 'guess', 'guess rolled "
+                  "out' or 'warm', as the program has them",
+                  start));
+}
+
+qp::QpOptions::Start kind_of(const std::string& start) {
+  return start == own_start ? qp::QpOptions::Start::least_squares : qp::QpOptions::Start::guess;
+}
+
+Solved solve_in_stages(std::span<const qp::RiccatiKernel> kernels, const QpInstance& instance,
+                       const std::string& start, double tolerance) {
   Solved s;
-  qp::RiccatiOptions options = problem.options;
+  qp::RiccatiOptions options;
   options.tolerance = tolerance;
+  options.start = kind_of(start);
   const qp::StageQp& qp = *instance.stages;
+  const bool warm = start == warm_start;
+  const qp::StagePoint given = in_stages(qp, start_of(instance, start));
   std::unique_ptr<qp::StageQpSolver> solver;
-  timed(s.setup_microseconds,
-        [&] { solver = qp::make_riccati_solver(qp, options, problem.kernels); });
-  const qp::StagePoint& start = warm ? *instance.warm : instance.guess;
-  qp::StagePoint point = start;
-  solver->solve(qp, point, warm);  // new memory, cold caches
-  point = start;
-  timed(s.microseconds, [&] { s.result = solver->solve(qp, point, warm); });
+  s.times.setup = timed([&] { solver = qp::make_riccati_solver(qp, options, kernels); });
+  qp::StagePoint point = given;
+  timed_twice(s.times, [&] {
+    point = given;
+    s.result = solver->solve(qp, point, warm);
+  });
   s.point = flatten(qp, point);
   return s;
 }
 
-Solved solve_sparse(const QpInstance& instance, bool warm, double tolerance) {
+Solved solve_sparse(const QpInstance& instance, const std::string& start, double tolerance) {
   Solved s;
   const qp::SparseQp& qp = instance.flat;
   qp::QpOptions options;
   options.tolerance = tolerance;
+  options.start = kind_of(start);
+  const PrimalDualPoint given = start_of(instance, start);
   std::unique_ptr<qp::QpSolver> solver;
-  timed(s.setup_microseconds,
-        [&] { solver = qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options); });
-  PrimalDualPoint start{VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),
-                        VectorXd::Zero(qp.variables())};
-  if (warm) start = flatten(*instance.stages, *instance.warm);
-  s.point = start;
-  solver->solve(qp, s.point, warm);
-  s.point = start;
-  timed(s.microseconds, [&] { s.result = solver->solve(qp, s.point, warm); });
+  s.times.setup = timed(
+      [&] { solver = qp::make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options); });
+  timed_twice(s.times, [&] {
+    s.point = given;
+    s.result = solver->solve(qp, s.point, start == warm_start);
+  });
   return s;
+}
+
+Json times_json(const SolveTimes& times) {
+  return {{"setup_us", times.setup.wall},
+          {"first_us", times.first.wall},
+          {"wall_us", times.repeated.wall},
+          {"cpu_us", times.repeated.cpu}};
 }
 
 bool is_nonlinear(const std::string& name) { return name.starts_with(library_prefix); }
@@ -136,7 +169,7 @@ struct Answerer::State {
             {"machine", head.at("machine")},
             {"build", head.at("build")},
             {"problems", list},
-            {"solvers", {"riccati", "sparse", "ipopt"}}};
+            {"solvers", {"riccati", "riccati-generic", "sparse", "ipopt"}}};
   }
 
   // The program of a file, if one is given.
@@ -160,22 +193,24 @@ struct Answerer::State {
     const auto name = wanted<std::string>(request, "solver");
     const auto start = wanted<std::string>(request, "start");
     const auto tolerance = wanted<double>(request, "tolerance");
-    if (start != "cold" && start != "warm")
-      throw InputError(fmt::format("'start' must be cold or warm, not '{}'", start));
-    const bool warm = start == "warm";
-    if (warm && !one.warm) throw InputError(fmt::format("'{}' has no warm start", problem.name));
-    if (name != "riccati" && name != "sparse")
-      throw InputError(fmt::format(
-          "the solvers of Saltus for quadratic programs are riccati and sparse, not '{}'", name));
-    if (name == "riccati" && !one.stages) return {{"not_applicable", "it has no stages"}};
-    const Solved s = name == "riccati" ? solve_in_stages(problem, one, warm, tolerance)
-                                       : solve_sparse(one, warm, tolerance);
+    if (name != "riccati" && name != "riccati-generic" && name != "sparse")
+      throw InputError(
+          fmt::format("the solvers of Saltus for quadratic programs are riccati, riccati-generic "
+                      "and sparse, not '{}'",
+                      name));
+    if (name != "sparse" && !one.stages) return {{"not_applicable", "it has no stages"}};
+    if (name == "riccati" && problem.kernels.empty())
+      return {{"not_applicable", "its sizes are not compiled in; see riccati-generic"}};
+    const Solved s = name == "sparse"
+                         ? solve_sparse(one, start, tolerance)
+                         : solve_in_stages(name == "riccati" ? problem.kernels
+                                                             : std::span<const qp::RiccatiKernel>(),
+                                           one, start, tolerance);
     const qp::SparseQp::Residual kkt = kkt_residual(one.flat, s.point);
     return {{"claimed", qp::describe(s.result.status)},
             {"solved", s.result.status == qp::QpStatus::optimal},
             {"iterations", s.result.iterations},
-            {"cpu_us", s.microseconds},
-            {"setup_us", s.setup_microseconds},
+            {"times", times_json(s.times)},
             {"objective", objective(one.flat, s.point.w)},
             {"kkt",
              {{"stationarity", kkt.stationarity},
@@ -223,8 +258,7 @@ struct Answerer::State {
     answer.update({{"claimed", saltus::describe(s.result.status)},
                    {"solved", is_success(s.result.status)},
                    {"iterations", s.result.iterations},
-                   {"cpu_us", s.microseconds},
-                   {"setup_us", 0.0}});
+                   {"times", times_json(s.times)}});
     return answer;
   }
 
@@ -261,13 +295,14 @@ Json Answerer::answer(const nlohmann::json& request) try {
   if (!request.is_object()) throw InputError("a request must be one JSON object per line");
   const auto what = wanted<std::string>(request, "do");
   if (what == "describe") return state_->describe();
+  if (what == "version") return {{"version", version()}, {"commit", commit()}};
   if (what == "export") return state_->write(request);
   if (what == "judge") return state_->judge(request);
   if (what == "solve")
     return is_nonlinear(request.value("problem", "")) ? state_->solve_nonlinear(request)
                                                       : state_->solve(request);
   throw InputError(
-      fmt::format("a request must be describe, export, solve or judge, not '{}'", what));
+      fmt::format("a request must be describe, version, export, solve or judge, not '{}'", what));
 } catch (const std::exception& error) {
   return {{"error", error.what()}};
 }

@@ -4,10 +4,13 @@
 //
 //   {"do": "describe"}
 //       version, compiler, flags, processor; problems and solvers
+//   {"do": "version"}
+//       version and commit
 //   {"do": "export", "problem": NAME, "instance": I, "file": FILE}
 //       writes the program for all solvers
-//   {"do": "solve", "problem": NAME, "instance": I, "solver": NAME, "start": "cold"|"warm",
+//   {"do": "solve", "problem": NAME, "instance": I, "solver": NAME, "start": START,
 //    "tolerance": 1e-8}
+//       START is "own start", or "guess", "guess rolled out" or "warm" if the program has it;
 //       status of the solver and values of the judge, for quadratic programs also the point; "file"
 //       instead of problem and instance: a program of qp_file.hpp
 //   {"do": "judge", "problem": NAME, "w": [], "lambda": [], "z": []}

@@ -263,4 +263,44 @@ PrimalDualPoint flatten(const qp::StageQp& qp, const qp::StagePoint& point) {
   return flat;
 }
 
+qp::StagePoint in_stages(const qp::StageQp& qp, const PrimalDualPoint& flat) {
+  qp::StagePoint point(qp);
+  const std::vector<StageSizes> sizes = stage_sizes(qp);
+  int first = 0, row = 0;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    qp::StagePoint::AtStage& p = point.stages[k];
+    const qp::Stage& s = qp.stages[k];
+    p.x.head(s.nx) = flat.w.segment(first, s.nx);
+    p.u.head(s.nu) = flat.w.segment(first + s.nx, s.nu);
+    if (k > 0 || !qp.fixed_start) p.x_bound.head(s.nx) = flat.z.segment(first, s.nx);
+    p.u_bound.head(s.nu) = flat.z.segment(first + s.nx, s.nu);
+    if (k + 1 < sizes.size()) {
+      p.costate.head(sizes[k + 1].nx) = flat.lambda.segment(row, sizes[k + 1].nx);
+      row += sizes[k + 1].nx;
+    }
+    for (std::size_t g = 0; g < s.groups.size(); ++g) {
+      p.group[g].head(s.groups[g].rows) = flat.lambda.segment(row, s.groups[g].rows);
+      row += s.groups[g].rows;
+    }
+    first += s.nx + s.nu;
+  }
+  return point;
+}
+
+VectorXd rolled_out(const qp::StageQp& qp, const VectorXd& variables) {
+  VectorXd w = variables;
+  if (qp.fixed_start) w.head(qp.stages[0].nx) = qp.start.head(qp.stages[0].nx);
+  int first = 0;
+  for (int k = 0; k < qp.intervals(); ++k) {
+    const qp::Stage& s = qp.stages[k];
+    const int next = first + s.nx + s.nu, count = qp.stages[k + 1].nx;
+    VectorXd following = s.b.head(count);
+    if (s.nx > 0) following += s.A.topLeftCorner(count, s.nx) * w.segment(first, s.nx);
+    if (s.nu > 0) following += s.B.topLeftCorner(count, s.nu) * w.segment(first + s.nx, s.nu);
+    w.segment(next, count) = following;
+    first = next;
+  }
+  return w;
+}
+
 }  // namespace saltus::bench

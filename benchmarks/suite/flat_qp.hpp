@@ -25,5 +25,9 @@ qp::SparseQp flatten(const qp::StageQp& qp);
 qp::StageQp in_stages(const qp::SparseQp& flat, const std::vector<StageSizes>& sizes);
 /// Converts a point, with the multipliers of the same Lagrangian.
 PrimalDualPoint flatten(const qp::StageQp& qp, const qp::StagePoint& point);
+/// The inverse. A fixed start has no multiplier.
+qp::StagePoint in_stages(const qp::StageQp& qp, const PrimalDualPoint& flat);
+/// The variables with their states replaced by a roll-out of the inputs.
+VectorXd rolled_out(const qp::StageQp& qp, const VectorXd& variables);
 
 }  // namespace saltus::bench

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/suite/timed.hpp"
 #include "problems/library/reference_case.hpp"
 #include "saltus/solver/native_solver.hpp"
 #include "saltus/solver/solver.hpp"
@@ -33,9 +34,9 @@ class NonlinearProblem {
 
   struct Solved {
     NlpResult result;
-    double microseconds = 0.0;  ///< CPU time of the thread
+    SolveTimes times;  ///< The set-up is not measured.
   };
-  /// Solves cold from the guess of the case; returns the second of two solves, with warm memory.
+  /// Solves cold from the guess of the case, without a time limit.
   Solved solve(SolverChoice choice, double tolerance);
 
  private:

@@ -114,10 +114,8 @@ Json program_json(const QpProblem& problem, int number, const QpInstance& instan
             {"row_lower", json_sides(qp.row_lower)},
             {"row_upper", json_sides(qp.row_upper)},
             {"stages", stages}};
-  if (instance.stages) {
-    json["guess"] = json_list(flatten(*instance.stages, instance.guess).w);
-    if (instance.warm) json["warm"] = point_json(flatten(*instance.stages, *instance.warm));
-  }
+  if (instance.guess) json["guess"] = json_list(*instance.guess);
+  if (instance.warm) json["warm"] = point_json(*instance.warm);
   return json;
 }
 
@@ -125,12 +123,22 @@ QpInstance read_program(const std::filesystem::path& file) try {
   QpInstance instance;
   const nlohmann::json json = read_json(file);
   instance.flat = program_of(json);
+  const auto list = [&](const nlohmann::json& from, const char* key, int count) {
+    const auto values = from.at(key).get<std::vector<double>>();
+    if (static_cast<int>(values.size()) != count)
+      throw DefinitionError(
+          fmt::format("the start '{}' has {} entries, not {}", key, values.size(), count));
+    return VectorXd(Eigen::Map<const VectorXd>(values.data(), count));
+  };
+  const int n = instance.flat.variables(), rows = instance.flat.row_pattern.rows();
+  if (json.contains("guess")) instance.guess = list(json, "guess", n);
+  if (const auto warm = json.find("warm"); warm != json.end())
+    instance.warm = {list(*warm, "w", n), list(*warm, "lambda", rows), list(*warm, "z", n)};
   std::vector<StageSizes> sizes;
   for (const nlohmann::json& s : json.at("stages"))
     sizes.push_back({s.at(0).get<int>(), s.at(1).get<int>(), s.at(2).get<int>()});
   if (sizes.empty()) return instance;
   instance.stages = in_stages(instance.flat, sizes);
-  instance.guess = qp::StagePoint(*instance.stages);
   return instance;
 } catch (const DefinitionError& error) {
   throw InputError(fmt::format("'{}' is not a valid program: {}", file.string(), error.what()));

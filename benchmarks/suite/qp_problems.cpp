@@ -20,11 +20,11 @@
 namespace saltus::bench {
 namespace {
 
-QpInstance in_stages(qp::StageQp qp, qp::StagePoint guess) {
+QpInstance in_stages(qp::StageQp qp, const qp::StagePoint& guess) {
   QpInstance instance;
   instance.flat = flatten(qp);
+  instance.guess = flatten(qp, guess).w;
   instance.stages = std::move(qp);
-  instance.guess = std::move(guess);
   return instance;
 }
 
@@ -40,12 +40,11 @@ QpProblem recipe(const Batch& batch) {
   QpProblem problem{.name = batch.name,
                     .about = "step recovery of a humanoid, random pushes",
                     .horizon = batch.options.intervals,
-                    .options = standing_start(),
                     .kernels = sized_kernels()};
   problem.instance = [batch](int number) {
     qp::StageQp qp = step_recovery_qp(batch.options, random_start(number, batch.push));
-    qp::StagePoint guess = standing_guess(qp);
-    return in_stages(std::move(qp), std::move(guess));
+    const qp::StagePoint guess = standing_guess(qp);
+    return in_stages(std::move(qp), guess);
   };
   return problem;
 }
@@ -59,7 +58,6 @@ QpProblem recorded_recovery() {
                     .instances = static_cast<int>(sequence->problems.size()) - 1,
                     .horizon = sequence->intervals,
                     .has_warm_start = true,
-                    .options = standing_start(),
                     .kernels = sized_kernels()};
   problem.instance = [sequence](int number) {
     const qp::StageQp before = sequence->program(number - 1);
@@ -70,8 +68,8 @@ QpProblem recorded_recovery() {
     qp::StagePoint guess = standing_guess(qp),
                    shifted(step_recovery_qp({sequence->intervals, 0}, nominal_start()));
     shift_by_one_stage(before, solution, qp, guess, shifted);
-    QpInstance instance = in_stages(std::move(qp), std::move(guess));
-    instance.warm = std::move(shifted);
+    QpInstance instance = in_stages(std::move(qp), guess);
+    instance.warm = flatten(*instance.stages, shifted);
     return instance;
   };
   return problem;
@@ -88,9 +86,10 @@ QpProblem closed_loop(ClosedLoop loop, const std::string& about,
                     .kernels = kernels};
   problem.instance = [loop](int number) {
     ClosedLoop::Tick tick = loop.tick(number);
-    qp::StagePoint guess(tick.qp);
-    QpInstance instance = in_stages(std::move(tick.qp), std::move(guess));
-    instance.warm = std::move(tick.warm);
+    QpInstance instance;
+    instance.flat = flatten(tick.qp);
+    instance.warm = flatten(tick.qp, tick.warm);
+    instance.stages = std::move(tick.qp);
     return instance;
   };
   return problem;

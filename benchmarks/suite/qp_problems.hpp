@@ -12,11 +12,11 @@
 
 namespace saltus::bench {
 
-/// One program. `flat` always exists; stages and a guess exist if the program has stages.
+/// One program with its starting points. `flat` always exists.
 struct QpInstance {
   std::optional<qp::StageQp> stages = {};
-  qp::StagePoint guess = {};                ///< cold start, if the program has stages
-  std::optional<qp::StagePoint> warm = {};  ///< primal and dual warm start
+  std::optional<VectorXd> guess = {};        ///< variables of a cold start
+  std::optional<PrimalDualPoint> warm = {};  ///< primal and dual warm start
   qp::SparseQp flat = {};
 };
 
@@ -26,7 +26,6 @@ struct QpProblem {
   int instances = 0;       ///< numbered from 1; 0: unlimited
   int horizon = 0;         ///< intervals; 0: no stages
   bool has_warm_start = false;
-  qp::RiccatiOptions options = {};                  ///< best start of our solver
   std::span<const qp::RiccatiKernel> kernels = {};  ///< sizes known to the compiler
   std::function<QpInstance(int number)> instance = {};
 };

@@ -74,6 +74,51 @@ TEST(FlatQp, RecoversTheStages) {
   EXPECT_THROW(in_stages(flat, sizes), DefinitionError);
 }
 
+TEST(FlatQp, PointsRoundTripAndRollOut) {
+  const std::vector<QpProblem> problems = qp_problems();
+  for (const char* name : {"sequence", "steps/chain", "steps/car"}) {
+    const QpInstance instance = find_problem(problems, name).instance(5);
+    const qp::StageQp& qp = *instance.stages;
+    const PrimalDualPoint again = flatten(qp, in_stages(qp, *instance.warm));
+    EXPECT_EQ(again.w, instance.warm->w) << name;
+    EXPECT_EQ(again.lambda, instance.warm->lambda) << name;
+    EXPECT_EQ(again.z, instance.warm->z) << name;
+    const VectorXd w = rolled_out(qp, instance.warm->w);
+    VectorXd rows = VectorXd::Zero(instance.flat.row_pattern.rows());
+    instance.flat.row_pattern.for_each(
+        [&](int i, int j, int e) { rows[i] += instance.flat.rows[e] * w[j]; });
+    for (int i = 0; i < rows.size(); ++i)
+      if (instance.flat.row_lower[i] == instance.flat.row_upper[i])
+        EXPECT_NEAR(rows[i], instance.flat.row_lower[i], rounding * (1.0 + rows.norm())) << name;
+  }
+}
+
+// The starts in a file are used, and they save iterations.
+TEST(Answerer, OffersTheStartsOfAFile) {
+  const std::filesystem::path file = std::filesystem::temp_directory_path() /
+                                     ("saltus_starts_" + std::to_string(::getpid()) + ".json");
+  Answerer answerer;
+  answerer.answer(
+      {{"do", "export"}, {"problem", "sequence"}, {"instance", 5}, {"file", file.string()}});
+  for (const char* solver : {"riccati-generic", "sparse"}) {
+    const auto iterations = [&](const char* start) {
+      const auto answer = answerer.answer({{"do", "solve"},
+                                           {"file", file.string()},
+                                           {"solver", solver},
+                                           {"start", start},
+                                           {"tolerance", 1e-8}});
+      EXPECT_TRUE(answer.value("solved", false)) << answer.dump();
+      for (const char* time : {"setup_us", "first_us", "wall_us", "cpu_us"})
+        EXPECT_GT(answer.at("times").at(time).get<double>(), 0.0) << time;
+      return answer.at("iterations").get<int>();
+    };
+    EXPECT_LT(iterations("warm"), iterations("own start")) << solver;
+    EXPECT_GT(iterations("guess"), 0);
+    EXPECT_GT(iterations("guess rolled out"), 0);
+  }
+  std::filesystem::remove(file);
+}
+
 TEST(FlatQp, RejectsSoftRows) {
   qp::StageQp qp = step_recovery_qp({3, 0}, nominal_start());
   qp.stages[1].groups[0].soft = true;
@@ -91,7 +136,7 @@ TEST(ClosedLoops, AreSolvedColdAndWarm) {
       const QpInstance instance = problem.instance(number);
       const qp::StageQp& qp = *instance.stages;
       const auto solver = qp::make_riccati_solver(qp, {}, problem.kernels);
-      qp::StagePoint point = instance.guess, from_warm = *instance.warm;
+      qp::StagePoint point(qp), from_warm = in_stages(qp, *instance.warm);
       const qp::QpResult result = solver->solve(qp, point, /*warm=*/false);
       cold += result.iterations;
       warm += solver->solve(qp, from_warm, /*warm=*/true).iterations;
@@ -125,11 +170,14 @@ TEST(QpFile, RoundTripsAndRejectsInvalidFiles) {
   nlohmann::json request{{"do", "solve"},
                          {"file", file.string()},
                          {"solver", "sparse"},
-                         {"start", "cold"},
+                         {"start", "own start"},
                          {"tolerance", 1e-8}};
   EXPECT_TRUE(answerer.answer(request).at("solved"));
-  request["solver"] = "riccati";
+  request["solver"] = "riccati-generic";
   EXPECT_TRUE(answerer.answer(request).at("solved"));
+  // No kernels are compiled for the sizes of a file.
+  request["solver"] = "riccati";
+  EXPECT_TRUE(answerer.answer(request).contains("not_applicable"));
   for (const char* text : {"", "3", "{}", R"({"format": "saltus-qp 2"})",
                            R"({"format": "saltus-qp 1", "variables": 1, "rows": 0})"}) {
     std::ofstream(file) << text;

@@ -8,13 +8,12 @@ import os
 import shutil
 import subprocess
 import sysconfig
-import time
 
 import numpy as np
 
 import peers
 from cache import cache_folder, not_installed
-from peers import Answer, NotApplicable
+from peers import Adapter, Answer, NotApplicable
 from trajectories import Trajectory
 
 ITERATIONS = 1000
@@ -64,11 +63,10 @@ class _Columns:
         return self.kept[-1].ctypes.data
 
 
-class AligatorProxddp:
+class AligatorProxddp(Adapter):
     name, package = "aligator-proxddp", "libaligator"
     about = ("augmented Lagrangian with a proximal Riccati recursion, all rows as constraints; the package is built for "
              "any x86-64; its initial penalty is ten times the requested tolerance")
-    ladder = (1.0, 0.1, 1e-3)
 
     @classmethod
     def missing(cls):
@@ -92,19 +90,23 @@ class AligatorProxddp:
                                           tolerance, max(10.0 * tolerance, LEAST_PENALTY), ITERATIONS) != 0:
             raise NotApplicable("it rejects the program")
 
-    def solve(self, start):
+    def hand_over(self, start):
         t = self.trajectory
         w, rows, bounds = start if start is not None else (None, np.zeros(t.qp.m), np.zeros(t.qp.n))
         states, inputs = t.split(w)
         costates, pushes = t.split_multipliers(rows, bounds)
-        found, made = t.joined(states, inputs), [np.concatenate(costates), np.concatenate(pushes)]
-        begin = time.thread_time_ns()
-        count = self.functions.aligator_solve(self.program, found.ctypes.data, made[1].ctypes.data, made[0].ctypes.data)
-        own_us = 1e-3 * (time.thread_time_ns() - begin)
+        self.found, self.made = t.joined(states, inputs), [np.concatenate(costates), np.concatenate(pushes)]
+        self.places = [part.ctypes.data for part in (self.found, self.made[1], self.made[0])]
+
+    def run(self):
+        self.count = self.functions.aligator_solve(self.program, *self.places)
+
+    def read(self):
+        t, found, made, count = self.trajectory, self.found, self.made, self.count
         ends = np.cumsum([len(low) for _, _, low, _ in t.rows])[:-1]
         rows, bounds = t.joined_multipliers(found, np.split(made[0], len(t.stages)), np.split(made[1], ends))
         return Answer(found, rows, bounds, claimed="converged" if count >= 0 else "not converged", solved=count >= 0,
-                      iterations=count if count >= 0 else -count - 1, own_us=own_us)
+                      iterations=count if count >= 0 else -count - 1)
 
     def __del__(self):
         if getattr(self, "program", None):

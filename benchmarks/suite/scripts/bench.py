@@ -10,7 +10,7 @@ import sys
 
 from cache import INSTALL_PEERS
 
-OK, DIFFERENT, MISTAKE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+OK, DIFFERENT, MISTAKE, FAILED, LOST, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
 
 def asked_of_program():
@@ -42,7 +42,7 @@ def list_all(arguments):
         count = {0: "any number of instances", 1: "one instance"}.get(p["instances"], f"{p['instances']} instances")
         print(f"  {p['name']:<{width}} {p['about'].rstrip('.')}; {count}" + ("; cold and warm" if p["warm"] else ""))
     if not any(p["name"].startswith("public/") for p in description["problems"]):
-        print("  (public programs: set SALTUS_REFERENCE_DATA to the folder above mpc_qp)")
+        print("  (public programs: set SALTUS_REFERENCE_DATA to a folder with .npz or .mat files)")
     print("solvers")
     for name in description["solvers"]:
         print(f"  {name:<22} ours")
@@ -63,6 +63,7 @@ def head_of(description, arguments, tasks):
     import matrix
     import peers
     import records
+    import supervisor
     packages = {p.package: peers.version_of(p.package) for p in matrix.all_peers() if p.package}
     solvers = {s for t in tasks for s in t["solvers"]}
     return {"format": records.FORMAT, "saltus": saltus_of(description, inputs.of_the_suite()),
@@ -72,7 +73,7 @@ def head_of(description, arguments, tasks):
                                                                        for t in tasks},
                        "solvers": [s for s in (*matrix.solver_names(), *matrix.HIDDEN) if s in solvers],
                        "instances": arguments.instances, "repetitions": arguments.repetitions,
-                       "tolerance": arguments.tolerance},
+                       "tolerance": arguments.tolerance, "limits": supervisor.limits()},
             "shard": arguments.shard}
 
 
@@ -173,6 +174,7 @@ def status_of(done):
 def carry_out(tasks, whole, arguments):
     """Runs the tasks that the results file lacks, here or on Dask workers. Returns all known results."""
     import engine
+    import forecast
     import matrix
     import records
     if arguments.shard:
@@ -182,17 +184,23 @@ def carry_out(tasks, whole, arguments):
     if len(left) < len(tasks):
         print(f"{len(tasks) - len(left)} of {len(tasks)} tasks are already in '{arguments.out}'"
               + ("" if left else ": nothing to run"), file=sys.stderr)
-    progress = engine.Progress(len(tasks), len(tasks) - len(left), sys.stderr)
+    progress = forecast.Progress(forecast.expected(left, forecast.known_seconds()), len(tasks) - len(left), sys.stderr)
+    seconds = {}
 
     def take(task, lines):
         done.tasks[task["id"]] = lines
         records.append(arguments.out, task["id"], lines)
+        seconds[task["id"]] = forecast.seconds_of(task, lines)
         progress.tell(task["id"])
 
-    if arguments.scheduler:
-        engine.run_on_cluster(left, take, arguments.scheduler)
-    else:
-        engine.run_here(left, take, getattr(arguments, "jobs", 1))
+    try:
+        if arguments.scheduler:
+            engine.run_on_cluster(left, take, arguments.scheduler)
+        else:
+            engine.run_here(left, take, getattr(arguments, "jobs", 1))
+    finally:
+        if not whole["matrix"].get("campaign"):
+            forecast.learn(seconds)
     done.tasks = {t["id"]: done.tasks[t["id"]] for t in tasks}  # in the order of the matrix
     records.write(arguments.out, done, list(done.tasks))
     return done
@@ -354,7 +362,7 @@ def main(words):
     if words[:1] == ["task"]:
         import task
         return task.main(words[1:])
-    arguments = parser().parse_args(words)
+    arguments, status = parser().parse_args(words), MISTAKE
     try:
         for name in ("instances", "repetitions", "runs", "seeds", "jobs"):
             given = getattr(arguments, name, None)
@@ -374,11 +382,13 @@ def main(words):
         sentence = str(error)
     except Exception as error:  # noqa: BLE001
         if type(error).__name__ not in ("ProgramError", "RecordsError", "MatrixError", "EngineError",
-                                        "CampaignError", "ProgramFileError"):
+                                        "CampaignError", "ProgramFileError", "TasksLost"):
             raise
         sentence = str(error)
+        if type(error).__name__ == "TasksLost":
+            status = LOST
     print(f"saltus bench {arguments.verb}: {sentence}", file=sys.stderr)
-    return MISTAKE
+    return status
 
 
 if __name__ == "__main__":

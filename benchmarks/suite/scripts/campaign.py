@@ -18,6 +18,7 @@ import statistics
 import subprocess
 import tempfile
 
+import supervisor
 from package import end_with_parent, write_text
 from program import ProgramError, path_of_program
 
@@ -72,8 +73,15 @@ def processor_seconds():
     return used.ru_utime + used.ru_stime
 
 
-def carry_out(task, say):
-    """Runs one command of `saltus`; `say` receives its lines."""
+def carry_out(task):
+    """The lines of one command of `saltus`."""
+    lines, here = [], supervisor.machine()
+    _run(task, lambda line: lines.append({**line, "machine": here}))
+    return lines
+
+
+def _run(task, say):
+    """Runs the command; `say` receives its lines."""
     if task["result"] == TABLE:
         done = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), *task["words"],
                                "--jobs", "1"], capture_output=True, text=True, check=False, preexec_fn=end_with_parent)

@@ -8,7 +8,7 @@ import figures
 import records
 
 FLOOR = 0.05  # smaller changes are not reported: clocks vary
-OURS = ("riccati", "sparse", "ipopt")
+OURS = ("riccati", "riccati-generic", "sparse", "ipopt")
 REFERENCES = 20  # cells of other solvers, of the same versions, from which the change of the machine is estimated
 GOOD = {None: ("solved",), "pushes": ("recovered",), "robustness": ("recovered",), "map": ("recovered",),
         "reproduce": ("as printed", "partly skipped")}  # good verdicts, by campaign
@@ -59,6 +59,10 @@ def refuse_what_cannot_be_compared(before, after, old, new):
     if accepted[0] != accepted[1]:
         raise records.RecordsError(f"the two runs have different tolerances, {accepted[0]} and {accepted[1]}, so they "
                                    "cannot be compared")
+    clocks = {"wall_us" in line["times"] for cells in (old, new) for lines in cells.values() for line in lines
+              if "cpu_us" in line.get("times", {})}
+    if len(clocks) > 1:
+        raise records.RecordsError("one of the two runs has no wall times, because an older version made it; repeat it")
     for key in old:
         drawn = [{json.dumps(line["drawn"]) for line in cells.get(key, []) if "drawn" in line} for cells in (old, new)]
         if all(drawn) and drawn[0] != drawn[1]:

@@ -1,5 +1,9 @@
-"""Programs from data: random ones with stages, the public ones of mpc_qpbenchmark (SALTUS_REFERENCE_DATA names the
-folder above mpc_qp), and files of the format "saltus-qp 1" in the folder SALTUS_BENCH_PROGRAMS."""
+"""Programs from data: random ones with stages, public ones in the folder SALTUS_REFERENCE_DATA, and files of the format
+"saltus-qp 1" in the folder SALTUS_BENCH_PROGRAMS.
+
+Public programs are files NAME.npz as qpsolvers saves them (mpc_qpbenchmark), and files NAME.mat with P, q, r, A, l, u
+(Maros-Meszaros). They may be in the folder itself or in its folders mpc_qp or data. A table expected.csv next to them
+may give known optima, in its sixth column."""
 
 import glob
 import json
@@ -16,13 +20,23 @@ INTERVALS = 20
 
 def described():
     """Descriptions in the form of the program's own problems."""
-    found = [(PUBLIC + name, "a quadratic program of a walking robot, from mpc_qpbenchmark")
-             for name in sorted(_public())]
-    found += [(OWN + name, "a file of SALTUS_BENCH_PROGRAMS") for name in sorted(_own())]
+    found = [{"name": PUBLIC + name, "about": f"the public file {os.path.basename(file)}", "instances": 1, "horizon": 0,
+              "warm": False} for name, (file, _) in sorted(_public().items())]
+    found += [{"name": OWN + name, "about": "a file of SALTUS_BENCH_PROGRAMS", "instances": 1, **_facts(file)}
+              for name, file in sorted(_own().items())]
     boxes = [{"name": f"{BOX}{nx}x{nu}", "about": "random dynamics and boxes; the instance is the seed",
               "instances": 0, "horizon": INTERVALS, "warm": False} for nx, nu in SIZES]
-    return boxes + [{"name": name, "about": about, "instances": 1, "horizon": 0, "warm": False}
-                    for name, about in found]
+    return boxes + found
+
+
+def _facts(file):
+    """Number of intervals and presence of a warm start; an invalid file is reported by its task."""
+    try:
+        with open(file, encoding="utf-8") as opened:
+            data = json.load(opened)
+        return {"horizon": max(0, len(data.get("stages", [])) - 1), "warm": "warm" in data}
+    except (OSError, ValueError, AttributeError, TypeError):
+        return {"horizon": 0, "warm": False}
 
 
 def is_data(problem):
@@ -47,8 +61,12 @@ def write(problem, instance, path):
         shutil.copyfile(source_of(problem)[0], path)
         return
     source, optimum = source_of(problem)
+    try:
+        converted = (_from_mat if source.endswith(".mat") else _convert)(problem, source, optimum)
+    except KeyError as error:
+        raise ValueError(f"'{source}' has no matrix or vector {error}, or only as a Python object") from None
     with open(path, "w", encoding="utf-8") as file:
-        json.dump(_convert(problem, source, optimum), file)
+        json.dump(converted, file)
 
 
 def _own():
@@ -58,18 +76,29 @@ def _own():
 
 
 def _public():
-    """Name -> (file, known optimum)."""
-    folder = os.environ.get("SALTUS_REFERENCE_DATA", "")
-    table = os.path.join(folder, "mpc_qp", "expected.csv")
-    if not folder or not os.path.exists(table):
-        return {}
+    """Name -> (file, known optimum or None)."""
+    folder, found = os.environ.get("SALTUS_REFERENCE_DATA", ""), {}
+    for place in [os.path.join(folder, name) for name in ("", "mpc_qp", "data")] if folder else []:
+        optima = _optima(os.path.join(place, "expected.csv"))
+        for ending in (".npz", ".mat"):
+            for file in sorted(glob.glob(os.path.join(place, "*" + ending))):
+                name = os.path.basename(file).removesuffix(ending)
+                found.setdefault(name, (file, optima.get(name)))
+    return found
+
+
+def _optima(table):
+    """Known optima by name, if there is a table of them."""
     found = {}
-    with open(table, encoding="utf-8") as file:
-        for line in file:
-            if line.strip() and not line.startswith("#"):
-                words = line.split(",")
-                found[words[0].removesuffix(".npz")] = (
-                    os.path.join(folder, "mpc_qp", words[0]), float(words[5]))
+    if os.path.exists(table):
+        with open(table, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                if line.strip() and not line.startswith("#"):
+                    words = line.split(",")
+                    try:
+                        found[words[0].removesuffix(".npz")] = float(words[5])
+                    except (IndexError, ValueError):
+                        raise ValueError(f"'{table}', line {number}: its sixth column must be the known optimum") from None
     return found
 
 
@@ -103,6 +132,31 @@ def _convert(problem, source, optimum):
             "upper": _sides(data.get("ub", absent)),
             "row_lower": [None] * len(h) + b.tolist(), "row_upper": _sides([*h, *b]), "stages": [],
             "optimum": optimum}
+
+
+FAR = 1e20  # infinity in the files of Maros-Meszaros
+
+
+def _from_mat(problem, source, optimum):
+    """min 1/2 x'Px + q'x + r subject to l <= A x <= u, whose last rows are the bounds of the variables."""
+    import scipy.io
+    import scipy.sparse as sparse
+    data = scipy.io.loadmat(source)
+    q = np.asarray(data["q"], dtype=float).ravel()
+    n, A = len(q), sparse.csc_matrix(data["A"])
+    low, high = (np.where(np.abs(v) >= FAR, np.copysign(math.inf, v), v)
+                 for v in (np.asarray(data[key], dtype=float).ravel() for key in "lu"))
+    has_bounds = A.shape[0] >= n and (A[A.shape[0] - n:] != sparse.identity(n, format="csc")).nnz == 0
+    m = A.shape[0] - n if has_bounds else A.shape[0]
+    lower, upper = (low[m:], high[m:]) if has_bounds else (np.full(n, -math.inf), np.full(n, math.inf))
+
+    def entries(matrix):
+        matrix = sparse.coo_matrix(matrix)
+        return {"row": matrix.row.tolist(), "col": matrix.col.tolist(), "value": matrix.data.tolist()}
+    return {"format": "saltus-qp 1", "problem": problem, "instance": 1, "variables": n, "rows": m,
+            "hessian": entries(sparse.tril(data["P"])), "jacobian": entries(A[:m]), "gradient": q.tolist(),
+            "constant": float(np.asarray(data["r"]).ravel()[0]), "lower": _sides(lower), "upper": _sides(upper),
+            "row_lower": _sides(low[:m]), "row_upper": _sides(high[:m]), "stages": [], "optimum": optimum}
 
 
 def _box(problem, nx, nu, seed):

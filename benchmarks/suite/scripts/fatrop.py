@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from nonlinear_peers import CasadiNlp
-from peers import ITERATIONS, Answer, NotApplicable
+from peers import ITERATIONS, Adapter, Answer, NotApplicable
 
 # It solves unscaled quadratic programs to 1e-7; scaled, and with tighter tolerances, some of them to 1e-8 (see
 # measured.md).
@@ -23,10 +23,9 @@ def options(sizes, tolerance):
             "fatrop": {"print_level": 0, "tol": tolerance, "max_iter": ITERATIONS}}
 
 
-class CasadiFatrop:
+class CasadiFatrop(Adapter):
     name, package = "casadi-fatrop", "casadi"
     about = "fatrop of casadi's package, a method for nonlinear programs; its BLASFEO is generic"
-    ladder = (1.0, 0.1, 0.01, 1e-3)
 
     def __init__(self, qp, tolerance):
         import casadi as ca
@@ -56,12 +55,18 @@ class CasadiFatrop:
                                 options(sizes, COST_SCALE * tolerance))
         x_low, x_high = qp.lower.copy(), qp.upper.copy()
         x_low[:self.nx], x_high[:self.nx] = -math.inf, math.inf
-        self.given = {"lbx": x_low, "ubx": x_high, "lbg": np.where(sign < 0, -high, low),
-                      "ubg": np.where(sign < 0, -low, high)}
+        self.given = {"lbx": ca.DM(x_low), "ubx": ca.DM(x_high), "lbg": ca.DM(np.where(sign < 0, -high, low)),
+                      "ubg": ca.DM(np.where(sign < 0, -low, high))}
 
-    def solve(self, start):
-        answer = self.solver(x0=np.zeros(self.qp.n) if start is None else start[0], **self.given)
-        stats = self.solver.stats()
+    def hand_over(self, start):
+        import casadi as ca
+        self.given["x0"] = ca.DM(np.zeros(self.qp.n) if start is None else start[0])
+
+    def run(self):
+        self.answer = self.solver(**self.given)
+
+    def read(self):
+        answer, stats = self.answer, self.solver.stats()
         rows, bounds = (np.array(answer[key]).ravel() / COST_SCALE for key in ("lam_g", "lam_x"))
         rows *= self.sign
         w, row_multipliers = np.array(answer["x"]).ravel(), rows[self.place]
@@ -169,11 +174,12 @@ class CasadiFatropNonlinear(CasadiNlp):
     def __init__(self, file, tolerance):
         if file.n > self.largest:
             raise NotApplicable(f"more than {self.largest} variables")
+        import casadi as ca
         self.stages = Stages(file)
         super().__init__(file, tolerance)
         order, sign = self.stages.order, self.stages.sign
         low, high = file.row_lower[order], file.row_upper[order]
-        self.given.update(lbg=np.where(sign < 0, -high, low), ubg=np.where(sign < 0, -low, high))
+        self.given.update(lbg=ca.DM(np.where(sign < 0, -high, low)), ubg=ca.DM(np.where(sign < 0, -low, high)))
 
     def row_multipliers(self, found):
         rows = np.zeros(self.file.m)

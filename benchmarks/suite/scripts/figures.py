@@ -6,17 +6,27 @@ import statistics
 NO_RESULT = ("missing", "not applicable", "skipped", "settings")
 
 
-def time_of(line):
-    """Time of one solve in us: the minimum over its repetitions of the smaller of the thread's CPU time and the
-    solver's own timer. Calls from Python do not count against the solver, and its timer may count other processes.
-    None if not solved."""
-    if line["verdict"] != "solved":
-        return None
-    times = line["times"]
-    if "instructions" in times:  # instructions instead of times
-        return statistics.median(times["instructions"])
-    return statistics.median(min(pair) for pair in zip(*(times[key] for key in ("cpu_us", "own_us")
-                                                         if key in times)))
+AGREE = 0.05  # processor time that differs less from the wall time replaces it
+
+
+def reported(wall, cpu):
+    """The time that counts: wall time, which nothing escapes, or the processor time of the process if it agrees."""
+    return cpu if abs(wall - cpu) <= AGREE * wall else wall
+
+
+def repetitions(line, prefix=""):
+    """Reported times of the repetitions of an answer in us, whether it is solved or not. With the prefix "default_": of
+    the default setting. Counts of instructions are used in the same way."""
+    times = line.get("times", {})
+    if "instructions" in times:
+        return times["instructions"]
+    return [reported(*pair) for pair in zip(times.get(prefix + "wall_us", ()), times.get(prefix + "cpu_us", ()))]
+
+
+def time_of(line, prefix=""):
+    """Time of one solve in us: the median over its repetitions. None if not solved."""
+    found = repetitions(line, prefix)
+    return statistics.median(found) if found and line["verdict"] == "solved" else None
 
 
 def by_cell(records):
@@ -59,7 +69,7 @@ def change(before, after, floor):
     # Repetitions of an instance within one cell show the variation of times without any change.
     wander = []
     for line in (*before, *after):
-        times = line.get("times", {}).get("cpu_us", [])
+        times = repetitions(line)
         if len(times) > 1:
             wander.append(math.log(max(times) / min(times)))
     noise = max(math.log1p(floor), 2.6 * 1.2533 * spread / math.sqrt(len(logs)),

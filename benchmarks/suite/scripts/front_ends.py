@@ -199,14 +199,18 @@ class DoMpc(_FrontEnd):
         mpc.opt_p_num["_x0"], mpc.opt_p_num["_u_prev"] = it.start, np.zeros(it.nu)
         mpc.opt_p_num["_tvp"] = template["_tvp"]
 
-    def solve(self, start):
+    def hand_over(self, start):
         mpc, it = self.mpc, self.intervals
         for k in range(it.N + 1):
             mpc.opt_x_num["_x", k, 0, -1] = self.guess[0][k]
             if k < it.N:
                 mpc.opt_x_num["_u", k, 0] = self.guess[1][k]
-        mpc.solve()
-        found = mpc.opt_x_num
+
+    def run(self):
+        self.mpc.solve()
+
+    def read(self):
+        mpc, it, found = self.mpc, self.intervals, self.mpc.opt_x_num
         states = np.array([np.array(found["_x", k, 0, -1]).ravel() for k in range(it.N + 1)])
         inputs = np.array([np.array(found["_u", k, 0]).ravel() for k in range(it.N)])
         return self.answer(states, inputs, mpc.solver_stats)
@@ -237,11 +241,14 @@ class Rockit(_FrontEnd):
         ocp.set_initial(self.u, self.guess[1].T)
         ocp._transcribe()  # takes seconds, which would count in the first solve
 
-    def solve(self, start):
+    def run(self):
         try:
-            solution = self.ocp.solve_limited()
+            self.solution = self.ocp.solve_limited()
         except RuntimeError:
-            solution = self.ocp.non_converged_solution
+            self.solution = self.ocp.non_converged_solution
+
+    def read(self):
+        solution = self.solution
         states = np.reshape(solution.sample(self.x, grid="control")[1], (-1, self.intervals.nx))
         inputs = np.reshape(solution.sample(self.u, grid="control")[1], (-1, self.intervals.nu))[:-1]  # the last one occurs twice
         return self.answer(states, inputs, solution.stats)

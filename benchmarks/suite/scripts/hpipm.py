@@ -6,12 +6,11 @@ import functools
 import importlib.util
 import os
 import sys
-import time
 
 import numpy as np
 
 from cache import not_installed
-from peers import ITERATIONS, Answer, NotApplicable
+from peers import ITERATIONS, Adapter, Answer, NotApplicable
 from quadratic_program import Reduced
 
 OWN_LIBRARY = "SALTUS_HPIPM"
@@ -72,9 +71,14 @@ def values(array):
     return array.ctypes.data_as(ctypes.c_void_p), array
 
 
-class _Hpipm:
-    ladder = (1.0, 0.1, 0.01)
+class _Hpipm(Adapter):
+    level = 1  # of warm starts. 1: states and inputs; 2, 3: multipliers and slacks too; 0 is its own start
     mode = SPEED
+
+    @classmethod
+    def warm_levels(cls):
+        """Older libraries, as that of comma-deps-acados, end the process when they are given multipliers."""
+        return (1, 2, 3) if library(cls.file()).has("sol_set_pi") else (1,)
 
     @classmethod
     def file(cls):
@@ -137,21 +141,25 @@ class _Hpipm:
                 if self.has_masks:
                     self._set(f"{side}{name}_mask", k, there.astype(float))
 
-    def solve(self, start):
-        warm = ctypes.c_int(0)
-        if start is not None:
-            warm = ctypes.c_int(1)  # states and inputs; its multipliers start anew
-            for s, k in zip(self.stages, range(len(self.stages))):
-                for name, at in (("x", s.x), ("u", s.u)):
-                    if at.stop > at.start:
-                        where, kept = values(start[0][at])
-                        self.f.sol_set(name.encode(), ctypes.c_int(k), where, self.sol)
-                        del kept
-        self._argument("warm_start", warm)
-        begin = time.thread_time_ns()
+    def hand_over(self, start):
+        level = 0 if start is None else self.level
+        for k, s in enumerate(self.stages if level else ()):
+            w, rows, bounds = start
+            given = {"x": w[s.x], "u": w[s.u]}
+            if level > 1:
+                given["pi"] = rows[s.dynamics]
+                for name, pushes in (("g", rows[s.rows]), ("bx", bounds[s.x.start + s.bounded_x]),
+                                     ("bu", bounds[s.u.start + s.bounded_u])):
+                    given |= {"lam_l" + name: np.maximum(-pushes, 0.0), "lam_u" + name: np.maximum(pushes, 0.0)}
+            for name, array in given.items():
+                if len(array):
+                    where, kept = values(array)
+                    self.f.sol_set(name.encode(), ctypes.c_int(k), where, self.sol)
+                    del kept
+        self._argument("warm_start", ctypes.c_int(level))
+
+    def run(self):
         self.f.ipm_solve(self.qp, self.sol, self.arg, self.ws)
-        own_us = 1e-3 * (time.thread_time_ns() - begin)
-        return self._answer(own_us)
 
     def _get(self, name, k, count):
         found = np.zeros(count)
@@ -159,7 +167,7 @@ class _Hpipm:
             self.f.sol_get(name.encode(), ctypes.c_int(k), self.sol, found.ctypes.data_as(ctypes.c_void_p))
         return found
 
-    def _answer(self, own_us):
+    def read(self):
         r = self.reduced
         w, rows, bounds = np.zeros(len(r.gradient)), np.zeros(len(r.row_lower)), np.zeros(len(r.gradient))
         for k, s in enumerate(self.stages):
@@ -176,7 +184,7 @@ class _Hpipm:
         self.f.ipm_get(b"status", self.ws, ctypes.byref(status))
         self.f.ipm_get(b"iter", self.ws, ctypes.byref(iterations))
         return Answer(*r.expand(w, rows, bounds), claimed=f"status {status.value}", solved=status.value == 0,
-                      iterations=iterations.value, own_us=own_us)
+                      iterations=iterations.value)
 
 
 class Stage:

@@ -4,6 +4,7 @@ import difflib
 
 import nonlinear_peers
 import peers
+import supervisor
 from task import OURS
 
 HIDDEN = ("toy", "endless")
@@ -23,8 +24,8 @@ def all_peers():
 
 def suits(solver, problem):
     """True if the solver supports programs of this kind."""
-    if problem.get("kind") == "nonlinear":
-        return solver in OURS or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
+    if problem.get("kind") == "nonlinear":  # they compile no sizes in
+        return (solver in OURS and solver != "riccati-generic") or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
     return solver != "ipopt" and solver not in [p.name for p in nonlinear_peers.nonlinear_peers()]
 
 
@@ -51,7 +52,7 @@ def tasks_of(description, arguments):
     names = chosen(arguments.problems, problems, "problem")
     solvers = chosen(arguments.solvers, solver_names(), "solver", HIDDEN)
     starts = chosen(arguments.start, ("cold", "warm"), "start")
-    tasks = []
+    tasks, limits = [], supervisor.limits()
     for name in names:
         problem = problems[name]
         count = min(arguments.instances, problem["instances"] or arguments.instances)
@@ -68,6 +69,7 @@ def tasks_of(description, arguments):
             tasks.append({"id": f"{name} {start}", "problem": name, "start": start, **kind,
                           "horizon": problem["horizon"], "instances": instances,
                           "repetitions": arguments.repetitions, "tolerance": arguments.tolerance,
+                          "limits": limits,
                           "solvers": mine})
     return tasks
 

@@ -4,18 +4,17 @@ Both keep penalties and regularisation between solves, so each solve uses a new 
 measured time, from models that are constructed once.
 """
 
-import time
 
 import numpy as np
 
-from peers import Answer, NotApplicable
+from peers import Adapter, Answer, NotApplicable
 from trajectories import Trajectory
 
 ITERATIONS = 20  # programs of a sequence; of a quadratic program the first suffices
 PROGRAM_ITERATIONS = 4000
 
 
-class _Crocoddyl:
+class _Crocoddyl(Adapter):
     constrains_inputs_only = False
 
     def __init__(self, qp, tolerance):
@@ -44,33 +43,34 @@ class _Crocoddyl:
             model.u_lb, model.u_ub = sides
         return model
 
-    def timed(self, solver, start):
-        """(solved according to the solver, us) of one solve by a new solver."""
-        states, inputs = self.trajectory.split(None if start is None else start[0])
-        begin = time.thread_time_ns()
-        found = solver.solve(states, inputs, ITERATIONS, False)
-        return found, 1e-3 * (time.thread_time_ns() - begin)
+    def hand_over(self, start):
+        self.solver = self.new_solver()
+        self.start = self.trajectory.split(None if start is None else start[0])
+
+    def run(self):
+        self.found = self.solver.solve(*self.start, ITERATIONS, False)
 
 
 class MimCsqp(_Crocoddyl):
     name, package = "mim-csqp", "mim-solvers"
     about = "sequential programs by ADMM in stages on crocoddyl's linear-quadratic action models; warm from states and inputs"
-    ladder = (1.0, 0.1, 0.01)
     module = "crocoddyl"  # first, because mim_solvers finds its libraries only next to it
     needs = ("scipy.sparse", "mim_solvers")
 
-    def solve(self, start):
+    def new_solver(self):
         import mim_solvers
         solver = mim_solvers.SolverCSQP(self.problem)
         solver.termination_tolerance = self.tolerance
         solver.eps_abs, solver.eps_rel, solver.max_qp_iters = 0.1 * self.tolerance, 0.0, PROGRAM_ITERATIONS
         # With its defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6 (see measured.md).
         solver.sigma, solver.remove_reg, solver.rho_update_interval = 1e-10, True, 100
-        found, own_us = self.timed(solver, start)
-        t = self.trajectory
+        return solver
+
+    def read(self):
+        t, solver = self.trajectory, self.solver
         w = t.joined(solver.xs.tolist(), solver.us.tolist())
         return Answer(w, *t.joined_multipliers(w, solver.lag_mul.tolist(), solver.y.tolist()),
-                      claimed=f"KKT {solver.KKT:.1e}", solved=bool(found), iterations=int(solver.qp_iters), own_us=own_us)
+                      claimed=f"KKT {solver.KKT:.1e}", solved=bool(self.found), iterations=int(solver.qp_iters))
 
 
 class CrocoddylBoxFddp(_Crocoddyl):
@@ -78,19 +78,20 @@ class CrocoddylBoxFddp(_Crocoddyl):
     about = ("BoxFDDP; it supports only bounds of inputs and returns no multipliers, so they are computed from its "
              "point, in its favour; "
              "warm from states and inputs")
-    ladder = (1.0, 1e-4, 1e-8)
+    ladder = (1.0, 1e-4, 1e-8)  # its criterion is the square of a gradient
     constrains_inputs_only = True
     near = 1e-9  # distance to a bound that counts as active
 
-    def solve(self, start):
+    def new_solver(self):
         import crocoddyl
         solver = crocoddyl.SolverBoxFDDP(self.problem)
         solver.th_stop = self.tolerance
-        found, own_us = self.timed(solver, start)
-        t = self.trajectory
+        return solver
+
+    def read(self):
+        t, solver = self.trajectory, self.solver
         w = t.joined(solver.xs.tolist(), solver.us.tolist())
-        return Answer(w, *self.multipliers(w), claimed=f"stop {solver.stop:.1e}", solved=bool(found), iterations=int(solver.iter),
-                      own_us=own_us)
+        return Answer(w, *self.multipliers(w), claimed=f"stop {solver.stop:.1e}", solved=bool(self.found), iterations=int(solver.iter))
 
     def multipliers(self, w):
         """Multipliers of a point. Costates follow backwards from zero slopes along the states; input bounds receive the

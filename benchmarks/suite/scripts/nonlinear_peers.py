@@ -13,7 +13,7 @@ import numpy as np
 
 from cache import cache_folder
 from nonlinear_program import CasadiProgram
-from peers import Answer, NotApplicable
+from peers import Adapter, Answer, NotApplicable
 
 ITERATIONS = 1000
 # For larger sources gcc -O3 takes up to twenty minutes (pendulum_on_cart: 110 stages of Runge-Kutta in one function).
@@ -40,10 +40,9 @@ def compiled(program, names, functions=None):
     return library
 
 
-class CasadiNlp:
+class CasadiNlp(Adapter):
     """nlpsol on our program, from its guess."""
     package = "casadi"
-    ladder = (1.0, 0.1, 0.01)
     plugin, is_compiled, compiles = "", False, FOR_IPOPT
     largest = 100000
 
@@ -83,12 +82,14 @@ class CasadiNlp:
         else:
             self.solver = casadi.nlpsol("solver", self.plugin, functions["nlp"],
                                         {**options, **self.derivatives(functions)})
-        self.given = {"x0": file.start, "lbx": file.lower, "ubx": file.upper,
-                      "lbg": file.row_lower, "ubg": file.row_upper}
+        self.given = {"x0": casadi.DM(file.start), "lbx": casadi.DM(file.lower), "ubx": casadi.DM(file.upper),
+                      "lbg": casadi.DM(file.row_lower), "ubg": casadi.DM(file.row_upper)}
 
-    def solve(self, start):
-        answer = self.solver(**self.given)
-        stats = self.solver.stats()
+    def run(self):
+        self.answer = self.solver(**self.given)
+
+    def read(self):
+        answer, stats = self.answer, self.solver.stats()
         return Answer(np.array(answer["x"]).ravel(), self.row_multipliers(np.array(answer["lam_g"]).ravel()),
                       np.array(answer["lam_x"]).ravel(), claimed=str(stats.get("return_status", "")),
                       solved=bool(stats.get("success")), iterations=int(stats.get("iter_count", -1)))
@@ -102,7 +103,7 @@ class CasadiIpopt(CasadiNlp):
         return {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": tolerance,
                 "ipopt.dual_inf_tol": 1e3 * tolerance, "ipopt.compl_inf_tol": 1e3 * tolerance,
                 "ipopt.constr_viol_tol": min(1e-4, tolerance), "ipopt.max_iter": ITERATIONS,
-                "ipopt.bound_relax_factor": 0.0, "ipopt.max_cpu_time": 60.0}
+                "ipopt.bound_relax_factor": 0.0}
 
     def derivatives(self, functions):
         return {"grad_f": functions["nlp_grad_f"], "jac_g": functions["nlp_jac_g"],
@@ -137,12 +138,18 @@ class CasadiBlocksqp(CasadiNlp):
         return {"schur": False, "linsol": "ldl", "opttol": tolerance, "nlinfeastol": tolerance, "max_iter": 200,
                 "print_header": False, "print_iteration": False}
 
-    def solve(self, start):
+    def run(self):
+        self.error = None
         try:
-            return super().solve(start)
+            super().run()
         except RuntimeError as error:  # its message if it fails
-            return Answer(self.file.start, np.zeros(self.file.m), np.zeros(self.file.n), claimed=str(error)[-80:], solved=False,
-                          iterations=-1)
+            self.error = str(error)
+
+    def read(self):
+        if self.error is None:
+            return super().read()
+        return Answer(self.file.start, np.zeros(self.file.m), np.zeros(self.file.n), claimed=self.error[-80:], solved=False,
+                      iterations=-1)
 
 
 def nonlinear_peers():

@@ -2,19 +2,20 @@
 
 An adapter is a class with these members:
     name; package: its name in PyPI, whose version is reported; about: a remark for the table
-    ladder: requested tolerances, as factors of the judged tolerance
+    ladder: (1.0,) if it has no tolerance
+    takes_start: False if it always uses its own start
+    warm_levels(): kinds of warm start, if there are several; the attribute `level` selects one
     module: the imported module, if its name differs from that of the package
-    has_threads: True if it uses threads; then the time of the process is measured
     missing(): why it cannot be used, if this depends on more than the import of its package
     __init__(program, tolerance): the set-up, whose time is listed separately. Raises NotApplicable if the solver cannot
         solve the program and this is known in advance.
-    solve(start) -> Answer: one whole solve from `start`, (w, lambda, z) or None for the solver's own start. Nothing that is
-        left from the previous solve may help it.
+    hand_over(start), run(), read() -> Answer: one whole solve from `start`, (w, lambda, z) or None for the solver's own
+        start. run() is the call of the solver and is timed. The others convert data and are recorded apart. An adapter may
+        define solve(start) instead; then all of it is timed. Nothing that is left from the previous solve may help it.
 README.md in the folder above describes the calls of each solver.
 """
 
 import importlib.metadata
-import math
 import os
 import sys
 import warnings
@@ -46,6 +47,25 @@ class Answer:
     own_us: float | None = None
 
 
+class Adapter:
+    """Base of the adapters."""
+    needs = ("scipy.sparse",)
+
+    def hand_over(self, start):
+        self.start = start
+
+    def run(self):
+        raise NotImplementedError
+
+    def read(self):
+        raise NotImplementedError
+
+    def solve(self, start):
+        self.hand_over(start)
+        self.run()
+        return self.read()
+
+
 class _Split:
     """Rows as equalities and two-sided inequalities, of the program without its fixed variables."""
 
@@ -66,10 +86,10 @@ class _Split:
         return self.reduced.expand(x, self.rows(equalities, inequalities), bounds)
 
 
-class Piqp:
+class Piqp(Adapter):
     name, package = "piqp", "piqp"
     about = "sparse LDL', interior point with proximal terms; no warm start, so cold in both columns"
-    ladder = (1.0, 0.1, 0.01, 1e-3)
+    takes_start = False
     backend = "sparse_ldlt"
 
     def __init__(self, qp, tolerance):
@@ -88,9 +108,11 @@ class Piqp:
         r = s.reduced
         self.solver.setup(s.P, s.c, s.A, s.b, s.G, s.low, s.high, r.lower, r.upper)
 
-    def solve(self, start):
-        status = self.solver.solve()
-        result, s = self.solver.result, self.split
+    def run(self):
+        self.status = self.solver.solve()
+
+    def read(self):
+        status, result, s = self.status, self.solver.result, self.split
         return Answer(*s.expand(result.x, result.y, result.z_u - result.z_l,
                                 result.z_bu - result.z_bl),
                       claimed=str(status).split(".")[-1],
@@ -103,10 +125,10 @@ class PiqpMultistage(Piqp):
     about = "piqp with its factorisation by stages; no warm start, so cold in both columns"
 
 
-class Clarabel:
+class Clarabel(Adapter):
     name, package = "clarabel", "clarabel"
     about = "interior point on the homogeneous embedding; no warm start, so cold in both columns"
-    ladder = (1.0, 0.1, 0.01, 1e-3)
+    takes_start = False
 
     def __init__(self, qp, tolerance):
         import clarabel
@@ -130,8 +152,11 @@ class Clarabel:
         self.solver = clarabel.DefaultSolver(sparse.triu(s.P, format="csc"), s.c, A, b, cones,
                                              settings)
 
-    def solve(self, start):
-        solution, s = self.solver.solve(), self.split
+    def run(self):
+        self.solution = self.solver.solve()
+
+    def read(self):
+        solution, s = self.solution, self.split
         z = np.array(solution.z)
         parts = np.split(z, np.cumsum([len(s.b), len(self.high), len(self.low), len(self.x_high)]))
         rows, bounds = np.zeros(len(s.low)), np.zeros(len(s.c))
@@ -166,10 +191,9 @@ class _RowsAndBounds:
         return np.concatenate([rows, bounds[self.bounded]])
 
 
-class Osqp:
+class Osqp(Adapter):
     name, package = "osqp", "osqp"
     about = "ADMM with polishing"
-    ladder = (1.0, 0.1, 0.01)
 
     def __init__(self, qp, tolerance):
         import osqp
@@ -183,26 +207,28 @@ class Osqp:
                           polishing=True, max_iter=FIRST_ORDER_ITERATIONS, rho=STEP,
                           adaptive_rho_interval=50)
 
-    def solve(self, start):
+    def hand_over(self, start):
         p, n = self.rows, len(self.rows.reduced.gradient)
         self.solver.update_settings(rho=STEP)  # it would keep the adapted values of the previous solve
         if start is None:
             self.solver.warm_start(x=np.zeros(n), y=np.zeros(len(p.low)))
         else:
             self.solver.warm_start(x=start[0], y=p.dual(start[1], start[2]))
-        result = self.solver.solve(raise_error=False)
-        info = result.info
+
+    def run(self):
+        self.result = self.solver.solve(raise_error=False)
+
+    def read(self):
+        p, result, info = self.rows, self.result, self.result.info
         x = np.array(result.x, dtype=float)
         y = np.array(result.y, dtype=float)
         return Answer(*p.expand(x, y), claimed=str(info.status), solved=info.status == "solved",
                       iterations=int(info.iter), own_us=1e6 * (info.solve_time + info.polish_time))
 
 
-class Qpalm:
+class Qpalm(Adapter):
     name, package = "qpalm", "qpalm"
     about = "proximal augmented Lagrangian with a semismooth Newton method; it runs in a separate thread"
-    has_threads = True
-    ladder = (1.0, 0.1, 0.01)
 
     def __init__(self, qp, tolerance):
         import qpalm
@@ -215,26 +241,28 @@ class Qpalm:
         settings.eps_abs, settings.eps_rel = tolerance, 0.0
         settings.eps_abs_in, settings.eps_rel_in = 1.0, 0.0
         settings.max_iter, settings.verbose = FIRST_ORDER_ITERATIONS, 0
-        settings.time_limit = 5.0
         self.new_solver = lambda: qpalm.Solver(data, settings)
 
-    def solve(self, start):
+    def hand_over(self, start):
         p = self.rows
         x, y = (np.zeros(len(p.reduced.gradient)), np.zeros(len(p.low))) if start is None else (
             start[0], p.dual(start[1], start[2]))
-        solver = self.new_solver()  # a used solver keeps its penalties; not included in its own time
-        solver.warm_start(x, y)
-        solver.solve()
-        info, found = solver.info, solver.solution
+        self.solver = self.new_solver()  # a used solver keeps its penalties
+        self.solver.warm_start(x, y)
+
+    def run(self):
+        self.solver.solve()
+
+    def read(self):
+        p, info, found = self.rows, self.solver.info, self.solver.solution
         return Answer(*p.expand(np.array(found.x), np.array(found.y)), claimed=str(info.status),
                       solved=str(info.status) == "solved", iterations=int(info.iter),
                       own_us=1e6 * info.solve_time)
 
 
-class Proxqp:
+class Proxqp(Adapter):
     name, package = "proxqp", "proxsuite"
     about = "proximal augmented Lagrangian, sparse"
-    ladder = (1.0, 0.1, 0.01)
 
     def __init__(self, qp, tolerance):
         from proxsuite import proxqp
@@ -257,17 +285,20 @@ class Proxqp:
                          p.low[equal], sparse.csc_matrix(A[unequal]),
                          np.maximum(p.low[unequal], -big), np.minimum(p.high[unequal], big))
 
-    def solve(self, start):
-        guess = self.proxqp.InitialGuess
-        p = self.rows
+    def hand_over(self, start):
+        guess, self.start = self.proxqp.InitialGuess, ()
         if start is None:
             self.solver.settings.initial_guess = guess.EQUALITY_CONSTRAINED_INITIAL_GUESS
-            self.solver.solve()
         else:
             self.solver.settings.initial_guess = guess.WARM_START
-            y = p.dual(start[1], start[2])
-            self.solver.solve(start[0], y[self.equal], y[self.unequal])
-        result = self.solver.results
+            y = self.rows.dual(start[1], start[2])
+            self.start = start[0], y[self.equal], y[self.unequal]
+
+    def run(self):
+        self.solver.solve(*self.start)
+
+    def read(self):
+        p, result = self.rows, self.solver.results
         y = np.zeros(len(p.low))
         y[self.equal], y[self.unequal] = result.y, result.z
         status = str(result.info.status).split(".")[-1]
@@ -276,10 +307,9 @@ class Proxqp:
                       own_us=result.info.solve_time)
 
 
-class Daqp:
+class Daqp(Adapter):
     name, package = "daqp", "daqp"
     about = "dual active set, dense; set-up (with its factorisation) and solve are one call, and both are counted"
-    ladder = (1.0, 0.1, 0.01, 1e-3)
     largest = 1000
 
     def __init__(self, qp, tolerance):
@@ -294,15 +324,19 @@ class Daqp:
         self.sense = np.where(self.low == self.high, 5, 0).astype(np.int32)
         self.tolerance = tolerance
 
-    def solve(self, start):
+    def hand_over(self, start):
         import daqp
-        more = {}
+        self.call, self.more = daqp.solve, {}
         if start is not None:
-            more = {"primal_start": np.ascontiguousarray(start[0]),
-                    "dual_start": np.concatenate([start[2], start[1]])}
-        x, _, flag, info = daqp.solve(self.H, self.reduced.gradient, self.A, self.high, self.low,
-                                      self.sense, primal_tol=self.tolerance,
-                                      dual_tol=self.tolerance, iter_limit=100000, **more)
+            self.more = {"primal_start": np.ascontiguousarray(start[0]),
+                         "dual_start": np.concatenate([start[2], start[1]])}
+
+    def run(self):
+        self.found = self.call(self.H, self.reduced.gradient, self.A, self.high, self.low, self.sense,
+                               primal_tol=self.tolerance, dual_tol=self.tolerance, iter_limit=100000, **self.more)
+
+    def read(self):
+        x, _, flag, info = self.found
         n = len(self.reduced.gradient)
         multipliers = np.array(info["lam"], dtype=float)
         return Answer(*self.reduced.expand(np.array(x, dtype=float), multipliers[n:],
@@ -312,10 +346,9 @@ class Daqp:
                       own_us=1e6 * (info["setup_time"] + info["solve_time"]))
 
 
-class _Casadi:
+class _Casadi(Adapter):
     """A quadratic program through casadi's conic interface, with the compiled plug-ins of its package."""
     package = "casadi"
-    ladder = (1.0,)
     plugin = ""
     fixed_start_as_bounds = True
     largest = 100000
@@ -339,13 +372,17 @@ class _Casadi:
                       "ubx": casadi.DM(qp.upper), "lba": casadi.DM(qp.row_lower),
                       "uba": casadi.DM(qp.row_upper)}
 
-    def solve(self, start):
-        given = dict(self.given)
+    def hand_over(self, start):
+        import casadi
+        self.now = dict(self.given)
         if start is not None:
-            warm = self.qp.warm
-            given.update(x0=warm["w"], lam_a0=warm["lambda"], lam_x0=warm["z"])
-        answer = self.solver(**given)
-        stats = self.solver.stats()
+            self.now |= {key: casadi.DM(part) for key, part in zip(("x0", "lam_a0", "lam_x0"), start)}
+
+    def run(self):
+        self.answer = self.solver(**self.now)
+
+    def read(self):
+        answer, stats = self.answer, self.solver.stats()
         own = stats.get("t_proc_solver", stats.get("t_wall_solver"))
         iterations = stats.get("iter_count", -1)
         return Answer(np.array(answer["x"]).ravel(), np.array(answer["lam_a"]).ravel(),
@@ -359,7 +396,6 @@ class CasadiHpipm(_Casadi):
     name, plugin = "casadi-hpipm", "hpipm"
     about = ("HPIPM of casadi's package, whose BLASFEO is generic: about 2.6 times slower than a build for this "
              "processor. Results must not be quoted as HPIPM without this note")
-    ladder = (1.0, 0.1, 0.01)
 
     def options(self, qp, tolerance):
         if not qp.stages:
@@ -374,14 +410,30 @@ class CasadiHpipm(_Casadi):
 
 class CasadiQpoases(_Casadi):
     name, plugin, largest = "casadi-qpoases", "qpoases", 250
+    ladder = (1.0,)
     about = "qpOASES of casadi's package on the uncondensed program: an active-set method, sparse Schur complements off"
 
     def options(self, qp, tolerance):
-        return {"printLevel": "none", "nWSR": 20000, "sparse": False, "CPUtime": 5.0}
+        return {"printLevel": "none", "nWSR": 20000, "sparse": False}
 
-    def solve(self, start):
-        self.solver = self.new_solver()  # a used solver starts from its optimum; not included in its own time
-        return super().solve(start)
+    def hand_over(self, start):
+        self.solver = self.new_solver()  # a used solver starts from its optimum
+        super().hand_over(start)
+
+
+PLUG_INS = "saltus_bench"  # group of the entry points of packages that bring an adapter
+
+
+def plug_ins():
+    """Adapters of installed packages for quadratic programs."""
+    found = []
+    for entry in importlib.metadata.entry_points(group=PLUG_INS):
+        try:
+            found.append(entry.load())
+        except Exception as error:  # noqa: BLE001 - foreign code
+            print(f"the adapter '{entry.name}' cannot be loaded and is left out: {type(error).__name__}: {error}",
+                  file=sys.stderr)
+    return found
 
 
 def all_peers():
@@ -390,7 +442,7 @@ def all_peers():
     import hpipm
     import mim
     return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
-            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp]
+            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp, *plug_ins()]
 
 
 def version_of(package):
@@ -416,14 +468,8 @@ def why_missing(peer):
     try:
         with warnings.catch_warnings(action="ignore"):  # error of another installed package
             importlib.import_module(getattr(peer, "module", peer.package))
-            for needed in getattr(peer, "needs", ("scipy.sparse",)):
+            for needed in getattr(peer, "needs", Adapter.needs):
                 importlib.import_module(needed)
     except BaseException as error:  # noqa: BLE001 - whatever a foreign package throws
         return f"the package {peer.package} is broken at import: {type(error).__name__}: {error}"
     return ""
-
-
-def is_finite(answer):
-    return all(np.all(np.isfinite(v)) for v in
-               (answer.w, answer.row_multipliers, answer.bound_multipliers)) and not math.isnan(
-                   float(np.sum(answer.w)))

@@ -9,6 +9,10 @@ class ProgramError(Exception):
     """An error of a request or of the program; the message is one sentence."""
 
 
+class ProgramDied(ProgramError):
+    """The program ended without an answer."""
+
+
 def path_of_program():
     """Set by `saltus bench`, which runs these scripts."""
     program = os.environ.get("SALTUS_PROGRAM", "")
@@ -30,14 +34,17 @@ class Program:
         except BrokenPipeError:
             line = ""
         if not line:
-            raise ProgramError("the program ended without an answer")
+            raise ProgramDied("the program ended without an answer")
         answer = json.loads(line)
         if "error" in answer:
             raise ProgramError(answer["error"])
         return answer
 
     def close(self):
-        self.process.stdin.close()
+        try:
+            self.process.stdin.close()
+        except BrokenPipeError:
+            pass  # it has died
         self.process.wait()
 
     def __enter__(self):

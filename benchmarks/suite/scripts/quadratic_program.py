@@ -108,6 +108,32 @@ def kkt_residual(qp, w, row_multipliers, bound_multipliers):
                 _not_complementary(rows, qp.row_lower, qp.row_upper, row_multipliers))}
 
 
+def _rolled_out(qp, guess):
+    """The guess with its states replaced by a roll-out of its inputs."""
+    w, J, order = guess.copy(), qp.jacobian, np.argsort(qp.jacobian.row, kind="stable")
+    rows, first, row = J.row[order], 0, 0
+    for (nx, nu, count), (next_nx, _, _) in zip(qp.stages, qp.stages[1:]):
+        if first == 0:
+            w[:nx] = np.where(qp.lower[:nx] == qp.upper[:nx], qp.lower[:nx], w[:nx])
+        following = slice(first + nx + nu, first + nx + nu + next_nx)
+        entries = order[np.searchsorted(rows, row):np.searchsorted(rows, row + next_nx)]
+        w[following] = 0.0
+        w[following] = (np.bincount(J.row[entries] - row, J.value[entries] * w[J.col[entries]], next_nx)
+                        - qp.row_lower[row:row + next_nx])
+        first, row = following.start, row + next_nx + count
+    return w
+
+
+def points_of(qp):
+    """The starting points that every solver is offered in a cold task, by name, as (w, lambda, z)."""
+    if qp.guess is None:
+        return {}
+    points = {"guess": qp.guess}
+    if len(qp.stages) > 1:
+        points["guess rolled out"] = _rolled_out(qp, qp.guess)
+    return {name: (w, np.zeros(qp.m), np.zeros(qp.n)) for name, w in points.items()}
+
+
 class Whole:
     """The program with its fixed variables, under the names of Reduced."""
 
@@ -145,9 +171,6 @@ class Reduced:
         z[self.free] = bound_multipliers
         return whole, row_multipliers, z
 
-    def warm(self):
-        """The given start restricted to the free variables, or None."""
-        start = self.qp.warm
-        if start is None:
-            return None
-        return start["w"][self.free], start["lambda"], start["z"][self.free]
+    def restrict(self, start):
+        """A point (w, lambda, z) of the whole program, restricted to the free variables."""
+        return start[0][self.free], start[1], start[2][self.free]

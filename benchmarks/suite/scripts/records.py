@@ -116,11 +116,6 @@ def write(path, records, order):
                 file.write(task_text(task, records.tasks[task]))
 
 
-def without_times(line):
-    """The part of a line that must be identical on all machines of one kind, for any number of workers."""
-    return {key: value for key, value in line.items() if key != "times"}
-
-
 def what_differs(head, other, keys):
     """Differences between two heads of results, as text: `matrix differs (tolerance)`. Empty if they are equal."""
     told = []

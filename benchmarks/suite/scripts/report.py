@@ -62,38 +62,38 @@ def legend_beside(axes):
                     ncols=-(-len(names) // IN_A_COLUMN))
 
 
-def times_by_instance(cells):
-    """solver -> {(task, instance): us}."""
-    found = {}
+def profile(cells):
+    """(solver -> (factors to the fastest solver on the same instance, number of instances that count), number of
+    instances solved by any solver). Of those, the instances of tasks to which a solver does not apply, or whose package
+    is missing, do not count. An instance that was skipped because the solver missed others is a failure."""
+    times, tasks = {}, {}
     for (task, solver), lines in cells.items():
+        tasks.setdefault(solver, set()).add(task)
         for line in lines:
             us = figures.time_of(line)
             if us:
-                found.setdefault(solver, {})[(task, line["instance"])] = us
-    return found
+                times.setdefault((task, line["instance"]), {})[solver] = us
+    return {solver: (sorted(of[solver] / min(of.values()) for of in times.values() if solver in of),
+                     sum(task in mine for task, _ in times)) for solver, mine in tasks.items()}, len(times)
 
 
 def performance_profile(cells, colours):
-    """The fraction of all instances solved by any solver that a solver solves within a factor of the fastest."""
-    times = times_by_instance(cells)
-    instances = sorted({key for mine in times.values() for key in mine})
-    best = {key: min(mine[key] for mine in times.values() if key in mine) for key in instances}
+    found, count = profile(cells)
 
     def draw(axes):
-        for solver in [s for s in colours if s in times]:
-            factors = sorted(times[solver][key] / best[key] for key in instances
-                             if key in times[solver])
+        for solver in [s for s in colours if found.get(s, ((), 0))[1]]:
+            factors, applicable = found[solver]
             x, y = [1.0], [0.0]
             for i, factor in enumerate(factors):
                 x += [factor, factor]
-                y += [i / len(instances), (i + 1) / len(instances)]
+                y += [i / applicable, (i + 1) / applicable]
             axes.plot([*x, 1e4], [*y, y[-1]], color=colours[solver], label=solver,
                       linestyle=style_of(colours, LINES)[solver], linewidth=2.4 if solver in OURS else 1.4)
         axes.set(xscale="log", xlim=(1.0, 1e3), ylim=(0.0, 1.02),
                  xlabel="time / time of the fastest on the same instance",
-                 ylabel="share of the instances")
+                 ylabel="share of the solver's instances")
         legend_beside(axes)
-    return picture(draw), len(instances)
+    return picture(draw), count
 
 
 def slope(points):
@@ -139,11 +139,9 @@ def accuracy_against_time(cells, colours, accepted):
             points = []
             for (_, name), lines in cells.items():
                 for line in lines:
-                    if name == solver and "kkt" in line and "times" in line:
-                        times = line["times"]
-                        us = min(statistics.median(times[key]) for key in ("cpu_us", "own_us")
-                                 if key in times)
-                        points.append((us, min(max(max(line["kkt"].values()), 1e-17), 1e3)))
+                    found = figures.repetitions(line)
+                    if name == solver and "kkt" in line and found:
+                        points.append((statistics.median(found), min(max(max(line["kkt"].values()), 1e-17), 1e3)))
             if points:
                 axes.scatter(*zip(*points), s=16, color=colours[solver], label=solver, alpha=0.6,
                              marker=style_of(colours, MARKERS)[solver], linewidths=0)
@@ -166,9 +164,7 @@ def latency_histogram(cells, colours):
     for solver in colours:
         for line in cells.get((task, solver), []):
             if line["verdict"] == "solved":
-                mine.setdefault(solver, []).extend(
-                    min(pair) for pair in zip(*(line["times"][key] for key in ("cpu_us", "own_us")
-                                                if key in line["times"])))
+                mine.setdefault(solver, []).extend(figures.repetitions(line))
     if not mine:
         return None, None
 
@@ -205,14 +201,15 @@ def mark_first(row, i):
 
 
 def ratio_rows(tasks, cells, names):
-    """Time of every solver divided by that of riccati, instance by instance."""
+    """Time of every solver divided by that of riccati as a user gets it, instance by instance."""
     names = [n for n in names if any((task, n) in cells for task in tasks)]
-    yield ["time / riccati's", *[n for n in names if n != "riccati"]]
+    base = "riccati-generic" if "riccati-generic" in names else "riccati"
+    yield [f"time / {base}'s", *table.labels(n for n in names if n != base)]
     for task in tasks:
-        ours = cells.get((task, "riccati"), [])
+        ours = cells.get((task, base), [])
         row = [task]
         for name in names:
-            if name == "riccati":
+            if name == base:
                 continue
             found = figures.ratios(cells.get((task, name), []), ours)
             if found:
@@ -224,20 +221,41 @@ def ratio_rows(tasks, cells, names):
             yield row
 
 
-def setup_rows(cells, names, tasks):
+PARTS = {"import": ("import_us",), "set-up": ("setup_us",), "first solve": ("first_us",),
+         "set-up, first solve and reading its answer": ("setup_us", "first_us", "reading_us")}
+
+
+def part_rows(part, cells, names, tasks):
+    """Medians of one part of the work that precedes a repeated solve."""
     names = [n for n in names if any((task, n) in cells for task in tasks)]
-    yield ["set-up, us, medians", *names]
+    yield [f"{part}, us, medians", *table.labels(names)]
     for task in tasks:
         row = [task]
         for name in names:
-            values = [line["times"]["setup_us"] for line in cells.get((task, name), [])
-                      if "times" in line]
+            values = [sum(line["times"].get(key, 0.0) for key in PARTS[part]) for line in cells.get((task, name), [])
+                      if "setup_us" in line.get("times", {})]
             row.append(f"{statistics.median(values):.0f}" if values else "-")
         yield row
 
 
+def setting_rows(cells):
+    """Solvers with several starts or kinds of warm start: what was tried on the probes, and the times of the default and
+    of the chosen one."""
+    yield ["task", "solver", "passed probes and iterations of each setting", "chosen", "us", "default", "us"]
+    for (task, solver), lines in cells.items():
+        swept = lines[0].get("swept", {})
+        if len(swept) < 2:
+            continue
+        tried = ", ".join(f"{name}: {count} in {iterations}" for name, (count, iterations) in swept.items())
+        chosen, default = lines[0]["setting"], next(iter(swept))
+        medians = [[us for us in (figures.time_of(line, prefix) for line in lines) if us]
+                   for prefix in ("", "" if chosen == default else "default_")]
+        yield [task, solver, tried, chosen, *(f"{statistics.median(medians[0]):.0f}" if medians[0] else "-",), default,
+               f"{statistics.median(medians[1]):.0f}" if medians[1] else "-"]
+
+
 def failure_rows(cells, names):
-    causes = ("wrong", "worse optimum", "gave up", "too slow", "error", "crashed", "judges disagree")
+    causes = ("wrong", "worse optimum", "gave up", "too slow", "out of memory", "error", "crashed", "judges disagree")
     yield ["solver", "instances", "solved", *causes]
     for name in names:
         verdicts = [line["verdict"] for (_, solver), lines in cells.items() if solver == name
@@ -246,12 +264,14 @@ def failure_rows(cells, names):
 
 
 def not_first(records, cells):
-    """Sentences on tasks in which none of our solvers is the fastest of those that solved everything."""
+    """Sentences on tasks in which none of our solvers is the fastest of those that solved everything. Ours count as a
+    user gets them."""
     for task in records.tasks:
         medians = {}
+        is_generic = (task, "riccati-generic") in cells
         for (where, solver), lines in cells.items():
             times = [figures.time_of(line) for line in lines]
-            if where == task and times and all(times):
+            if where == task and times and all(times) and not (solver == "riccati" and is_generic):
                 medians[solver] = statistics.median(times)
         if not medians:
             continue
@@ -281,8 +301,9 @@ def write_report(records, path):
     colours = colour_of(present)
     head, matrix = records.head, records.head["matrix"]
     saltus, machine = ({key: html.escape(str(value)) for key, value in head[part].items()} for part in ("saltus", "machine"))
-    profiles = [(performance_profile({key: lines for key, lines in cells.items() if key[0] in tasks}, colours), tasks)
-                for tasks in table.groups(records)]
+    groups = table.groups(records)
+    profiles = [(performance_profile({key: lines for key, lines in cells.items() if key[0] in tasks}, colours), name)
+                for name, tasks in groups]
     parts = [f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Benchmark suite</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>
 <h1>Solvers on optimal control problems</h1>
@@ -290,18 +311,19 @@ def write_report(records, path):
 {machine['processor']}, {machine['system']}.
 At most {counted(matrix['instances'], 'instance')} per problem, {counted(matrix['repetitions'], 'repetition')}, alternating.
 An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}. The status
-of its solver does not count. Times are processor times of the thread or the solver's own timer, whichever is smaller;
-set-up is listed separately.</p>""",
-             "<h2>Times</h2>", *(html_table(table.rows(records, tasks), mark_first) for tasks in table.groups(records)),
+of its solver does not count. Times are wall times of a repeated solve, or the processor times of the process if they
+agree within 5 %; import, set-up and first solve are listed separately. Every solver has at most
+{matrix.get('limits', dict()).get('solve', 10.0):g} s for a solve.</p>""",
+             "<h2>Times</h2>", *(html_table(table.rows(records, tasks), mark_first) for _, tasks in groups),
              '<p class="note">Microseconds per solve; bold: the fastest solver that solved everything.</p>']
     behind = list(not_first(records, cells))
     parts.append("<h2>Where Saltus is not first</h2>" + (
         "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in behind) + "</ul>"
         if behind else "<p>Nowhere in this run.</p>"))
     parts.append("<h2>Performance profiles</h2>")
-    for (profile, count), tasks in profiles:
-        what = "nonlinear problems" if table.is_nonlinear(tasks[0]) else "quadratic programs"
-        parts.append(f"<p>{what.capitalize()}: {counted(count, 'instance')} solved by at least one solver.</p>{profile}")
+    for (drawn, count), name in profiles:
+        parts.append(f"<p>{name.capitalize()}: {counted(count, 'instance')} solved by at least one solver. The share of a "
+                     f"solver counts only those to which it applies.</p>{drawn}")
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
@@ -311,10 +333,15 @@ set-up is listed separately.</p>""",
     histogram, task = latency_histogram(cells, colours)
     if histogram:
         parts.append(f"<h2>Latency, {task}</h2>{histogram}")
-    parts.append("<h2>Pair by pair</h2>" + "".join(html_table(ratio_rows(tasks, cells, present)) for tasks in table.groups(records))
+    parts.append("<h2>Pair by pair</h2>" + "".join(html_table(ratio_rows(tasks, cells, present)) for _, tasks in groups)
                  + '<p class="note">Median over the instances that both solved, and quartiles.</p>')
-    parts.append("<h2>Set-up</h2>" + "".join(
-        html_table(setup_rows(cells, present, tasks)) for tasks in table.groups(records)))
+    parts.append("<h2>Import, set-up and first solve</h2>" + "".join(
+        html_table(part_rows(part, cells, present, tasks)) for part in PARTS for _, tasks in groups)
+        + '<p class="note">The set-up of our solvers runs in C++; that of the others includes their conversions in Python, so '
+          'compare it among them only. A solver that works in its set-up has a short solve and a long set-up.</p>')
+    settings = list(setting_rows(cells))
+    if len(settings) > 1:
+        parts.append("<h2>Starts and settings</h2>" + html_table(settings))
     parts.append("<h2>Failures by cause</h2>" + html_table(failure_rows(cells, present))
                  + '<p class="note">wrong: reported as solved, but rejected by the check; gave up: reported as failed by '
                    'the solver itself.</p>')

@@ -20,22 +20,37 @@ def is_nonlinear(task):
     return task.startswith("library/")
 
 
+def class_of(task):
+    return "nonlinear problems" if is_nonlinear(task) else (
+        "quadratic programs, warm" if task.endswith(" warm") else "quadratic programs, cold")
+
+
 def groups(records):
-    """Tasks of quadratic programs and of nonlinear problems, which have different solvers; only those that exist."""
-    both = [[t for t in records.tasks if is_nonlinear(t) == kind] for kind in (False, True)]
-    return [tasks for tasks in both if tasks]
+    """(class, its tasks), of the classes that exist. They are never mixed: solvers and meaning of the times differ."""
+    found = {}
+    for task in records.tasks:
+        found.setdefault(class_of(task), []).append(task)
+    return sorted(found.items(), key=lambda one: ("cold", "warm", "problems").index(one[0].split()[-1]))
+
+
+# Two columns of the same solver.
+LABELS = {"riccati": "riccati (sizes compiled in)", "riccati-generic": "riccati-generic (as a user gets it)"}
+
+
+def labels(names):
+    return [LABELS.get(name, name) for name in names]
 
 
 def rows(records, tasks):
     cells = figures.by_cell(records)
     names = [s for s in solvers_of(records) if any((task, s) in cells for task in tasks)]
-    yield ["us per solve, medians", *names]
+    yield ["us per solve, medians", *labels(names)]
     for task in tasks:
         yield [task, *(cell_text(cells.get((task, name))) for name in names)]
 
 
 def write_text(records, out):
-    for tasks in groups(records):
+    for _, tasks in groups(records):
         write_rows(rows(records, tasks), out)
 
 

@@ -1,152 +1,176 @@
 """One task of a run: all solvers on the instances of one problem, alternating, with a check of every answer.
 
-A task is a run of the program, `saltus bench task JSON`, which prints lines of JSON: {"trying": SOLVER} before the
-first call of a solver (if a peer ends the process, the last such line names it), one line per solver and instance, and
-{"done": ID} at the end.
+A task is a run of the program, `saltus bench task JSON`, which prints one line of JSON per solver and instance, then
+{"done": ID}. The solvers run in a second process, `saltus bench task --solvers`, which supervisor.py watches.
 """
 
-import contextlib
-import fcntl
+import copy
 import json
 import math
 import os
-import signal
-import socket
 import sys
 import tempfile
 import time
+from time import perf_counter_ns, process_time_ns
 
 import campaign
 import data_problems
 import nonlinear_peers
 import peers
-from cache import cache_folder
+import supervisor
 from nonlinear_program import NoFile, read_nonlinear
 from package import end_with_parent
-from program import Program, ProgramError
-from quadratic_program import kkt_residual, read_program
+from program import Program, ProgramDied, ProgramError
+from quadratic_program import kkt_residual, points_of, read_program
 from toy import Endless, Toy
 
-OURS = ("riccati", "sparse", "ipopt")  # the last on nonlinear programs only
+OURS = ("riccati", "riccati-generic", "sparse", "ipopt")  # the last on nonlinear programs only
 # Both checks add the same terms in different order.
 JUDGES_AGREE = 1e-10
-PATIENCE = float(os.environ.get("SALTUS_BENCH_PATIENCE", "10"))  # processor seconds; a longer solve fails, and a longer repetition is not repeated
 SLOW_US = 1e5  # warm caches do not matter above this time
-PROBES = 3  # instances that determine the tolerance to request
+PROBES = 3  # instances that determine the tolerance and the setting
+LADDER = (1.0, 0.1, 0.01, 1e-3, 1e-4)  # requested tolerances of every solver, as factors of the judged one
+MARGIN = 0.5  # the probes must pass with this fraction of the judged tolerance
 
 
 def peer_named(name):
     return {p.name: p for p in [*peers.all_peers(), *nonlinear_peers.nonlinear_peers(), Toy, Endless]}[name]
 
 
-@contextlib.contextmanager
-def one_at_a_time():
-    """A lock, so timed tasks run one at a time on a machine."""
-    name = f"timing-{socket.gethostname()}.lock"  # home folders may be shared by machines
-    with open(os.path.join(cache_folder(), name), "a", encoding="utf-8") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+class Clock:
+    """Wall time and processor time of this process, with all its threads, in microseconds."""
 
+    def __enter__(self):
+        self._cpu, self._wall = process_time_ns(), perf_counter_ns()
+        return self
 
-@contextlib.contextmanager
-def patience():
-    """Limits a solve. Foreign code cannot be interrupted, so SIGPROF ends the process, which notifies the engine. The
-    limit counts processor time, which hardly depends on other load."""
-    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-def thread_us():
-    return 1e-3 * time.thread_time_ns()
-
-
-def process_us():
-    """For multi-threaded solvers: no interrupt."""
-    return 1e-3 * time.process_time_ns()
+    def __exit__(self, *_):
+        self.wall_us = 1e-3 * (perf_counter_ns() - self._wall)
+        self.cpu_us = 1e-3 * (process_time_ns() - self._cpu)
 
 
 class Ours:
     """One of our solvers on one instance; the program keeps the data."""
-    ladder = (1.0, 0.1, 0.01)
 
-    def __init__(self, program, name, task, qp):
-        self.program = program
+    def __init__(self, program, name, task, qp, step):
+        self.program, self.qp, self.step, self.ladder = program, qp, step, LADDER
         which = ({"file": qp.file} if data_problems.is_data(task["problem"])
                  else {"problem": task["problem"], "instance": qp.instance})
-        self.request = {"do": "solve", **which, "solver": name, "start": task["start"]}
+        self.request = {"do": "solve", **which, "solver": name}
+        self.settings = (["warm", "own start"] if task["start"] == "warm" else
+                         ["own start"] if is_nonlinear(task) else ["own start", *points_of(qp)])
 
-    def run(self, qp, tolerance, is_timed=True):
-        answer = self.program.ask(**self.request, tolerance=tolerance)
+    def begin(self, tolerance, setting):
+        """Times of the set-up and of the first solve."""
+        times = self._ask(tolerance, setting)["times"]
+        return {"setup_us": times["setup_us"], "first_us": times["first_us"]}
+
+    def run(self, tolerance, setting, is_timed=True):
+        answer = self._ask(tolerance, setting)
+        times = {key: answer["times"][key] for key in ("wall_us", "cpu_us")}
+        return {**self.judge(answer), "claimed": answer["claimed"], "says_solved": answer["solved"],
+                "iterations": answer["iterations"]}, times
+
+    def _ask(self, tolerance, setting):
+        self.step("solve")
+        answer = self.program.ask(**self.request, start=setting, tolerance=tolerance)
+        self.step("check")
         if "not_applicable" in answer:
             raise peers.NotApplicable(answer["not_applicable"])
+        return answer
+
+    def judge(self, answer):
         point = answer["point"]
-        found = judged(qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
+        found = judged(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
         here, there = found["kkt"], answer["kkt"]
         agree = all(abs(here[key] - there[key]) <= JUDGES_AGREE * (1.0 + abs(here[key]))
                     for key in here)
         agree = agree and (abs(found["objective"] - answer["objective"])
                            <= JUDGES_AGREE * (1.0 + abs(found["objective"])))
-        return {**found, "judges_agree": agree, "claimed": answer["claimed"],
-                "says_solved": answer["solved"], "iterations": answer["iterations"]}, {
-                    "cpu_us": answer["cpu_us"], "own_us": None, "setup_us": answer["setup_us"]}
+        return {**found, "judges_agree": agree}
 
 
 class Peer:
-    def __init__(self, adapter, task, qp):
-        self.adapter, self.qp, self.ladder = adapter, qp, adapter.ladder
-        self.warm = task["start"] == "warm"
-        self.tolerance, self.solver, self.setup_us, self.start = None, None, None, None
-        self.last_us = 0.0
+    def __init__(self, adapter, task, qp, step):
+        self.adapter, self.qp, self.step = adapter, qp, step
+        self.ladder = getattr(adapter, "ladder", LADDER)
+        self.given = qp if is_nonlinear(task) else copy.deepcopy(qp)  # a solver cannot change what the judge reads
+        self.tolerance, self.solver, self.last_us = None, None, 0.0
+        self.starts, levels = {"own start": None}, {}
+        if task["start"] == "warm":
+            warm = qp.warm["w"], qp.warm["lambda"], qp.warm["z"]
+            levels = {f"level {level}": level for level in getattr(adapter, "warm_levels", tuple)()}
+            self.starts = {**{name: warm for name in levels or ("warm",)}, **self.starts}
+        elif not is_nonlinear(task):
+            self.starts |= points_of(qp)
+        if not getattr(adapter, "takes_start", True):
+            self.starts = {"own start": None}
+        self.levels, self.settings = levels, list(self.starts)
 
-    def run(self, qp, tolerance, is_timed=True):
+    def begin(self, tolerance, setting):
+        """Times of a new set-up and of its first solve."""
+        self.step("set-up")
+        with Clock() as setup:
+            self.solver = self.adapter(self.given, tolerance)
+        self.tolerance = tolerance
+        _, first, reading_us = self._solve(setting)
+        return {"setup_us": setup.wall_us, "first_us": first.wall_us, "reading_us": reading_us}
+
+    def run(self, tolerance, setting, is_timed=True):
         """The checked answer and its times. Without `is_timed`: of the first solve, with cold caches."""
         if tolerance != self.tolerance:
-            begin = thread_us()
-            self.solver = self.adapter(qp, tolerance)
-            self.setup_us, self.tolerance = thread_us() - begin, tolerance
-            if self.warm:
-                whole = qp.warm["w"], qp.warm["lambda"], qp.warm["z"]
-                reduced = getattr(self.solver, "reduced", None) or getattr(
-                    getattr(self.solver, "rows", None), "reduced", None)
-                self.start = reduced.warm() if reduced else whole
+            self.step("set-up")
+            self.solver = self.adapter(self.given, tolerance)
+            self.tolerance = tolerance
         if is_timed and self.last_us < SLOW_US:
-            self.solver.solve(self.start)  # warm caches, as for ours
-        clock = process_us if getattr(self.adapter, "has_threads", False) else thread_us
-        with patience():
-            begin = clock()
-            answer = self.solver.solve(self.start)
-            self.last_us = clock() - begin
-        return {**self.judge(qp, answer), "claimed": answer.claimed, "says_solved": answer.solved,
-                "iterations": answer.iterations}, {"cpu_us": self.last_us, "own_us": answer.own_us,
-                                                   "setup_us": self.setup_us}
+            self._solve(setting)  # warm caches, as for ours
+        answer, clock, _ = self._solve(setting)
+        self.last_us = clock.wall_us
+        self.step("check")
+        return {**self.judge(answer), "claimed": answer.claimed, "says_solved": bool(answer.solved),
+                "iterations": int(answer.iterations)}, {"wall_us": clock.wall_us, "cpu_us": clock.cpu_us,
+                                                        "own_us": answer.own_us}
 
-    def judge(self, qp, answer):
-        return judged(qp, answer.w, answer.row_multipliers, answer.bound_multipliers)
+    def _solve(self, setting):
+        """(answer, clock of the solve, wall us around it)."""
+        solver, start = self.solver, self.starts[setting]
+        if start is not None:
+            start = tuple(part.copy() for part in start)
+            reduced = getattr(solver, "reduced", None) or getattr(getattr(solver, "rows", None), "reduced", None)
+            start = reduced.restrict(start) if reduced else start
+        if setting in self.levels:
+            solver.level = self.levels[setting]
+        self.step("solve")
+        with Clock() as around:
+            if not isinstance(solver, peers.Adapter) or type(solver).solve is not peers.Adapter.solve:
+                with Clock() as clock:
+                    answer = solver.solve(start)
+            else:
+                solver.hand_over(start)
+                with Clock() as clock:
+                    solver.run()
+                answer = solver.read()
+        return answer, clock, around.wall_us - clock.wall_us
+
+    def judge(self, answer):
+        return judged(self.qp, answer.w, answer.row_multipliers, answer.bound_multipliers)
 
 
 class OursNonlinear(Ours):
     """For nonlinear programs the program itself checks all answers, because it has the formulas."""
 
-    def run(self, qp, tolerance, is_timed=True):
-        answer = self.program.ask(**self.request, tolerance=tolerance)
-        if "not_applicable" in answer:
-            raise peers.NotApplicable(answer["not_applicable"])
-        return {**judged_by(answer), "claimed": answer["claimed"], "says_solved": answer["solved"],
-                "iterations": answer["iterations"]}, {
-                    "cpu_us": answer["cpu_us"], "own_us": None, "setup_us": answer["setup_us"]}
+    def judge(self, answer):
+        return judged_by(answer)
 
 
 class NonlinearPeer(Peer):
-    def __init__(self, program, adapter, task, file):
-        super().__init__(adapter, task, file)
+    def __init__(self, program, adapter, task, file, step):
+        super().__init__(adapter, task, file, step)
         self.program, self.problem = program, task["problem"]
         if isinstance(file, NoFile):
             raise peers.NotApplicable(file.why)
 
-    def judge(self, qp, answer):
+    def judge(self, answer):
         point = {"w": answer.w, "lambda": answer.row_multipliers, "z": answer.bound_multipliers}
         return judged_by(self.program.ask(do="judge", problem=self.problem,
                                           **{key: list(map(float, v)) for key, v in point.items()}))
@@ -188,22 +212,51 @@ def probes(numbers):
     return sorted({numbers[i * (len(numbers) - 1) // (PROBES - 1)] for i in range(PROBES)})
 
 
-def choose_tolerance(runs, programs, accepted):
-    """(the loosest tolerance of a solver with which the probed instances pass the check, or the one with which most
-    pass; the number that pass). Criteria of solvers differ, and none must lose because of its definition of the
-    tolerance."""
-    best, best_count = None, -1
-    numbers = probes(runs)
-    for factor in next(iter(runs.values())).ladder:
-        count = 0
+class Choice:
+    """The requested tolerance and the setting of a solver: the loosest tolerance with which all instances pass, and of
+    its settings the one with the fewest iterations. Criteria of solvers differ, and none must lose because of its
+    definition of the tolerance. The rule is the same for all solvers, ours too.
+
+    The probes try the ladder with a margin. Then all instances run once, untimed, and a miss tightens the tolerance."""
+
+    def __init__(self, runs, accepted):
+        self.accepted = accepted
+        one = next(iter(runs.values()))
+        self.settings, self.default = one.settings, one.settings[0]
+        self.asked, self.setting, self.count, self.swept = None, self.default, -1, {}
+        numbers, ladder = probes(runs), [factor * accepted for factor in one.ladder]
+        for rung, asked in enumerate(ladder):
+            passed = [self._try(runs, numbers, asked, setting) for setting in self.settings]
+            best = max(range(len(passed)), key=lambda i: (passed[i][0], passed[i][1], -passed[i][2], -i))
+            if passed[best][:2] > (getattr(self, "safe", -1), self.count):
+                self.asked, self.setting = asked, self.settings[best]
+                self.safe, self.count = passed[best][:2]
+                self.swept = {s: [p[1], p[2]] for s, p in zip(self.settings, passed)}
+                self.rung = rung
+            if self.safe == len(numbers):
+                break
+        self.is_hopeless = self.count == 0
+        if not self.is_hopeless and len(runs) > len(numbers):
+            self._tighten(runs, ladder)
+
+    def _try(self, runs, numbers, asked, setting):
+        """(instances that pass with the margin, that pass, iterations) at a tolerance."""
+        safe = count = iterations = 0
         for number in numbers:
-            answer, _ = runs[number].run(programs[number], factor * accepted, is_timed=False)
-            count += verdict(answer, accepted) == "solved"
-        if count > best_count:
-            best, best_count = factor * accepted, count
-        if count == len(numbers):
-            break
-    return best, best_count
+            answer, _ = runs[number].run(asked, setting, is_timed=False)
+            count += verdict(answer, self.accepted) == "solved"
+            safe += verdict(answer, MARGIN * self.accepted) == "solved"
+            iterations += answer["iterations"]
+        return safe, count, iterations
+
+    def _tighten(self, runs, ladder):
+        best = -1
+        for asked in ladder[self.rung:]:
+            count = self._try(runs, list(runs), asked, self.setting)[1]
+            if count > best:
+                best, self.asked = count, asked
+            if count == len(runs):
+                break
 
 
 # From good to bad: the worst of several repetitions is reported.
@@ -217,118 +270,158 @@ def keep_worst(known, answer, found):
         known["verdict"] = found
 
 
-def say(line):
-    print(json.dumps(line), flush=True)
-
-
 def failure(task, solver, number, cause, sentence):
     return {"problem": task["problem"], "start": task["start"], "solver": solver,
             "instance": number, "verdict": cause, "claimed": sentence}
 
 
-def measure(task, solver, runs, programs, results):
-    """Adds one more answer with its times to results[number] of the solver."""
+def measure(task, runs, results, choice):
+    """Adds one more answer with its times to results[number] of the solver. If a setting was chosen, the times of the
+    default setting are measured too."""
     for number, run in runs.items():
-        answer, times = run.run(programs[number], results[number]["asked"])
         known = results[number]
+        times = known.setdefault("times", {})
+        if "setup_us" not in times:
+            times.update(run.begin(choice.asked, choice.setting))
+        answer, measured = run.run(choice.asked, choice.setting)
         keep_worst(known, answer, verdict(answer, task["tolerance"]))
-        known.setdefault("times", {}).setdefault("setup_us", times["setup_us"])
-        for key in ("cpu_us", "own_us"):
-            if times[key] is not None:
-                known["times"].setdefault(key, []).append(round(times[key], 3))
+        if choice.setting != choice.default:
+            measured |= {f"default_{key}": value
+                         for key, value in run.run(choice.asked, choice.default)[1].items() if key != "own_us"}
+        for key, value in measured.items():
+            if value is not None:
+                times.setdefault(key, []).append(round(float(value), 3))
 
 
 def written(program, task, number, folder):
     """The program that all solvers read."""
     file = os.path.join(folder, f"{number}.json")
     if data_problems.is_data(task["problem"]):
-        data_problems.write(task["problem"], number, file)
-    else:
-        answer = program.ask(do="export", problem=task["problem"], instance=number, file=file)
-        if "not_applicable" in answer:
-            return NoFile(number, answer["not_applicable"])
-    read = read_nonlinear(file) if is_nonlinear(task) else read_program(file)
-    read.file, read.instance = file, number
-    return read
+        try:
+            data_problems.write(task["problem"], number, file)
+            return _placed(read_program(file), file, number)
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise ProgramError(f"the problem '{task['problem']}' cannot be read: {error}") from None
+    answer = program.ask(do="export", problem=task["problem"], instance=number, file=file)
+    if "not_applicable" in answer:
+        return NoFile(number, answer["not_applicable"])
+    return _placed(read_nonlinear(file) if is_nonlinear(task) else read_program(file), file, number)
+
+
+def _placed(qp, file, instance):
+    qp.file, qp.instance = file, instance
+    return qp
 
 
 def is_nonlinear(task):
     return task.get("kind") == "nonlinear"
 
 
-def solver_on(program, solver, task, qp):
-    """The arguments of run()."""
+def solver_on(program, solver, task, qp, step):
+    """One solver on one instance."""
     if is_nonlinear(task):
-        return (OursNonlinear(program, solver, task, qp) if solver in OURS
-                else NonlinearPeer(program, peer_named(solver), task, qp))
-    return Ours(program, solver, task, qp) if solver in OURS else Peer(peer_named(solver), task, qp)
+        return (OursNonlinear(program, solver, task, qp, step) if solver in OURS
+                else NonlinearPeer(program, peer_named(solver), task, qp, step))
+    return Ours(program, solver, task, qp, step) if solver in OURS else Peer(peer_named(solver), task, qp, step)
 
 
-def run_task(task):
+def version_of(solver, program):
+    """Version of the solver for the lines of the result: `piqp 0.7.0`."""
+    if solver in OURS:
+        return "saltus {version} ({commit})".format(**program.ask(do="version"))
+    return peers.named_version(peer_named(solver)).rstrip(": ")
+
+
+def prepare(program, solver, task, programs, say, step):
+    """(runs by instance, choice, import_us) of a solver, or None after lines that say why there are none."""
+    if solver in task["ended"]:
+        for number in programs:
+            say(failure(task, solver, number, *task["ended"][solver]))
+        return None
+    step("import")
+    with Clock() as importing:
+        missing = "" if solver in OURS else peers.why_missing(peer_named(solver))
+    if missing:
+        say(failure(task, solver, 0, "missing", missing))
+        return None
+    step("set-up")
+    try:
+        mine = {number: solver_on(program, solver, task, qp, step) for number, qp in programs.items()}
+        choice = Choice(mine, task["tolerance"])
+    except peers.NotApplicable as why:
+        say(failure(task, solver, 0, "not applicable", str(why)))
+        return None
+    except ProgramError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a peer may throw anything
+        for number in programs:
+            say(failure(task, solver, number, "error", f"{type(error).__name__}: {str(error)[:200]}"))
+        return None
+    if choice.is_hopeless:  # no probe passed with any tolerance: skip the other instances
+        mine = {number: mine[number] for number in probes(mine)}
+    return mine, choice, importing.wall_us
+
+
+def run_task(task, channel):
+    channel.step(None, "task")
     with Program() as program, tempfile.TemporaryDirectory(prefix="saltus-bench-") as folder:
         programs = {number: written(program, task, number, folder) for number in task["instances"]}
         results, runs = {}, {}
-        with one_at_a_time():
-            for solver in task["solvers"]:
-                if solver in task.get("ended", {}):
-                    for number in programs:
-                        say(failure(task, solver, number, *task["ended"][solver]))
+        for solver in task["solvers"]:
+            version = version_of(solver, program)
+
+            def say(line):
+                channel.say({**line, "machine": {"version": version}})
+            prepared = prepare(program, solver, task, programs, say, lambda step: channel.step(solver, step))
+            if prepared is None:
+                continue
+            mine, choice, import_us = runs[solver] = prepared
+            told = {"asked": choice.asked, "setting": choice.setting, "swept": choice.swept}
+            results[solver] = {number: {**failure(task, solver, number, "", ""), **told,
+                                        "machine": {"version": version}, "times": {"import_us": round(import_us, 3)}}
+                               for number in mine}
+        slow = set()
+        for _ in range(task["repetitions"]):
+            for solver, (mine, choice, _) in runs.items():
+                if solver in slow:
                     continue
-                say({"trying": solver})
-                missing = "" if solver in OURS else peers.why_missing(peer_named(solver))
-                if missing:
-                    say(failure(task, solver, 0, "missing", missing))
-                    continue
+                channel.step(solver, "check")
+                begin = time.monotonic()
                 try:
-                    mine = {number: solver_on(program, solver, task, qp)
-                            for number, qp in programs.items()}
-                    asked, accepted = choose_tolerance(mine, programs, task["tolerance"])
-                except peers.NotApplicable as why:
-                    say(failure(task, solver, 0, "not applicable", str(why)))
-                    continue
-                except Exception as error:  # noqa: BLE001 - a peer may throw anything
-                    for number in programs:
-                        say(failure(task, solver, number, "error",
-                                    f"{type(error).__name__}: {str(error)[:200]}"))
-                    continue
-                if accepted == 0:  # no probe passed with any tolerance: skip the other instances
-                    mine = {number: mine[number] for number in probes(mine)}
-                runs[solver] = mine
-                results[solver] = {number: {**failure(task, solver, number, "", ""),
-                                            "asked": asked} for number in mine}
-            slow = set()
-            for _ in range(task["repetitions"]):
-                for solver, mine in runs.items():
-                    if solver in slow:
-                        continue
-                    say({"trying": solver})
-                    begin = time.process_time()
-                    try:
-                        measure(task, solver, mine, programs, results[solver])
-                    except Exception as error:  # noqa: BLE001
-                        for number in mine:
-                            results[solver][number].update(
-                                verdict="error", claimed=f"{type(error).__name__}: {error}"[:200])
-                    missed_all = all(line["verdict"] != "solved" for line in results[solver].values())
-                    if missed_all or time.process_time() - begin > PATIENCE:
-                        slow.add(solver)
-            say({"trying": None})
+                    measure(task, mine, results[solver], choice)
+                except ProgramError:
+                    raise
+                except Exception as error:  # noqa: BLE001
+                    for number in mine:
+                        results[solver][number].update(
+                            verdict="error", claimed=f"{type(error).__name__}: {error}"[:200])
+                missed_all = all(line["verdict"] != "solved" for line in results[solver].values())
+                if missed_all or time.monotonic() - begin > task["limits"]["solve"]:
+                    slow.add(solver)
+        channel.step(None, "task")
         for solver in runs:
             for line in results[solver].values():
-                say(line)
-    say({"done": task["id"]})
+                channel.say(line)
+    channel.say({"done": task["id"]})
 
 
 def main(words):
     end_with_parent()
+    if words == ["--solvers"]:
+        task, channel = supervisor.receive()
+        try:
+            run_task(task, channel)
+        except ProgramDied:  # a failure of the solver that was tried last
+            return 1
+        except ProgramError as error:
+            channel.say({"error": str(error)})
+        return 0
     try:
         task = json.loads(words[0])
-        if task.get("kind") == "command":
-            campaign.carry_out(task, say)
-            say({"done": task["id"]})
-        else:
-            run_task(task)
+        lines = campaign.carry_out(task) if task.get("kind") == "command" else supervisor.carry_out(task)
     except ProgramError as error:
         print(f"saltus bench task: {error}", file=sys.stderr)
         return 2
+    for line in [*lines, {"done": task["id"]}]:
+        print(json.dumps(line))
     return 0
