@@ -667,6 +667,9 @@ class Scripts(unittest.TestCase):
         self.assertEqual(choice.swept, {"own start": [3, 90], "guess": [3, 60], "guess rolled out": [3, 30]})
         choice, _ = self.choice(lambda n, tol, s: 1.0 if s == "guess" else 0.3 * tol, settings=("own start", "guess"))
         self.assertEqual(choice.setting, "own start")
+        # A setting that needs a tighter tolerance is not left out.
+        choice, _ = self.choice(lambda n, tol, s: (0.9 if s == "guess" else 0.3) * tol, settings=("own start", "guess"))
+        self.assertEqual((choice.setting, round(1e9 * choice.asked, 9)), ("guess", 1.0))
 
     def staged_program(self):
         """Two intervals of x+ = x + u with 0 <= u <= 1 from x = 1, with a guess and a warm start."""
@@ -738,17 +741,22 @@ class Scripts(unittest.TestCase):
                 import ctypes
                 self.got.append((name.decode(), stage.value, ctypes.cast(value, ctypes.POINTER(ctypes.c_double))[0]))
 
+            def ipm_solve(self, *_):
+                self.got.append("solve")
+
             def ipm_arg_set(self, name, value, _):
                 self.got.append((name.decode(), value._obj.value))
         one = numpy.array([0])
         stage = argparse.Namespace(x=slice(0, 1), u=slice(1, 2), dynamics=slice(0, 1), rows=slice(1, 2), bounded_x=one, bounded_u=one)
         solver = hpipm._Hpipm.__new__(hpipm._Hpipm)
-        solver.stages, solver.sol, solver.arg = [stage], None, None
+        solver.stages, solver.sol, solver.arg, solver.qp, solver.ws = [stage], None, None, None, None
         point = tuple(map(numpy.array, ([3.0, 4.0], [5.0, -6.0], [7.0, -8.0])))
         states, pushes = [("x", 0, 3.0), ("u", 0, 4.0)], [
             ("pi", 0, 5.0), ("lam_lg", 0, 6.0), ("lam_ug", 0, 0.0), ("lam_lbx", 0, 0.0), ("lam_ubx", 0, 7.0), ("lam_lbu", 0, 8.0),
             ("lam_ubu", 0, 0.0)]
-        for start, level, expected in ((None, 0, []), (point, 1, states), (point, 2, states + pushes), (point, 3, states + pushes)):
+        # A start without an iteration computes the slacks; otherwise those of the previous solve would help.
+        warm = [*states, ("warm_start", 1), ("iter_max", 0), "solve", ("iter_max", hpipm.ITERATIONS), *states, *pushes]
+        for start, level, expected in ((None, 0, []), (point, 1, states), (point, 2, warm), (point, 3, warm)):
             solver.f, solver.level = Library(), level or 1
             solver.hand_over(start)
             self.assertEqual(solver.f.got, [*expected, ("warm_start", level)])

@@ -87,9 +87,10 @@ TEST(FlatQp, PointsRoundTripAndRollOut) {
     VectorXd rows = VectorXd::Zero(instance.flat.row_pattern.rows());
     instance.flat.row_pattern.for_each(
         [&](int i, int j, int e) { rows[i] += instance.flat.rows[e] * w[j]; });
-    for (int i = 0; i < rows.size(); ++i)
-      if (instance.flat.row_lower[i] == instance.flat.row_upper[i])
-        EXPECT_NEAR(rows[i], instance.flat.row_lower[i], rounding * (1.0 + rows.norm())) << name;
+    for (int i = 0; i < rows.size(); ++i) {
+      if (instance.flat.row_lower[i] != instance.flat.row_upper[i]) continue;
+      EXPECT_NEAR(rows[i], instance.flat.row_lower[i], rounding * (1.0 + rows.norm())) << name;
+    }
   }
 }
 

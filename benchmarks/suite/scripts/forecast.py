@@ -1,5 +1,5 @@
-"""Forecast of a run from the seconds that each solver took on each task in earlier runs: of this machine, or those in
-seconds.json. The unit does not matter, because the progress of the run itself determines it."""
+"""Forecast of a run from the seconds that each solver took on each task in earlier runs of this user. Only their ratios
+matter, because the progress of the run itself shows how fast the machine is."""
 
 import json
 import os
@@ -9,28 +9,19 @@ import time
 from cache import cache_folder
 from package import write_text
 
-SHIPPED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "seconds.json")
 
-
-def _own():
+def _path():
     return os.path.join(cache_folder(), "bench_seconds.json")
 
 
-def _read(path):
+def known_seconds():
+    """task -> solver -> seconds per instance and repetition. Empty without a readable file."""
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(_path(), encoding="utf-8") as file:
             known = json.load(file)
         return {task: {solver: float(s) for solver, s in of.items()} for task, of in known.items()}
     except (OSError, ValueError, AttributeError, TypeError):
         return {}
-
-
-def known_seconds():
-    """task -> solver -> seconds per instance and repetition."""
-    known = _read(SHIPPED)
-    for task, of in _read(_own()).items():
-        known.setdefault(task, {}).update(of)
-    return known
 
 
 def size_of(task):
@@ -48,10 +39,10 @@ def seconds_of(task, lines):
 def learn(found):
     """Keeps the seconds of this run for the next one; without a cache folder there is no next one."""
     try:
-        own = _read(_own())
+        known = known_seconds()
         for task, of in found.items():
-            own.setdefault(task, {}).update(of)
-        write_text(_own(), json.dumps(own))
+            known.setdefault(task, {}).update(of)
+        write_text(_path(), json.dumps(known))
     except OSError:
         pass
 

@@ -72,7 +72,7 @@ def values(array):
 
 
 class _Hpipm(Adapter):
-    level = 1  # of warm starts. 1: states and inputs; 2, 3: multipliers and slacks too; 0 is its own start
+    level = 1  # of warm starts. 1: states and inputs; 2, 3: multipliers too; 0 is its own start
     mode = SPEED
 
     @classmethod
@@ -143,10 +143,21 @@ class _Hpipm(Adapter):
 
     def hand_over(self, start):
         level = 0 if start is None else self.level
-        for k, s in enumerate(self.stages if level else ()):
-            w, rows, bounds = start
+        if level:
+            self._give(start, False)
+        if level > 1:  # its slacks have no setter, and those of the previous solve must not help
+            self._argument("warm_start", ctypes.c_int(1))
+            self._argument("iter_max", ctypes.c_int(0))
+            self.run()
+            self._argument("iter_max", ctypes.c_int(ITERATIONS))
+            self._give(start, True)
+        self._argument("warm_start", ctypes.c_int(level))
+
+    def _give(self, start, with_multipliers):
+        w, rows, bounds = start
+        for k, s in enumerate(self.stages):
             given = {"x": w[s.x], "u": w[s.u]}
-            if level > 1:
+            if with_multipliers:
                 given["pi"] = rows[s.dynamics]
                 for name, pushes in (("g", rows[s.rows]), ("bx", bounds[s.x.start + s.bounded_x]),
                                      ("bu", bounds[s.u.start + s.bounded_u])):
@@ -156,7 +167,6 @@ class _Hpipm(Adapter):
                     where, kept = values(array)
                     self.f.sol_set(name.encode(), ctypes.c_int(k), where, self.sol)
                     del kept
-        self._argument("warm_start", ctypes.c_int(level))
 
     def run(self):
         self.f.ipm_solve(self.qp, self.sol, self.arg, self.ws)

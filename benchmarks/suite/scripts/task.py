@@ -213,8 +213,8 @@ def probes(numbers):
 
 
 class Choice:
-    """The requested tolerance and the setting of a solver: the loosest tolerance with which all instances pass, and of
-    its settings the one with the fewest iterations. Criteria of solvers differ, and none must lose because of its
+    """The requested tolerance and the setting of a solver: of its settings the one with the fewest iterations, each with
+    the loosest tolerance with which all instances pass. Criteria of solvers differ, and none must lose because of its
     definition of the tolerance. The rule is the same for all solvers, ours too.
 
     The probes try the ladder with a margin. Then all instances run once, untimed, and a miss tightens the tolerance."""
@@ -222,22 +222,25 @@ class Choice:
     def __init__(self, runs, accepted):
         self.accepted = accepted
         one = next(iter(runs.values()))
-        self.settings, self.default = one.settings, one.settings[0]
-        self.asked, self.setting, self.count, self.swept = None, self.default, -1, {}
         numbers, ladder = probes(runs), [factor * accepted for factor in one.ladder]
-        for rung, asked in enumerate(ladder):
-            passed = [self._try(runs, numbers, asked, setting) for setting in self.settings]
-            best = max(range(len(passed)), key=lambda i: (passed[i][0], passed[i][1], -passed[i][2], -i))
-            if passed[best][:2] > (getattr(self, "safe", -1), self.count):
-                self.asked, self.setting = asked, self.settings[best]
-                self.safe, self.count = passed[best][:2]
-                self.swept = {s: [p[1], p[2]] for s, p in zip(self.settings, passed)}
-                self.rung = rung
-            if self.safe == len(numbers):
-                break
-        self.is_hopeless = self.count == 0
+        found = {setting: self._climb(runs, numbers, ladder, setting) for setting in one.settings}
+        self.default, self.setting = one.settings[0], max(found, key=lambda setting: found[setting][:3])
+        _, count, _, rung = found[self.setting]
+        self.asked, self.is_hopeless = ladder[rung], count == 0
+        self.swept = {setting: [count, -fewer] for setting, (_, count, fewer, _) in found.items()}
         if not self.is_hopeless and len(runs) > len(numbers):
-            self._tighten(runs, ladder)
+            self._tighten(runs, ladder[rung:])
+
+    def _climb(self, runs, numbers, ladder, setting):
+        """(probes that pass with the margin, that pass, -iterations, rung) at the loosest tolerance with most of them."""
+        best = (-1, -1, 0, 0)
+        for rung, asked in enumerate(ladder):
+            safe, count, iterations = self._try(runs, numbers, asked, setting)
+            if (safe, count) > best[:2]:
+                best = safe, count, -iterations, rung
+            if safe == len(numbers):
+                break
+        return best
 
     def _try(self, runs, numbers, asked, setting):
         """(instances that pass with the margin, that pass, iterations) at a tolerance."""
@@ -251,7 +254,7 @@ class Choice:
 
     def _tighten(self, runs, ladder):
         best = -1
-        for asked in ladder[self.rung:]:
+        for asked in ladder:
             count = self._try(runs, list(runs), asked, self.setting)[1]
             if count > best:
                 best, self.asked = count, asked
