@@ -1059,6 +1059,16 @@ class Scripts(unittest.TestCase):
             got, told, error, _ = self.cluster(bad_node, tasks, ("tcp://b:1",))
             self.assertEqual((got, error), ([], f"no usable worker is left: tcp://b:1: {sentence}"))
 
+    def test_dead_program_of_a_task_is_a_crash_here_and_repeated_elsewhere(self):
+        def dies_once(worker, task, attempt):
+            return {"status": -9, "lines": "", "error": ""} if task == "t1" and attempt == 1 else self.good(task)
+        got, told, error, _ = self.cluster(dies_once, ["t1", "t2"])
+        self.assertEqual((sorted(got), told, error), ([("t1", 1), ("t2", 1)], [], ""))
+        import engine
+        lines = engine.results_here({"id": "t", "problem": "p", "solvers": ["a", "b"]}, {"status": -9, "lines": "", "error": "no"})
+        self.assertEqual([(line["solver"], line["verdict"], line["claimed"]) for line in lines],
+                         [(name, "crashed", "the task ended with status -9: no") for name in ("a", "b")])
+
     def test_task_that_fails_everywhere_is_an_error(self):
         def invalid(worker, task, attempt):
             return {"status": 2, "lines": "", "error": "no such problem"} if task == "t5" else self.good(task)

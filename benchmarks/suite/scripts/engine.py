@@ -55,14 +55,29 @@ def run_program(program, task):
 run_program.__module__ = "__main__"
 
 
+class TaskDied(Exception):
+    """The program of a task ended without its results; the message is one sentence."""
+
+
 def results_of(task, outcome):
-    """The lines of a task that ended. Raises EngineError if it did not: invalid, or not runnable on that machine."""
+    """The lines of a task that ended. Raises EngineError if the task is invalid or cannot run on that machine, and
+    TaskDied if its program died."""
     lines = outcome["lines"].splitlines()
     if outcome["status"] == 0 and lines and json.loads(lines[-1]).get("done") == task["id"]:
         return [json.loads(line) for line in lines[:-1]]
-    told = (outcome["error"].strip().splitlines() or ["it says nothing"])[-1]
-    raise EngineError(told if outcome["status"] in (2, CANNOT_START)
-                      else f"the task '{task['id']}' ended with status {outcome['status']}: {told}")
+    told = (outcome["error"].strip().splitlines() or ["no message"])[-1]
+    if outcome["status"] in (2, CANNOT_START):
+        raise EngineError(told)
+    raise TaskDied(f"the task ended with status {outcome['status']}: {told[-300:]}")
+
+
+def results_here(task, outcome):
+    """The lines of a task on this machine. A dead program is a crash of all its solvers."""
+    try:
+        return results_of(task, outcome)
+    except TaskDied as died:
+        return [{"problem": task["problem"], "start": task.get("start"), "solver": name, "instance": 0, "verdict": "crashed",
+                 "claimed": str(died)} for name in task["solvers"]]
 
 
 def run_here(tasks, take, jobs=1):
@@ -73,7 +88,7 @@ def run_here(tasks, take, jobs=1):
         begun = [(task, pool.submit(run_program, program, task)) for task in tasks]
         try:
             for task, outcome in begun:
-                take(task, results_of(task, outcome.result()))
+                take(task, results_here(task, outcome.result()))
         except BaseException:
             for _, outcome in begun:
                 outcome.cancel()
@@ -154,10 +169,10 @@ class Cluster:
         worker = outcome["worker"]
         try:
             lines = results_of(task, outcome)
+        except TaskDied as died:
+            self._retry(task, str(died))
+            return
         except EngineError as error:
-            if outcome["status"] not in (2, CANNOT_START):
-                self._retry(task, str(error))
-                return
             if outcome["status"] == 2:
                 self.failed_on[task["id"]].add(worker)
                 if worker in self.able or len(self.failed_on[task["id"]]) >= ATTEMPTS:
