@@ -1059,6 +1059,50 @@ class Scripts(unittest.TestCase):
             got, told, error, _ = self.cluster(bad_node, tasks, ("tcp://b:1",))
             self.assertEqual((got, error), ([], f"no usable worker is left: tcp://b:1: {sentence}"))
 
+    @unittest.skipUnless(importlib.util.find_spec("distributed"), "needs distributed")
+    def test_dask_survives_killed_workers_and_scheduler(self):
+        sys.path.insert(0, SCRIPTS)
+        import engine
+        import random
+        program, port, children = self.path("program"), 20000 + os.getpid() % 20000, {}
+        with open(program, "w", encoding="utf-8") as file:
+            file.write(f"#!{sys.executable} -S\nimport json, sys, time\ntime.sleep(0.05)\ntask = json.loads(sys.argv[3])['id']\n"
+                       "print(json.dumps({'solver': 's'}))\nprint(json.dumps({'done': task}))\n")
+        os.chmod(program, 0o755)
+
+        def start(name):
+            words = (["scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"] if name == "scheduler" else
+                     ["worker", f"tcp://127.0.0.1:{port}", "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard", "--no-nanny",
+                      "--local-directory", self.path(name)])
+            children[name] = subprocess.Popen([sys.executable, "-m", f"distributed.cli.dask_{words[0]}", *words[1:]],
+                                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=self.folder)
+
+        def end(name):
+            children[name].kill()
+            children[name].wait()
+        self.addCleanup(lambda: [end(name) for name in children])
+        before = os.environ.get("SALTUS_PROGRAM", "")
+        self.addCleanup(lambda: os.environ.__setitem__("SALTUS_PROGRAM", before))
+        os.environ["SALTUS_PROGRAM"] = program
+        names, draws, got = ["a", "b", "c"], random.Random(1), []
+        for name in ("scheduler", *names):
+            start(name)
+
+        def take(task, lines):
+            got.append((task["id"], len(lines)))
+            if len(got) == 60:
+                for name in ("scheduler", *names):
+                    end(name)
+                for name in ("scheduler", *names):
+                    start(name)
+            elif len(got) % 15 == 0:
+                name = draws.choice(names)
+                end(name)
+                start(name)
+        tasks = [{"id": f"t{i}", "problem": "p", "solvers": ["s"]} for i in range(120)]
+        engine.run_on_cluster(tasks, take, f"tcp://127.0.0.1:{port}")
+        self.assertEqual(sorted(got), sorted((task["id"], 1) for task in tasks))
+
     def test_dead_program_of_a_task_is_a_crash_here_and_repeated_elsewhere(self):
         def dies_once(worker, task, attempt):
             return {"status": -9, "lines": "", "error": ""} if task == "t1" and attempt == 1 else self.good(task)
