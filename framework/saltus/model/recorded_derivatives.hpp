@@ -22,7 +22,7 @@ namespace saltus::detail {
 /// Programs for the Jacobian and the Hessian. Immutable after construction.
 class RecordedDerivatives {
  public:
-  /// What to record.
+  /// Derivatives to record.
   struct Parts {
     bool jacobian = true;  ///< the Jacobian
     bool hessian = true;   ///< the Hessian of a weighted sum
