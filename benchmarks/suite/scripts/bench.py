@@ -185,22 +185,18 @@ def carry_out(tasks, whole, arguments):
         print(f"{len(tasks) - len(left)} of {len(tasks)} tasks are already in '{arguments.out}'"
               + ("" if left else ": nothing to run"), file=sys.stderr)
     progress = forecast.Progress(forecast.expected(left, forecast.known_seconds()), len(tasks) - len(left), sys.stderr)
-    seconds = {}
 
     def take(task, lines):
         done.tasks[task["id"]] = lines
         records.append(arguments.out, task["id"], lines)
-        seconds[task["id"]] = forecast.seconds_of(task, lines)
+        if not whole["matrix"].get("campaign"):
+            forecast.learn(task["id"], forecast.seconds_of(task, lines))
         progress.tell(task["id"])
 
-    try:
-        if arguments.scheduler:
-            engine.run_on_cluster(left, take, arguments.scheduler)
-        else:
-            engine.run_here(left, take, getattr(arguments, "jobs", 1))
-    finally:
-        if not whole["matrix"].get("campaign"):
-            forecast.learn(seconds)
+    if arguments.scheduler:
+        engine.run_on_cluster(left, take, arguments.scheduler)
+    else:
+        engine.run_here(left, take, getattr(arguments, "jobs", 1))
     done.tasks = {t["id"]: done.tasks[t["id"]] for t in tasks}  # in the order of the matrix
     records.write(arguments.out, done, list(done.tasks))
     return done

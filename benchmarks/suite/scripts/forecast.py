@@ -36,12 +36,11 @@ def seconds_of(task, lines):
     return {solver: round(seconds / size_of(task), 6) for solver, seconds in found.items()}
 
 
-def learn(found):
-    """Keeps the seconds of this run for the next one; without a cache folder there is no next one."""
+def learn(task, seconds):
+    """Keeps the seconds of a task for the next run. Without a cache folder they are lost."""
     try:
         known = known_seconds()
-        for task, of in found.items():
-            known.setdefault(task, {}).update(of)
+        known.setdefault(task, {}).update(seconds)
         write_text(_path(), json.dumps(known))
     except OSError:
         pass
