@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 PROGRAM = sys.argv.pop(1)
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../benchmarks/suite/scripts")
@@ -25,6 +26,10 @@ class Scripts(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="saltus-bench-test-")
         self.addCleanup(shutil.rmtree, self.folder)
+        # Tests do not write to the cache of the user.
+        cache = unittest.mock.patch.dict(os.environ, XDG_CACHE_HOME=self.path("cache"))
+        cache.start()
+        self.addCleanup(cache.stop)
 
     def path(self, name):
         return os.path.join(self.folder, name)
