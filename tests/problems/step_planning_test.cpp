@@ -264,8 +264,9 @@ TEST(StepChoiceTest, EndsTheLastSwingAsPlanned) {
       if (now.time < until) landing.reset();
       if (now.time < until && is_swinging && plan.count > 0) landing = plan.steps[0].landing;
       if (now.time >= until && !is_swinging) landing.reset();
-      if (now.time >= until && landing && plan.count > 0)
+      if (now.time >= until && landing && plan.count > 0) {
         EXPECT_NEAR(plan.steps[0].landing, *landing, 0.02) << until << ", " << now.time;
+      }
     });
   }
 }
