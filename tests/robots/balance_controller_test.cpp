@@ -95,7 +95,7 @@ TEST_F(RecordedRun, KeepsAWeakContactAfterAnEarlyLanding) {
   for (RecordedLine& line : lines) {
     const double t = line.readings.time;
     if (t >= landing) break;
-    if (t >= at) line.readings.right[2] += t < at + 3e-3 ? 100.0 : 12.0;
+    if (t >= at) line.readings.right[2] += t < at + 3e-3 ? 100.0 : 30.0;
     c.update(line.readings);
     landings += c.last().has_landed;
     EXPECT_FALSE(c.last().has_lost) << t;
