@@ -250,8 +250,8 @@ TEST(StepChoiceTest, WalksAtTheRequestedVelocityThenStands) {
   }
 }
 
-// A foot whose swing has begun when the walk ends still lands ahead. Otherwise its target would jump
-// back by 4 cm.
+// A foot whose swing has begun when the walk ends still lands ahead. Otherwise its target would
+// jump back by 4 cm.
 TEST(StepChoiceTest, EndsTheLastSwingAsPlanned) {
   for (const double until : {4.0, 4.1, 4.2, 4.3, 4.4}) {
     StepChoice planner(walking_model(), {.velocity = {0.1, 0.0, 0.0}, .walk_until = until}, centres,
