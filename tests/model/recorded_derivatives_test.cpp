@@ -198,6 +198,7 @@ TEST(RecordedDerivatives, AreEqualInAllThreads) {
   for (int k = 0; k < points; ++k) expected[k] = f.dense_hessian(z(k), w);
   std::vector<int> differences(6, 0);  // more threads than kept workspaces
   std::vector<std::thread> threads;
+  threads.reserve(differences.size());
   for (int& different : differences)
     threads.emplace_back([&] {
       for (int k = 0; k < points; ++k)

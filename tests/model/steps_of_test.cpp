@@ -62,6 +62,7 @@ TEST(StepsOf, KnowTheDegreeOfEachOutput) {
   const std::vector<char> states{0, 1, 1, 1}, first{0, 1, 0, 0}, all(4, 1);
   const auto degrees = [&](const std::vector<char>& variable) {
     std::vector<int> result;
+    result.reserve(f.outputs());
     for (int i = 0; i < f.outputs(); ++i) result.push_back(f.degree(i, variable));
     return result;
   };

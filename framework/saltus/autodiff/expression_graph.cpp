@@ -77,10 +77,11 @@ std::size_t ExpressionGraph::Hash::operator()(const ExpressionNode& node) const 
     hash = (hash ^ value) * 0xff51afd7ed558ccdu;
     hash ^= hash >> 32;
   };
-  mix(static_cast<std::uint64_t>(node.input + 1));
+  const auto index = [](int of) { return static_cast<std::uint64_t>(of) + 1; };  // -1: none
+  mix(index(node.input));
   mix(static_cast<std::uint64_t>(node.function));
   mix(std::bit_cast<std::uint64_t>(node.parameter + 0.0));
-  mix(static_cast<std::uint64_t>(node.a + 1) << 32 | static_cast<std::uint64_t>(node.b + 1));
+  mix(index(node.a) << 32 | index(node.b));
   for (const Product& p : node.sum) {
     mix(std::bit_cast<std::uint64_t>(p.scale + 0.0));
     mix(static_cast<std::uint64_t>(p.a) << 32 | static_cast<std::uint64_t>(p.b));
@@ -276,6 +277,7 @@ std::vector<Partial> ExpressionGraph::partials(int index) {
       if (p.b != one) by_argument[p.b].push_back({p.scale, p.a, one});
     }
     std::vector<Partial> result;
+    result.reserve(by_argument.size());
     for (auto& [argument, products] : by_argument)
       result.push_back({argument, sum(std::move(products))});
     return result;
