@@ -71,6 +71,23 @@ struct Thrust {
 
 const auto first = [](const auto&, const auto& x) { return x[0]; };
 
+// A function whose patterns are set from outside, as an imported one may have them.
+class Imported final : public FunctionBody {
+ public:
+  Imported(int inputs, SparsityPattern jacobian, SparsityPattern hessian)
+      : FunctionBody(inputs, 1) {
+    jacobian_pattern_ = std::move(jacobian);
+    hessian_pattern_ = std::move(hessian);
+  }
+  void value(const double*, double* y) const override { *y = 0.0; }
+  void jacobian(const double*, double* y, double*) const override { *y = 0.0; }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+};
+Function imported(int inputs, SparsityPattern jacobian, SparsityPattern hessian) {
+  return Function(
+      std::make_shared<const Imported>(inputs, std::move(jacobian), std::move(hessian)));
+}
+
 struct Velocity1 {  // x' = p u
   template <class S>
   Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
@@ -238,6 +255,62 @@ const std::vector<Mistake>& mistakes() {
       {"PenaltyWeight",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {}, soft("lane", 0.0)); }),
        {"phase 'motion'", "term 'lane'", "'lane'", "positive"}},
+      // --- functions in place of formulas
+      {"EmptyFunction",
+       phase([](Motion& m) { m.keep("lane", Function(), at_most(1.0)); }),
+       {"phase 'motion', term 'lane'", "empty"}},
+      {"InputsOfAFunction",
+       phase([](Motion& m) { m.minimise("effort", make_function<2, 1, 0>(one)); }),
+       {"phase 'motion', term 'effort'", "4 inputs", "1 + 1 + 1 + 0 = 3"}},
+      {"InputsOfDynamics",
+       [] { const Motion m("motion", make_function<2, 1, 0>(Thrust{}), exactly(1.0)); },
+       {"phase 'motion', the dynamics", "4 inputs", "1 + 1 + 1 + 0 = 3"}},
+      {"OutputsOfDynamics",
+       [] {
+         const Phase<2, 1> m("motion", make_function<2, 1, 0>(one), exactly(1.0));
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1, 0}).then(m), ten);
+       },
+       {"phase 'motion'", "the dynamics return 1 entries", "2 states"}},
+      {"InputsOfAnAlgebraicFunction",
+       [] {
+         const auto z = [](const auto&, const auto& xz) { return xz[1]; };
+         Phase<1, 1, 0, 1> m("motion", make_function<2, 1, 0>(first), make_function<2, 1, 0>(z),
+                             VectorXd::Zero(1), exactly(1.0));
+         m.keep("lane", make_function<4, 1, 0>(one), at_most(1.0));
+       },
+       {"phase 'motion', term 'lane'", "6 inputs", "1 + 2 + 1 + 0 = 4"}},
+      {"FunctionAsCost",
+       phase([](Motion& m) { m.minimise("effort", make_function<1, 1, 0>(two)); }),
+       {"phase 'motion'", "term 'effort'", "a cost must be a scalar", "2 rows"}},
+      {"FunctionAsIntegral",
+       phase([](Motion& m) { m.bound_integral("way", make_function<1, 1, 0>(two), at_most(1.0)); }),
+       {"phase 'motion'", "'way'", "scalar"}},
+      {"FunctionAsGuard",
+       free_phase([](Motion& m) {
+         m.ends_when("landing", make_function<1, 1, 0>(two), Crossing::falling);
+       }),
+       {"phase 'motion'", "'landing'", "scalar"}},
+      {"BoundsOfAFunction",
+       phase([](Motion& m) {
+         m.keep("lane", make_function<1, 1, 0>(two), {at_most(1.0), at_most(1.0), at_most(1.0)});
+       }),
+       {"phase 'motion'", "term 'lane'", "2 rows", "3 bounds"}},
+      {"JacobianOfAFunction",
+       phase([](Motion& m) {
+         m.keep("lane", imported(3, {1, 2}, {3, 3}), at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "Jacobian is 1 x 2", "1 outputs and 3 inputs"}},
+      {"HessianOfAFunction",
+       phase([](Motion& m) {
+         m.keep("lane", imported(3, {1, 3}, {}), at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "Hessian is 0 x 0", "3 inputs"}},
+      {"UpperTriangleOfAFunction",
+       phase([](Motion& m) {
+         m.keep("lane", imported(3, {1, 3}, SparsityPattern::dense(3, 3)), at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "Hessian has entry (0, 1)", "lower triangle"}},
       // --- windows
       {"EmptyWindow",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 0.6, .to = 0.3}); }),

@@ -1,6 +1,7 @@
 // A hybrid automaton as the user writes it: named modes and events between them.
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -18,7 +19,8 @@ namespace saltus {
 /// state after the event. Declare modes before the events that use them.
 ///
 /// All modes share the equations of the nz algebraic states z. Formulas then take z after x: f(t,
-/// x, z), f(t, x, z, u) or f(t, x, z, u, p), or f(t, x) alone.
+/// x, z), f(t, x, z, u) or f(t, x, z, u, p), or f(t, x) alone. Like Phase, it also takes a Function
+/// in place of a formula.
 template <int nx, int nu = 0, int np = 0, int nz = 0>
 class Automaton {
  public:
@@ -102,21 +104,28 @@ class Automaton {
 
  private:
   template <class F, int rows>
-  static constexpr bool returns_rows =
-      ReturnsRows<std::conditional_t<nz == 0, F, FormulaWithAlgebraic<nx, nz, F>>, rows, nx + nz,
-                  nu, np>;
+  static constexpr bool returns_rows = ReturnsRows<
+      std::conditional_t<nz == 0 || std::same_as<F, Function>, F, FormulaWithAlgebraic<nx, nz, F>>,
+      rows, nx + nz, nu, np>;
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) const {
-    if constexpr (nz == 0)
+    if constexpr (nz == 0) {
       return make_function<nx, nu, np>(std::move(formula), {{}, what, name});
-    else
+    } else {
+      if constexpr (std::same_as<F, Function>)
+        if (formula && formula.inputs() == Arguments{nx, nu, np}.size())
+          return make_function<nx, nu, np>(std::move(formula), {{}, what, name});
       return eliminate(extended(what, name, std::move(formula)), algebraic_.equations);
+    }
   }
   // The formula as a function of (t | x z | u | p).
   template <class F>
   static Function extended(const char* what, const std::string& name, F formula) {
-    return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
-                                          {{}, what, name});
+    if constexpr (std::same_as<F, Function>)
+      return make_function<nx + nz, nu, np>(std::move(formula), {{}, what, name});
+    else
+      return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
+                                            {{}, what, name});
   }
   Automaton& add(std::string name, const std::string& from, const std::string& to, Function guard,
                  Crossing direction, Function reset) {

@@ -36,10 +36,20 @@ struct Arguments {
 };
 
 /// Terms included in a Hessian. Gauss-Newton keeps J' W J of least-squares terms and the full
-/// Hessian of other costs. It drops the curvature of constraints and dynamics.
+/// Hessian of other costs. It drops the curvature of constraints and dynamics, except for that
+/// along free durations and start times, which the integrators know exactly.
 enum class Curvature { exact, gauss_newton };
 
 /// Implementation of a Function: y = f(z) with `inputs` entries of z and `outputs` entries of y.
+///
+/// Derive from it to use a function that is not a C++ formula, for example generated code. A
+/// derived class sets both patterns in its constructor and implements value(), jacobian() and
+/// hessian(). A pattern holds every entry that is nonzero for any z (and any weights), in rows with
+/// ascending columns, and an evaluation writes all of its entries. The Hessian pattern is a lower
+/// triangle. An entry that the patterns omit counts as zero: solvers then converge slowly or not at
+/// all. check_derivatives() (saltus/model/derivative_check.hpp) compares patterns and entries with
+/// differences. Outputs need second derivatives where z is a state, input, unknown or free time.
+///
 /// Evaluation does not throw by itself. Several threads may evaluate one body concurrently if
 /// is_reentrant(). All bodies of this library are, except interval_function(). A body that needs a
 /// workspace creates it at construction (WorkspacePool). Evaluation then allocates only if another

@@ -123,6 +123,11 @@ using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
 FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
                                   const TraceFormula& trace, FormulaSteps& steps);
 
+/// Returns the function. Throws DefinitionError with the name if it is empty, if its argument is
+/// not z = (t | x | u | p) of these sizes, or if its patterns do not have the sizes of its
+/// derivatives.
+Function checked_function(Function function, const Arguments& sizes, const FormulaName& name);
+
 }  // namespace detail
 
 }  // namespace saltus
@@ -356,10 +361,15 @@ class FormulaBody final : public TracedBody {
 /// not allocate. Both kinds of Curvature give the full Hessian: only compositions drop terms.
 /// Throws DefinitionError with the name if the formula accesses an entry out of range or returns an
 /// unwritten entry.
+///
+/// A Function of z = (t | x | u | p) is returned as it is, after its sizes are checked. Phases,
+/// automata, jumps and plants therefore take a Function where they take a formula.
 template <int nx, int nu, int np, class F>
 Function make_function(F formula, const FormulaName& name = {}) {
   static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");
-  if constexpr (Formula<F, Dual<double, 0>, nx, nu, np>) {
+  if constexpr (std::same_as<F, Function>) {
+    return detail::checked_function(std::move(formula), {nx, nu, np}, name);
+  } else if constexpr (Formula<F, Dual<double, 0>, nx, nu, np>) {
     return detail::cheapest_function(std::unique_ptr<const detail::TracedBody>(
         new detail::FormulaBody<nx, nu, np, F>(std::move(formula), name)));
   } else {

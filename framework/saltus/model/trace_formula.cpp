@@ -80,4 +80,34 @@ detail::FormulaStructure detail::traced_structure(const FormulaName& name, const
   return detail::structure_of(sizes.size(), y);
 }
 
+Function detail::checked_function(Function function, const Arguments& sizes,
+                                  const FormulaName& name) {
+  if (!function) throw DefinitionError(fmt::format("{}: the function is empty", describe(name)));
+  const int n = function.inputs(), m = function.outputs();
+  if (n != sizes.size())
+    throw DefinitionError(
+        fmt::format("{}: the function has {} inputs, but (t, x, u, p) has 1 + {} + {} + {} = {} "
+                    "entries",
+                    describe(name), n, sizes.nx, sizes.nu, sizes.np, sizes.size()));
+  const SparsityPattern& jacobian = function.jacobian_pattern();
+  if (jacobian.rows() != m || jacobian.cols() != n)
+    throw DefinitionError(
+        fmt::format("{}: the pattern of the function's Jacobian is {} x {}, but it has {} outputs "
+                    "and {} inputs",
+                    describe(name), jacobian.rows(), jacobian.cols(), m, n));
+  const SparsityPattern& hessian = function.hessian_pattern();
+  if (hessian.rows() != n || hessian.cols() != n)
+    throw DefinitionError(
+        fmt::format("{}: the pattern of the function's Hessian is {} x {}, but it has {} inputs",
+                    describe(name), hessian.rows(), hessian.cols(), n));
+  hessian.for_each([&](int row, int col, int) {
+    if (col > row)
+      throw DefinitionError(
+          fmt::format("{}: the pattern of the function's Hessian has entry ({}, {}), but it must "
+                      "hold the lower triangle",
+                      describe(name), row, col));
+  });
+  return function;
+}
+
 }  // namespace saltus

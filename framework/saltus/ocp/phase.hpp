@@ -1,6 +1,7 @@
 // A phase as the user defines it: dynamics, terms, bounds and guesses, with sizes in the type.
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -32,6 +33,9 @@ void add_reset(PhaseDefinition& phase, const std::string& event, Function guard,
 ///
 /// With nz algebraic states z, every formula takes them after x: f(t, x, z), f(t, x, z, u) or f(t,
 /// x, z, u, p), or f(t, x) alone.
+///
+/// Every method also takes a Function (saltus/model/function.hpp) in place of a formula, with the
+/// argument (t | x | u | p), or (t | x z | u | p) if there are algebraic states.
 template <int nx, int nu, int np = 0, int nz = 0>
 class Phase {
  public:
@@ -133,12 +137,6 @@ class Phase {
     add_constraint(d_, std::move(name), Term::Domain::running,
                    erased("term", name, std::move(formula)), {bounds}, std::move(window),
                    std::nullopt);
-    return *this;
-  }
-  /// Same as above for a Function of z = (t | x | u | p) that is not a C++ formula.
-  Phase& keep(std::string name, Function function, Bounds bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), Term::Domain::running, std::move(function), {bounds},
-                   std::move(window), std::nullopt);
     return *this;
   }
   /// Same as above with one Bounds per row.
@@ -379,22 +377,29 @@ class Phase {
     }
   };
   template <class F, int rows>
-  static constexpr bool returns_rows =
-      ReturnsRows<std::conditional_t<nz == 0, F, FormulaWithAlgebraic<nx, nz, F>>, rows, nx + nz,
-                  nu, np>;
+  static constexpr bool returns_rows = ReturnsRows<
+      std::conditional_t<nz == 0 || std::same_as<F, Function>, F, FormulaWithAlgebraic<nx, nz, F>>,
+      rows, nx + nz, nu, np>;
   // Functions that take name and formula take the name by reference, so it is still valid here.
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) {
-    if constexpr (nz == 0)
+    if constexpr (nz == 0) {
       return make_function<nx, nu, np>(std::move(formula), {d_.name, what, name});
-    else
+    } else {
+      if constexpr (std::same_as<F, Function>)
+        if (formula && formula.inputs() == Arguments{nx, nu, np}.size())
+          return make_function<nx, nu, np>(std::move(formula), {d_.name, what, name});
       return eliminate(extended(what, name, std::move(formula)), d_.algebraic.equations);
+    }
   }
   // The formula as a function of (t | x z | u | p).
   template <class F>
   Function extended(const char* what, const std::string& name, F formula) {
-    return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
-                                          {d_.name, what, name});
+    if constexpr (std::same_as<F, Function>)
+      return make_function<nx + nz, nu, np>(std::move(formula), {d_.name, what, name});
+    else
+      return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
+                                            {d_.name, what, name});
   }
 
   PhaseDefinition d_;
