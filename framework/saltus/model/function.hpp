@@ -36,8 +36,7 @@ struct Arguments {
 };
 
 /// Terms included in a Hessian. Gauss-Newton keeps J' W J of least-squares terms and the full
-/// Hessian of other costs. It drops the curvature of constraints and dynamics, except for that
-/// along free durations and start times, which the integrators know exactly.
+/// Hessian of other costs. It drops the curvature of constraints and dynamics.
 enum class Curvature { exact, gauss_newton };
 
 /// Implementation of a Function: y = f(z) with `inputs` entries of z and `outputs` entries of y.
