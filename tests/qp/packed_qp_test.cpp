@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -178,6 +179,78 @@ TEST(PackedQp, RejectsInvalidPrograms) {
   shorter.stages.pop_back();
   EXPECT_FALSE(packed.pack(shorter));
   EXPECT_TRUE(packed.pack(random.qp));
+}
+
+// A program without repeated data, with groups of inputs that act through a common resultant.
+StageQp without_repetition(int nx, int nu, int parts, int rows, std::mt19937& random) {
+  const int size = nu / parts, stages = 4;
+  StageCapacity capacity{.nx = nx, .nu = nu, .groups = {}};
+  for (int part = 0; part < parts; ++part) capacity.groups.push_back({rows, size, part % 3 == 2});
+  if (parts == 1) capacity.groups.push_back({rows, nx + nu, false});
+  StageQp qp(std::vector<StageCapacity>(stages, capacity));
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  const auto fill = [&](auto&& matrix) {
+    for (int j = 0; j < matrix.cols(); ++j)
+      for (int i = 0; i < matrix.rows(); ++i) matrix(i, j) = any(random);
+  };
+  const auto bound = [&](double& lower, double& upper) {
+    lower = any(random);
+    upper = any(random) < 0.0 ? lower : lower + 1.0;
+  };
+  qp.fixed_start = any(random) < 0.0;
+  qp.start = VectorXd::Zero(nx);
+  for (Stage& s : qp.stages) {
+    fill(s.A);
+    fill(s.B);
+    for (int part = 1; part < parts; ++part)
+      s.B.middleCols(part * size, size) = (1.0 + part) * s.B.leftCols(size);
+    for (int i = 0; i < nu; ++i) s.R(i, i) = 2.0 + any(random);
+    s.resultant_size = parts > 1 ? size : 0;
+    for (int i = 0; i < nx; ++i) bound(s.x_lower[i], s.x_upper[i]);
+    for (int i = 0; i < nu; ++i) bound(s.u_lower[i], s.u_upper[i]);
+    for (std::size_t g = 0; g < s.groups.size(); ++g) {
+      RowGroup& group = s.groups[g];
+      group.rows = rows;
+      const int first = g < static_cast<std::size_t>(parts) ? nx + static_cast<int>(g) * size : 0;
+      group.columns.resize(group.M.cols());
+      for (std::size_t c = 0; c < group.columns.size(); ++c)
+        group.columns[c] = first + static_cast<int>(c);
+      fill(group.M);
+      for (int i = 0; i < rows; ++i) bound(group.lower[i], group.upper[i]);
+      if (group.soft) group.l1.setOnes();
+    }
+  }
+  return qp;
+}
+
+TEST(PackedQp, HasMemoryForEveryProgramWithinItsCapacity) {
+  std::mt19937 random(1);
+  int reduced = 0;
+  for (const int nx : {1, 3, 6, 9, 20})
+    for (const int nu : {1, 2, 6, 8, 12, 24, 30})
+      for (int parts = 1; parts <= max_parts && parts <= nu; ++parts)
+        for (const int rows : {1, 7, 18}) {
+          if (nu % parts != 0) continue;
+          const StageQp qp = without_repetition(nx, nu, parts, rows, random);
+          PackedQp packed(qp, {});
+          EXPECT_TRUE(packed.pack(qp)) << nx << " " << nu << " " << parts << " " << rows;
+          reduced += packed.reduced_stages;
+        }
+  EXPECT_GT(reduced, 100);
+}
+
+// The size of push recovery: two contacts with 10 rows each.
+TEST(PackedQp, NeedsAtMostSixtyKilobytesPerStage) {
+  const StageCapacity stage{.nx = 9, .nu = 12, .groups = {{10, 6, false}, {10, 6, false}}};
+  const int stages = 50;
+  const PackedQp packed(StageQp(std::vector<StageCapacity>(stages, stage)), {});
+  const PackedQp::Capacity& most = packed.capacity;
+  const std::size_t bytes =
+      sizeof(double) * (packed.storage.numbers.capacity() + 4 * most.sides + most.equalities) +
+      sizeof(int) * packed.storage.integers.capacity() +
+      sizeof(RowBlock) * packed.storage.blocks.size() +
+      sizeof(Split) * packed.storage.splits.size();
+  EXPECT_LT(bytes / stages, 60000u);  // with vectors of 8 numbers
 }
 
 }  // namespace

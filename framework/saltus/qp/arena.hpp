@@ -13,6 +13,8 @@ class Arena {
   Arena() = default;
   explicit Arena(std::size_t capacity) : storage_(capacity), capacity_(capacity) {}
   void reset() { used_ = 0; }
+  /// Number of elements in total.
+  std::size_t capacity() const { return capacity_; }
   /// Returns the next `count` elements, or nullptr if the capacity is exhausted.
   T* take(int count) {
     const std::size_t step = (static_cast<std::size_t>(count) + 7) / 8 * 8;

@@ -20,50 +20,153 @@ bool same(const VectorXd& a, const VectorXd& b, int rows) {
   return std::memcmp(a.data(), b.data(), sizeof(double) * rows) == 0;
 }
 
+namespace {
+
+// Memory and sizes that the packing of a stage, a group or the bounds needs at most.
+struct Need {
+  std::size_t numbers = 0, integers = 0;
+  int variables = 0, equalities = 0, sides = 0, blocks = 0;
+
+  Need& operator+=(const Need& n) {
+    numbers += n.numbers;
+    integers += n.integers;
+    variables += n.variables;
+    equalities += n.equalities;
+    sides += n.sides;
+    blocks += n.blocks;
+    return *this;
+  }
+};
+
+Need larger_of(const Need& a, const Need& b) {
+  return {std::max(a.numbers, b.numbers),     std::max(a.integers, b.integers),
+          std::max(a.variables, b.variables), std::max(a.equalities, b.equalities),
+          std::max(a.sides, b.sides),         std::max(a.blocks, b.blocks)};
+}
+
+// What Arena::take() uses up for a piece.
+std::size_t piece(int count) { return (static_cast<std::size_t>(count) + 7) / 8 * 8; }
+
+// A block of up to these sizes. Blocks with few columns also store the products of pairs.
+Need block(int rows, int columns) {
+  const auto numbers = [rows](int n) {
+    return piece(padded(rows) * n) + piece(padded(n) * rows) +
+           (n <= max_pair_columns ? piece(padded_pairs_of(n) * rows) : 0);
+  };
+  const int few = std::min(columns, max_pair_columns);
+  return {.numbers = piece(rows) + std::max(numbers(columns), numbers(few)),
+          .integers = piece(pairs_of(columns)),
+          .equalities = padded(rows),
+          .sides = 2 * padded(rows),
+          .blocks = 1};
+}
+
+// Bounds that become rows, each with a column of its own.
+Need block_of_bounds(int rows) {
+  const int few = std::min(rows, max_pair_columns);
+  Need need = block(few, few);
+  need.numbers =
+      std::max(need.numbers, piece(rows) + 2 * piece(padded(rows) * rows));  // without pairs
+  need.integers = piece(pairs_of(rows));
+  need.equalities = padded(rows);
+  need.sides = 0;
+  return need;
+}
+
+// Rows that are divided into equalities and inequalities.
+Need two_blocks(int rows, int columns) {
+  Need most;
+  for (int equal = 0; equal <= rows; ++equal) {
+    Need both = block(equal, columns);
+    both += block(rows - equal, columns);
+    most = larger_of(most, both);
+  }
+  most.equalities = padded(rows);
+  most.sides = 2 * padded(rows);
+  return most;
+}
+
+Need group(int rows, int columns, int inputs) {
+  Need n = two_blocks(rows, std::max(columns, inputs / 2));  // a part has at most half the inputs
+  n.integers += 2 * (piece(rows) + piece(columns) + piece(std::max(columns, inputs)));
+  return n;
+}
+
+// Parts of a common resultant, and the bounds of a stage with them.
+Need parts_and_bounds(int states, int inputs, int parts, int size) {
+  const int n = states + size, ld = padded(size), further = parts - 1, entries = states + inputs;
+  Need need{.numbers = piece(padded(n) * n) + 2 * piece(ld * further * size) + piece(further * ld) +
+                       2 * piece(parts * ld * size) +
+                       static_cast<std::size_t>(further) * piece(Split::size(size)),
+            .integers = 2 * (piece(states) + piece(std::max(states, size)) + piece(entries)),
+            .variables = padded(n) + further * ld,
+            .sides = 2 * padded(n)};
+  need.integers += 2 * (piece(inputs) + piece(entries));
+  need += block_of_bounds(states);
+  need += block_of_bounds(size);
+  for (int part = 0; part < further; ++part) {
+    need += two_blocks(size, size);
+    need.integers += 2 * (piece(inputs) + piece(entries));
+  }
+  return need;
+}
+
+// Everything of a stage except for its groups and the recursion.
+Need stage(int states, int inputs, int next, bool first) {
+  const int n = states + inputs, ld = padded(n), sweep_inputs = first ? n : inputs;
+  Need bounds = block_of_bounds(n);
+  // A search for the maps of a common resultant that fails leaves its memory behind.
+  std::size_t maps = 0;
+  for (int parts = 2; parts <= max_parts; ++parts)
+    maps = std::max(maps, 2 * piece(padded(inputs / parts) * (parts - 1) * (inputs / parts)));
+  bounds.numbers += maps;
+  bounds.integers += 2 * piece(n);
+  bounds.variables = ld;
+  bounds.sides = 2 * ld;
+  for (int parts = 2; parts <= max_parts; ++parts)
+    for (int size = 1; size * parts <= inputs; ++size)
+      bounds = larger_of(bounds, parts_and_bounds(states, inputs, parts, size));
+  bounds.numbers += piece(ld * sweep_inputs) + piece(padded(sweep_inputs)) + 2 * piece(ld) +
+                    piece(padded(next) * n) + piece(ld * next) + piece(padded(next)) +
+                    piece(ld * n);
+  bounds.integers += piece(2 * ((n + 3) / 4));
+  bounds.equalities += padded(next);
+  return bounds;
+}
+
+}  // namespace
+
 PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernels)
     : stages(largest.stages.size()) {
-  std::size_t doubles = 0, ints = 0;
-  int blocks = 0, work = capacity.work;
+  Need all;
+  int work = capacity.work, kept = 0, most = 0;
   for (const Stage& s : largest.stages) {
+    const bool first = &s == &largest.stages.front();
     const int nx = static_cast<int>(s.q.size()), nu = static_cast<int>(s.r.size());
-    const int next = static_cast<int>(s.b.size());
-    const int n = nx + nu, ld = padded(n), spare = 8;
-    const auto matrix = [&](int rows, int columns) {
-      return static_cast<std::size_t>(padded(rows) + spare) * static_cast<std::size_t>(columns + 1);
-    };
-    // Stage matrices. Those of parts are bounded by the full input matrices.
-    doubles += matrix(next, n) + matrix(n, next) + 3 * matrix(n, n) + 4 * matrix(n, 1) +
-               matrix(next, 1) + 8 * matrix(nu, nu) + matrix(next, nu) +
-               8 * max_parts * matrix(nu, 1);
-    ints += static_cast<std::size_t>(8 * (n + next + 16));
-    int v = ld + max_parts * lanes + padded(nu), y = padded(next), all_sides = 2 * (ld + lanes);
-    const auto rows = [&](int count, int columns) {
+    const int next = static_cast<int>(s.b.size()), n = nx + nu;
+    all += stage(nx, nu, next, first);
+    kept += first ? 0 : nx * padded(n);
+    most = std::max(most, (first ? n : nu) * padded(n));
+    const auto work_of = [&](int rows, int columns) {
       const int c = std::max(columns, nu);
-      doubles += 2 * (matrix(count, c) + matrix(c, count) + matrix(count, 1) +
-                      (c <= max_pair_columns ? matrix(padded_pairs_of(c), count) : matrix(1, 1)));
-      // Blocks with few columns store the products of pairs even if other blocks need less memory.
-      doubles += 2 * matrix(padded_pairs_of(max_pair_columns), count);
-      ints += static_cast<std::size_t>(2 * (count + 2 * c + pairs_of(c) + 64));
-      y += padded(count) + lanes;
-      all_sides += 2 * (padded(count) + lanes);
-      blocks += 2;
-      work = std::max(work, padded(count) * (c + 2) + padded(c) * (c + 2));
+      work = std::max(work, padded(rows) * (c + 2) + padded(c) * (c + 2));
     };
-    for (const RowGroup& g : s.groups)
-      rows(static_cast<int>(g.M.rows()), static_cast<int>(g.M.cols()));
-    for (int part = 0; part < max_parts && (part == 0 || part < nu); ++part)
-      rows(part == 0 ? n : nu, part == 0 ? n : nu);
+    for (const RowGroup& g : s.groups) {
+      const int rows = static_cast<int>(g.M.rows()), columns = static_cast<int>(g.M.cols());
+      all += group(rows, columns, first ? n : nu);
+      work_of(rows, columns);
+    }
+    work_of(n, n);
     work = std::max({work, (padded(next) + 8) * (n + 2), 8 * (padded(nu) + 8) * (nu + 2)});
-    capacity.variables += v;
-    capacity.equalities += y;
-    capacity.sides += all_sides;
   }
-  capacity.work = work;
+  // Kernels work on whole vectors and may touch a few entries behind the last one.
+  constexpr int behind = 64;
+  capacity = {all.variables + behind, all.equalities + behind, all.sides + behind, work};
   storage.kernels.assign(kernels.begin(), kernels.end());
-  storage.blocks.resize(blocks);
+  storage.blocks.resize(all.blocks);
   storage.splits.resize((max_parts - 1) * stages.size());
-  storage.numbers = Arena<double, AlignedArray>(doubles);
-  storage.integers = Arena<int, std::vector<int>>(ints);
+  storage.numbers = Arena<double, AlignedArray>(all.numbers + piece(kept + most) + behind);
+  storage.integers = Arena<int, std::vector<int>>(all.integers);
   for (AlignedArray* of_sides : {&active, &beta, &l1, &l2})
     *of_sides = AlignedArray(capacity.sides);
   wanted = AlignedArray(capacity.equalities);
