@@ -61,7 +61,7 @@ Need block(int rows, int columns) {
           .blocks = 1};
 }
 
-// Bounds that become rows, each with a column of its own.
+// Equal bounds become rows with one column for each row.
 Need block_of_bounds(int rows) {
   const int few = std::min(rows, max_pair_columns);
   Need need = block(few, few);
