@@ -107,7 +107,7 @@ TEST(FunctionsInPhases, GiveTheSameProgramAsFormulas) {
   EXPECT_EQ(formulas.bounds, functions.bounds);
 }
 
-// x' = (x1, u - x0^2) with derivatives by hand.
+// x' = (x1, u - x0^2) with derivatives written out.
 class ByHand final : public FunctionBody {
  public:
   ByHand() : FunctionBody(4, 2) {  // z = (t | x0 x1 | u)
