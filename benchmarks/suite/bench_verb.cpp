@@ -26,10 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array scripted{"list",  "run",    "compare",    "report", "merge",    "task",
-                              "peers", "pushes", "robustness", "map",    "reproduce"};
+                              "peers", "pushes", "robustness", "map",    "reproduce",
+                              "fetch", "check"};
 constexpr const char* usage =
     "bench latency | list | run | compare | report | merge | pushes | robustness | map | "
-    "reproduce | peers [--help]";
+    "reproduce | fetch | check | peers [--help]";
 
 constexpr const char* help =
     "compares solvers on the same problems, measures times, runs campaigns\n"
@@ -47,6 +48,8 @@ constexpr const char* help =
     "  robustness repeats named experiments of push recovery over seeds: rates with intervals\n"
     "  map        runs every cell of a survival map, in shards\n"
     "  reproduce  repeats the tables of the pages and lists the differences\n"
+    "  fetch      copies a public set of problems into the user's cache\n"
+    "  check      validates problem files and counts them per class\n"
     "  peers      installs other solvers into a separate Python environment\n";
 
 // `./saltus setup --with-peers` installs next to the program, `saltus bench peers` into the cache.

@@ -818,14 +818,14 @@ class Scripts(unittest.TestCase):
     @unittest.skipUnless(importlib.util.find_spec("scipy"), "needs scipy")
     def test_public_programs_in_matlab_files_are_read(self):
         sys.path.insert(0, SCRIPTS)
-        import data_problems
+        import quadratic_files
         import numpy
         import scipy.io
         import scipy.sparse as sparse
         scipy.io.savemat(self.path("QP.mat"), {
             "P": sparse.csc_matrix([[2.0, 1.0], [1.0, 3.0]]), "q": [[1.0], [2.0]], "r": 7.0,
             "A": sparse.csc_matrix([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), "l": [[1.0], [0.0], [-1e20]], "u": [[1.0], [1e20], [5.0]]})
-        program = data_problems._from_mat("public/QP", self.path("QP.mat"), None)
+        program = quadratic_files.from_mat("public/QP", self.path("QP.mat"))
         self.assertEqual([program[key] for key in ("variables", "rows", "constant", "lower", "upper", "row_lower", "row_upper")],
                          [2, 1, 7.0, [0.0, None], [None, 5.0], [1.0], [1.0]])
         self.assertEqual(sorted(program["hessian"]["value"]), [1.0, 2.0, 3.0])

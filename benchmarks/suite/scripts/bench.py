@@ -10,7 +10,7 @@ import sys
 
 from cache import INSTALL_PEERS
 
-OK, DIFFERENT, MISTAKE, FAILED, LOST, INTERRUPTED = 0, 1, 2, 3, 4, 130
+OK, DIFFERENT, MISTAKE, FAILED, LOST, NO_NETWORK, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
 
 
 def asked_of_program():
@@ -41,8 +41,8 @@ def list_all(arguments):
     for p in description["problems"]:
         count = {0: "any number of instances", 1: "one instance"}.get(p["instances"], f"{p['instances']} instances")
         print(f"  {p['name']:<{width}} {p['about'].rstrip('.')}; {count}" + ("; cold and warm" if p["warm"] else ""))
-    if not any(p["name"].startswith("public/") for p in description["problems"]):
-        print("  (public programs: set SALTUS_REFERENCE_DATA to a folder with .npz or .mat files)")
+    for sentence in missing_sets():
+        print(f"  ({sentence})")
     print("solvers")
     for name in description["solvers"]:
         print(f"  {name:<22} ours")
@@ -51,6 +51,46 @@ def list_all(arguments):
         told = missing or f"{peers.named_version(peer)}{peer.about}"
         print(f"  {peer.name:<22} {told}")
     return OK
+
+
+def missing_sets():
+    """One sentence per public set that is not on this machine."""
+    import public_sets
+    return [f"missing: {name}, {s.files} files; saltus bench fetch {name}" for name, s in public_sets.SETS.items()
+            if not public_sets.files_of(name)]
+
+
+def fetch(arguments):
+    import public_sets
+    if arguments.name is None:
+        for name, s in public_sets.SETS.items():
+            there = len(public_sets.files_of(name))
+            print(f"{name:<20} {there:>4} of {s.files} files, {s.megabytes:g} MB; {s.kind}; licence: {s.licence}; "
+                  f"github.com/{s.repository} at {s.commit[:12]}")
+        return OK
+    if arguments.name not in public_sets.SETS:
+        raise ValueError(f"there is no set '{arguments.name}'; the sets are {', '.join(public_sets.SETS)}")
+    if not 0 < arguments.limit < math.inf:
+        raise ValueError(f"--limit must be a number of seconds above 0, not {arguments.limit}")
+    try:
+        public_sets.fetch(arguments.name, arguments.source, arguments.limit, sys.stdout)
+        return OK
+    except public_sets.FetchError as error:
+        print(f"saltus bench fetch: {error}", file=sys.stderr)
+        return {public_sets.NoNetwork: NO_NETWORK, public_sets.TimeIsUp: LOST}.get(type(error), FAILED)
+
+
+def check_files(arguments):
+    import data_problems
+    import problem_files
+    import public_sets
+    folders = [public_sets.folder_of(name) for name, s in public_sets.SETS.items() if not s.others]
+    paths = arguments.files or [data_problems.STATEMENTS, *filter(os.path.isdir, folders)]
+    invalid = problem_files.check(paths, sys.stdout, brief=arguments.brief)
+    if not arguments.files:
+        for sentence in missing_sets():
+            print(sentence)
+    return FAILED if invalid else OK
 
 
 def saltus_of(description, program):
@@ -348,6 +388,15 @@ def parser():
     p.set_defaults(do=merge)
     p.add_argument("shards", nargs="+")
     p.add_argument("--out", metavar="FILE", required=True)
+    p = verbs.add_parser("fetch", help="copies a public set of problems into the user's cache; without a name: lists the sets")
+    p.set_defaults(do=fetch)
+    p.add_argument("name", nargs="?")
+    p.add_argument("--from", dest="source", metavar="FOLDER", help="a local copy of the repository, or a folder with its files")
+    p.add_argument("--limit", type=float, default=600.0, metavar="SECONDS", help="time limit; the same command continues")
+    p = verbs.add_parser("check", help="validates problem files and counts them per class; without files: all sets on this machine")
+    p.set_defaults(do=check_files)
+    p.add_argument("files", nargs="*", metavar="FILE|FOLDER")
+    p.add_argument("--brief", action="store_true", help="only mistakes and counts")
     p = verbs.add_parser("peers", help="installs other solvers into a separate Python environment")
     p.set_defaults(do=install_peers)
     p.add_argument("folder", nargs="?")

@@ -24,6 +24,8 @@ def all_peers():
 
 def suits(solver, problem):
     """True if the solver supports programs of this kind."""
+    if problem.get("kind") == "complementarity" or (problem.get("kind") == "nonlinear" and problem.get("origin")):
+        return False  # files of these kinds can be read and validated, but not solved yet
     if problem.get("kind") == "nonlinear":  # they compile no sizes in
         return (solver in OURS and solver != "riccati-generic") or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
     return solver != "ipopt" and solver not in [p.name for p in nonlinear_peers.nonlinear_peers()]
@@ -46,10 +48,22 @@ def chosen(wanted, names, what, hidden=()):
     return [n for n in (*names, *hidden) if n in picked]
 
 
+def default_names(problems):
+    """Our problems and a sample, evenly spread, of the published ones: two for each of ours, as far as they are there."""
+    usual = [n for n, p in problems.items() if not p.get("on_request")]
+    ours = [n for n in usual if problems[n].get("origin", "ours") in ("ours", "own file")]
+    others = [n for n in usual if n not in ours and any(suits(s, problems[n]) for s in solver_names())]
+    count = min(len(others), 2 * len(ours))
+    picked = {others[i * len(others) // count] for i in range(count)}
+    return [n for n in usual if n in picked or n in ours]
+
+
 def tasks_of(description, arguments):
     """The list of tasks, in the order of the results."""
     problems = {p["name"]: p for p in description["problems"]}
     names = chosen(arguments.problems, problems, "problem")
+    if not arguments.problems:
+        names = default_names(problems)
     solvers = chosen(arguments.solvers, solver_names(), "solver", HIDDEN)
     starts = chosen(arguments.start, ("cold", "warm"), "start")
     tasks, limits = [], supervisor.limits()

@@ -37,6 +37,7 @@ class PublicSet:
     digest: str
     largest: int = 1 << 40  # bytes; larger files are not part of the set
     others: str = ""  # a set with the same problems, which is not counted twice
+    kind: str = "quadratic programs"
 
 
 SETS = {
@@ -58,7 +59,7 @@ SETS = {
         "programs with complementarity constraints from nonsmooth optimal control, files below 4 MiB",
         "nosnoc/nosbench", "8f44ce444eb641a0efae4c3c778cf1f37e02b907", ("problems/casadi/*.json",),
         "none stated in the repository", 392, 540, "4dde2a9fcef38705f02576f49fd80793ecc556906f25ea3736e32c3462e367db",
-        largest=4 << 20),
+        largest=4 << 20, kind="complementarity programs"),
 }
 
 
