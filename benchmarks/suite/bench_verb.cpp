@@ -25,9 +25,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array scripted{"list",  "run",    "compare",    "report", "merge",    "task",
-                              "peers", "pushes", "robustness", "map",    "reproduce",
-                              "fetch", "check"};
+constexpr std::array scripted{"list",      "run",   "compare", "report",     "merge",
+                              "task",      "peers", "pushes",  "robustness", "map",
+                              "reproduce", "fetch", "check"};
 constexpr const char* usage =
     "bench latency | list | run | compare | report | merge | pushes | robustness | map | "
     "reproduce | fetch | check | peers [--help]";

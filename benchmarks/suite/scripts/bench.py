@@ -145,6 +145,24 @@ def begin_or_resume(path, head):
     return done
 
 
+def tell_selection(description, arguments, tasks):
+    """What the run lacks: sets that are not fetched, problems that no solver of the suite supports."""
+    import matrix
+    problems = {p["name"]: p for p in description["problems"]}
+    taken = {t["problem"] for t in tasks}
+    if not arguments.problems:
+        ours = sum(problems[name].get("origin", "ours") == "ours" for name in taken)
+        print(f"default set: {len(taken)} problems, {ours} of them ours; not ours: {len(taken) - ours}", file=sys.stderr)
+        for sentence in missing_sets():
+            print(sentence, file=sys.stderr)
+        return
+    left = [n for n in matrix.chosen(arguments.problems, problems, "problem") if n not in taken]
+    unsolved = [n for n in left if not any(matrix.suits(s, problems[n]) for s in matrix.solver_names())]
+    if unsolved:
+        print(f"{len(unsolved)} problems are only read, no solver of the suite takes them yet, '{unsolved[0]}' for example",
+              file=sys.stderr)
+
+
 def run(arguments):
     import matrix
     description = describe()
@@ -155,6 +173,7 @@ def run(arguments):
         there = [p["name"] for p in description["problems"]]
         arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
     tasks = matrix.tasks_of(description, arguments)
+    tell_selection(description, arguments, tasks)
     done = carry_out(tasks, head_of(description, arguments, tasks), arguments)
     return summarise(done, sys.stdout)
 
