@@ -85,10 +85,11 @@ class Files(unittest.TestCase):
 
     def test_collocation_is_exact_for_polynomials(self):
         program = control_problem.ControlProblem({"format": "saltus-ocp 1", "phases": [{
-            "time": [0, 2], "states": [{"name": "x", "start": 0}], "dynamics": ["3*t**2"], "intervals": 1}],
+            "time": [0, 2], "states": [{"name": "x", "start": 0}], "dynamics": ["3*t**2"], "integral": "t**4",
+            "intervals": 1}],
             "objective": "final(x)"}).program()
         x, function = [0.0] + [(2 * c) ** 3 for c in control_problem.POINTS], program["functions"][0]
-        rows = [0.0] * program["rows"]
+        rows, cost = [0.0] * program["rows"], 0.0
         for row, variable, factor in program["linear"]:
             rows[row] += factor * x[variable]
         for block in program["blocks"][:3]:
@@ -96,7 +97,10 @@ class Files(unittest.TestCase):
             for (row, factor), value in zip(block["outputs"], control_problem.evaluate(function, arguments)):
                 if row >= 0:
                     rows[row] += factor * value
+                else:
+                    cost += factor * value
         self.assertLess(max(map(abs, rows)), 1e-12)
+        self.assertAlmostEqual(cost, 2 ** 5 / 5, places=12)
 
     def test_fetch_copies_verifies_and_resumes(self):
         os.makedirs(self.path("source/data"))
