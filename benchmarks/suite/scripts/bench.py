@@ -173,8 +173,8 @@ def run(arguments):
         there = [p["name"] for p in description["problems"]]
         arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
     tasks = matrix.tasks_of(description, arguments)
-    tell_selection(description, arguments, tasks)
     done = carry_out(tasks, head_of(description, arguments, tasks), arguments)
+    tell_selection(description, arguments, tasks)
     return summarise(done, sys.stdout)
 
 
