@@ -2,6 +2,7 @@
 #
 #   saltus_usage           flags for users' objects and our own; installed with the libraries
 #   saltus_sanitizers      flags of the sanitizers for every object, if enabled
+#   saltus_position_independent  flags of objects that can become part of a shared library
 #   saltus_baseline_flags  our own objects: warnings, sanitizers
 #   saltus_flags           our own objects: also the instruction set and optimisation
 #   saltus_program_flags   our own programs: link options
@@ -87,7 +88,12 @@ endif()
 add_library(saltus_baseline_flags INTERFACE)
 add_library(saltus_flags INTERFACE)
 add_library(saltus_sanitizers INTERFACE)
-target_link_libraries(saltus_baseline_flags INTERFACE saltus_usage saltus_sanitizers)
+add_library(saltus_position_independent INTERFACE)
+# Static libraries, too, can be linked into a shared library: a plugin, or an extension of Python. Without semantic
+# interposition the compiler inlines as in a program, so solves keep their bits and their instructions. Programs use the
+# same flags, because precompiled headers contain them.
+target_compile_options(saltus_position_independent INTERFACE -fPIC -fno-semantic-interposition)
+target_link_libraries(saltus_baseline_flags INTERFACE saltus_usage saltus_sanitizers saltus_position_independent)
 target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
 target_compile_options(saltus_baseline_flags INTERFACE
                        -Wall -Wextra -Wshadow -Wnon-virtual-dtor
