@@ -8,17 +8,19 @@
 #   robots    saltus::urdf_libraries  saltus::mesh_library
 #   dart      saltus::dart_libraries
 #   mujoco    saltus::mujoco_library
+#   c         no package: it uses those of core
 #   legged    no package: it uses those of the other components
 #   app       nlohmann_json::nlohmann_json  saltus::yaml_library  saltus::command_line_library
 #
 # Supported releases: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
 # saltusConfig.cmake.in finds the same libraries for users of an installed Saltus.
 
-set(SALTUS_ALL_COMPONENTS core sundials ipopt robots dart mujoco legged app)
+set(SALTUS_ALL_COMPONENTS core c sundials ipopt robots dart mujoco legged app)
 set(SALTUS_COMPONENTS "found" CACHE STRING
     "Components to build, a list of: ${SALTUS_ALL_COMPONENTS}; or 'all'; or 'found': those whose packages are installed")
 # Dependencies between components.
 set(SALTUS_core_NEEDS)
+set(SALTUS_c_NEEDS core)
 set(SALTUS_sundials_NEEDS core)
 set(SALTUS_ipopt_NEEDS core)
 set(SALTUS_app_NEEDS core)
@@ -84,6 +86,9 @@ macro(saltus_find_core)
   if(NOT missing)
     saltus_external(suitesparse LINK ${suitesparse} INCLUDE ${SALTUS_SUITESPARSE_INCLUDE_DIR})
   endif()
+endmacro()
+
+macro(saltus_find_c)
 endmacro()
 
 macro(saltus_find_sundials)
@@ -200,7 +205,7 @@ macro(saltus_find_app)
 endmacro()
 
 # Each component follows its dependencies in this list.
-foreach(component core sundials ipopt app robots dart mujoco legged)
+foreach(component core c sundials ipopt app robots dart mujoco legged)
   set(SALTUS_HAS_${component} OFF)
   if(component IN_LIST SALTUS_WANTED)
     set(missing)

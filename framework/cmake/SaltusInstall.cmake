@@ -68,4 +68,6 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/framework/cmake/saltusConfig
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/saltusConfig.cmake ${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/framework/cmake/saltusPlugin.cmake
+              ${PROJECT_SOURCE_DIR}/framework/cmake/saltusPlugin.map
         DESTINATION ${SALTUS_CMAKE_DIR} COMPONENT core)

@@ -1,12 +1,16 @@
 # Debian packages: `cmake --preset package`, build, `cpack --config build-package/CPackConfig.cmake`.
 #
 #   libsaltus-dev           core: headers and static libraries, find_package(saltus)
-#   libsaltus-NAME-dev      the components sundials, ipopt, app, robots, dart, mujoco, legged
+#   libsaltus-NAME-dev      the components c, sundials, ipopt, app, robots, dart, mujoco, legged
 #   libsaltus-dart0.3       the shared library that hides DART
 #   saltus                  the program with its scripts and data
 #
 # dpkg-shlibdeps computes the dependencies of shared libraries and programs. The dependencies of
 # static libraries are listed here, by their package names in Debian and Ubuntu.
+
+if(BUILD_SHARED_LIBS)
+  message(FATAL_ERROR "The packages contain static libraries: configure them without BUILD_SHARED_LIBS")
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME saltus)
@@ -63,6 +67,11 @@ set(CPACK_COMPONENTS_ALL)
 saltus_package(core libsaltus-dev "hybrid model predictive control: headers and libraries" "${about}
 This package holds the core: formulas, problems, transcription, solvers."
   DEPENDS libeigen3-dev libfmt-dev libsuitesparse-dev)
+if(SALTUS_HAS_c)
+  saltus_package(c libsaltus-c-dev "hybrid model predictive control: C interface of plugins"
+    "${about}\nThis package holds the C interface of controllers in shared libraries."
+    DEPENDS "libsaltus-dev ${version}")
+endif()
 if(SALTUS_HAS_sundials)
   saltus_package(sundials libsaltus-sundials-dev "hybrid model predictive control: integrators of SUNDIALS"
     "${about}\nThis package holds the adaptive integrators CVODES and ARKODE."

@@ -26,6 +26,7 @@ option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs c
 # ---- flags for users' objects ---------------------------------------------------------------------
 
 include(GNUInstallDirs)
+include(saltusPlugin) # saltus_plugin(), also for users
 add_library(saltus_usage INTERFACE)
 set_target_properties(saltus_usage PROPERTIES EXPORT_NAME usage)
 add_library(saltus::usage ALIAS saltus_usage)
@@ -190,7 +191,7 @@ endforeach()
 
 # saltus_layer(NAME [COMPONENT core] [SOURCES a.cpp ...] [DEPENDS saltus::common ...]
 #              [PRIVATE_DEPENDS ...])
-# declares the static library saltus_NAME with the alias saltus::NAME; without sources, a header-only
+# declares the library saltus_NAME with the alias saltus::NAME; without sources, a header-only
 # library. With COMPONENT it belongs to that component: it is installed with it, and not built if the
 # component is disabled. A layer names the layers that it needs, never its own component.
 function(saltus_layer name)
@@ -199,7 +200,12 @@ function(saltus_layer name)
     return()
   endif()
   if(LAYER_SOURCES)
-    add_library(saltus_${name} STATIC ${LAYER_SOURCES})
+    if(BUILD_SHARED_LIBS AND LAYER_COMPONENT)
+      add_library(saltus_${name} SHARED ${LAYER_SOURCES})
+      saltus_shared(saltus_${name})
+    else()
+      add_library(saltus_${name} STATIC ${LAYER_SOURCES})
+    endif()
     target_link_libraries(saltus_${name} PUBLIC saltus_usage ${LAYER_DEPENDS}
                                          PRIVATE $<BUILD_INTERFACE:saltus_flags> ${LAYER_PRIVATE_DEPENDS})
     saltus_reuse(saltus_${name} saltus_common_headers)
@@ -211,6 +217,21 @@ function(saltus_layer name)
   set_target_properties(saltus_${name} PROPERTIES EXPORT_NAME ${name})
   if(LAYER_COMPONENT)
     saltus_in_component(saltus_${name} ${LAYER_COMPONENT})
+  endif()
+endfunction()
+
+# saltus_shared(TARGET): properties of a shared library. Its objects are those of the static library. It has no
+# undefined symbols, and finds the others in its own folder.
+function(saltus_shared target)
+  set_target_properties(${target} PROPERTIES
+    POSITION_INDEPENDENT_CODE OFF # saltus_position_independent has the flag
+    DEFINE_SYMBOL ""
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
+    INSTALL_RPATH "$ORIGIN")
+  if(NOT SALTUS_SANITIZE) # clang links the sanitizers into programs only
+    set(symbols ${PROJECT_SOURCE_DIR}/framework/cmake/saltus_only.map)
+    target_link_options(${target} PRIVATE -Wl,-z,defs -Wl,--version-script=${symbols})
+    set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${symbols})
   endif()
 endfunction()
 
