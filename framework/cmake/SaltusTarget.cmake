@@ -190,17 +190,19 @@ foreach(component core robots legged)
 endforeach()
 
 # saltus_layer(NAME [COMPONENT core] [SOURCES a.cpp ...] [DEPENDS saltus::common ...]
-#              [PRIVATE_DEPENDS ...])
+#              [PRIVATE_DEPENDS ...] [FOR_PROGRAMS])
 # declares the library saltus_NAME with the alias saltus::NAME; without sources, a header-only
 # library. With COMPONENT it belongs to that component: it is installed with it, and not built if the
 # component is disabled. A layer names the layers that it needs, never its own component.
+# The library is static, or shared if BUILD_SHARED_LIBS is on and it belongs to a component. A library FOR_PROGRAMS is
+# always static.
 function(saltus_layer name)
-  cmake_parse_arguments(LAYER "" "COMPONENT" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(LAYER "FOR_PROGRAMS" "COMPONENT" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(LAYER_COMPONENT AND NOT SALTUS_HAS_${LAYER_COMPONENT})
     return()
   endif()
   if(LAYER_SOURCES)
-    if(BUILD_SHARED_LIBS AND LAYER_COMPONENT)
+    if(BUILD_SHARED_LIBS AND LAYER_COMPONENT AND NOT LAYER_FOR_PROGRAMS)
       add_library(saltus_${name} SHARED ${LAYER_SOURCES})
       saltus_shared(saltus_${name})
     else()

@@ -37,7 +37,7 @@ if command -v lintian >/dev/null; then
 fi
 
 components=core
-for component in sundials ipopt app robots dart legged; do
+for component in c sundials ipopt app robots dart legged; do
   [[ ! -f $(echo "$prefix"/lib*/*/cmake/saltus/saltus-$component-targets.cmake) ]] || components+=";$component"
 done
 export LD_LIBRARY_PATH=$(dirname "$(find "$prefix" -name 'libsaltus_dart.so.*' | head -n 1)" 2>/dev/null):${LD_LIBRARY_PATH:-}

@@ -43,7 +43,7 @@ while (($# > 0)); do
   esac
   shift 2
 done
-everything="core;sundials;ipopt;app;robots;dart;mujoco;legged"
+everything="core;c;sundials;ipopt;app;robots;dart;mujoco;legged"
 [[ $components != all ]] || components=$everything
 ((EUID == 0)) || { echo "root is needed to make a file system" >&2; exit 1; }
 command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get install debootstrap" >&2; exit 1; }
@@ -202,7 +202,7 @@ if [[ -z $new_user ]]; then
   done
   step "$(grep 'tests passed' "$log")"
 
-  if [[ $components == *sundials* && $components == *ipopt* ]]; then
+  if [[ ";$components;" == *";c;"* && $components == *sundials* && $components == *ipopt* ]]; then
     cp -r "$source_tree/examples" "$root/src/examples"
     for command in "cmake -S /src/examples -B /src/examples/build -D CMAKE_BUILD_TYPE=Release $prefix" \
       "cmake --build /src/examples/build -j $jobs" "ctest --test-dir /src/examples/build --output-on-failure"; do
