@@ -62,8 +62,7 @@ static PyObject* create(PyObject* self, PyObject* arguments) {
   saltus_sizes sizes;
   if (!PyArg_ParseTuple(arguments, "s", &name)) return NULL;
   const saltus_status status = saltus_create(name, &controller);
-  if (failed(status, controller) ||
-      failed(saltus_read_sizes(controller, &sizes), controller)) {
+  if (failed(status, controller) || failed(saltus_read_sizes(controller, &sizes), controller)) {
     saltus_destroy(controller);
     return NULL;
   }
@@ -129,7 +128,7 @@ static PyMethodDef methods[] = {
     {"plan", plan, METH_O, "plan(controller): times, states and inputs of the nodes"},
     {NULL, NULL, 0, NULL}};
 
-static struct PyModuleDef module = {PyModuleDef_HEAD_INIT, "cart_extension", NULL, -1, methods,
-                                    NULL, NULL, NULL, NULL};
+static struct PyModuleDef module = {
+    PyModuleDef_HEAD_INIT, "cart_extension", NULL, -1, methods, NULL, NULL, NULL, NULL};
 
 PyMODINIT_FUNC PyInit_cart_extension(void) { return PyModule_Create(&module); }

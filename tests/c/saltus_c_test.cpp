@@ -4,10 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "saltus/c/register_controller.hpp"
@@ -50,7 +52,7 @@ MultipleShooting lift() {
   OptimalControlProblem problem("lift");
   problem.start_at({0.0, 0.0})
       .then(powered)
-      .then(coast, jump<3>("stop", [](auto, auto x) {
+      .then(coast, jump<2, 1>("stop", [](auto, auto x, auto, auto) {
               using S = std::decay_t<decltype(x[0])>;
               return Vec<S, 3>{x[0], x[1], S(0.5)};
             }));
@@ -203,8 +205,7 @@ TEST_F(CInterface, PlansHaveARowPerNodeAndTwoPerEvent) {
   EXPECT_NEAR(states[20], 0.5, 1e-7);  // of the solver
   EXPECT_TRUE(std::isnan(inputs[6]));
   EXPECT_NEAR(times[11], 3.0, 1e-12);
-  EXPECT_EQ(saltus_read_plan(lift_, times.data(), nullptr, nullptr, nullptr, 20, &rows),
-            SALTUS_OK);
+  EXPECT_EQ(saltus_read_plan(lift_, times.data(), nullptr, nullptr, nullptr, 20, &rows), SALTUS_OK);
   ASSERT_EQ(saltus_prepare(lift_, 2.0 + period), SALTUS_OK);
   EXPECT_EQ(read(20), SALTUS_NO_PLAN);
 }

@@ -214,8 +214,8 @@ saltus_status saltus_read_sizes(saltus_controller* controller, saltus_sizes* siz
   });
 }
 
-saltus_status saltus_set_data(saltus_controller* controller, const char* name,
-                              const double* values, int count) {
+saltus_status saltus_set_data(saltus_controller* controller, const char* name, const double* values,
+                              int count) {
   return call(controller, [&](RecedingHorizonController& mpc) {
     if (name == nullptr || values == nullptr || count < 1)
       return fail(*controller, SALTUS_BAD_ARGUMENT, "saltus_set_data: no name or no values");
@@ -278,8 +278,8 @@ saltus_status saltus_feedback(saltus_controller* controller, const double* state
   });
 }
 
-saltus_status saltus_read_piece(saltus_controller* controller, int i, double* start,
-                                double* length, double* input, int capacity, int* count) {
+saltus_status saltus_read_piece(saltus_controller* controller, int i, double* start, double* length,
+                                double* input, int capacity, int* count) {
   return call(controller, [&](RecedingHorizonController&) {
     if (start == nullptr || length == nullptr || input == nullptr || count == nullptr)
       return fail(*controller, SALTUS_BAD_ARGUMENT, "saltus_read_piece: a null pointer");

@@ -44,11 +44,11 @@ typedef struct saltus_controller saltus_controller;
 
 /** Sizes that the host needs for its arrays. They do not change. */
 typedef struct saltus_sizes {
-  int states;        /**< entries of the measured state */
-  int inputs;        /**< entries of an input in the first phase */
-  int plan_states;   /**< columns of the states of a plan: the largest phase */
-  int plan_inputs;   /**< columns of the inputs of a plan: the largest phase */
-  double period;     /**< control period in seconds */
+  int states;      /**< entries of the measured state */
+  int inputs;      /**< entries of an input in the first phase */
+  int plan_states; /**< columns of the states of a plan: the largest phase */
+  int plan_inputs; /**< columns of the inputs of a plan: the largest phase */
+  double period;   /**< control period in seconds */
 } saltus_sizes;
 
 /** Result of a tick. */
@@ -91,8 +91,8 @@ saltus_status saltus_read_sizes(saltus_controller* controller, saltus_sizes* siz
 
 /** Sets data of the problem before a tick, by name. Matrices are row-major. With NaN the next tick
  * uses the previous plan. */
-saltus_status saltus_set_data(saltus_controller* controller, const char* name,
-                              const double* values, int count);
+saltus_status saltus_set_data(saltus_controller* controller, const char* name, const double* values,
+                              int count);
 /** Moves an event of the schedule to this time. */
 saltus_status saltus_retime(saltus_controller* controller, const char* event, double time);
 /** Sets the input before the first tick, if the problem reads it. */
@@ -113,8 +113,8 @@ saltus_status saltus_feedback(saltus_controller* controller, const double* state
                               saltus_tick* tick);
 /** Reads piece i of the input of the last tick, constant during [*start, *start + *length). Writes
  * its entries to input[0 ... *count - 1]; capacity: number of entries of the array. */
-saltus_status saltus_read_piece(saltus_controller* controller, int i, double* start,
-                                double* length, double* input, int capacity, int* count);
+saltus_status saltus_read_piece(saltus_controller* controller, int i, double* start, double* length,
+                                double* input, int capacity, int* count);
 
 /** Reads the plan of the last tick, after the tick and before the next change of the controller.
  * If the tick made no plan, it is the source of its input. A row is a node: times[row],
