@@ -9,11 +9,12 @@
 #include <stdlib.h>
 
 /* The functions that this host uses, and their names in the plugin. */
-#define FUNCTIONS(DO)                                                                              \
-  DO(saltus_interface_version)                                                                     \
-  DO(saltus_create)                                                                                \
-  DO(saltus_destroy) DO(saltus_error) DO(saltus_read_sizes) DO(saltus_set_data) DO(saltus_prepare) \
-      DO(saltus_feedback) DO(saltus_read_piece) DO(saltus_read_plan)
+// clang-format off
+#define FUNCTIONS(DO) \
+  DO(saltus_interface_version) DO(saltus_create) DO(saltus_destroy) DO(saltus_error) \
+  DO(saltus_read_sizes) DO(saltus_set_data) DO(saltus_prepare) DO(saltus_feedback) \
+  DO(saltus_read_piece) DO(saltus_read_plan)
+// clang-format on
 #define MEMBER(name) __typeof__(&name) name;
 static struct {
   FUNCTIONS(MEMBER)
