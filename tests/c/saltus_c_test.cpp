@@ -237,7 +237,7 @@ TEST_F(CInterface, AControllerThatCannotBeCreatedSaysWhy) {
   const auto create = [](const char* name, saltus_status expected) {
     saltus_controller* controller = nullptr;
     EXPECT_EQ(saltus_create(name, &controller), expected);
-    const std::string text = saltus_error(controller);
+    std::string text = saltus_error(controller);
     EXPECT_EQ(saltus_prepare(controller, 0.0), SALTUS_BAD_DEFINITION);
     saltus_destroy(controller);
     return text;

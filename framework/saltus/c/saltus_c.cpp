@@ -70,10 +70,14 @@ static_assert(int{SALTUS_OPTIMAL} == int(Provenance::optimal) &&
 
 template <class... Arguments>
 saltus_status fail(saltus_controller& handle, saltus_status status,
-                   fmt::format_string<Arguments...> text, Arguments&&... arguments) {
-  const auto end = fmt::format_to_n(handle.error.data(), handle.error.size() - 1, text,
-                                    std::forward<Arguments>(arguments)...);
-  *end.out = '\0';
+                   fmt::format_string<Arguments...> text, Arguments&&... arguments) noexcept {
+  try {
+    const auto end = fmt::format_to_n(handle.error.data(), handle.error.size() - 1, text,
+                                      std::forward<Arguments>(arguments)...);
+    *end.out = '\0';
+  } catch (...) {  // formatting needs memory
+    handle.error[0] = '\0';
+  }
   return status;
 }
 
