@@ -9,6 +9,7 @@
 #include "problems/suite/library_problems.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
+#include "problems/whole_body/whole_body.hpp"
 #include "saltus/app/logs_verb.hpp"
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/plot_verb.hpp"
@@ -18,6 +19,8 @@ int main(int argc, char** argv) {
   std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(),
                                              saltus::quadruped::entry(), saltus::sway::entry()};
   for (saltus::ProblemEntry& entry : problems) entry.kind = "closed loop";
+  problems.push_back(saltus::whole_body::entry());
+  problems.back().kind = "optimal control";
   for (saltus::ProblemEntry& entry : saltus::library_problems())
     problems.push_back(std::move(entry));
   const std::vector<saltus::Verb> verbs{

@@ -33,6 +33,9 @@ def _drawers(folder):
     if _summary(folder).get("name") == "quadruped":
         from . import plot_quadruped
         return [plot_quadruped.main]
+    if "tracking.csv" in names:
+        from . import plot_whole_body
+        return [plot_whole_body.main]
     if "push_start_s" in _summary(folder):
         from .walking import plot_run, report
         return [plot_run.main, report.main]

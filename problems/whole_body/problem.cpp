@@ -1,0 +1,384 @@
+// Plans of the whole body with centroidal dynamics and full kinematics.
+//
+// State (c, v, k, q): centre of mass, its velocity, angular momentum about it divided by the mass,
+// and the configuration q of robots::Kinematics. Input (dq, wrenches): rates of q, then force and
+// torque of the world on each sole about its place, and the force on each point, all divided by the
+// weight m g, in world axes. With the places p_i of the contacts,
+//
+//   c' = v,   v' = g (sum_i f_i - e_z),   k' = g sum_i ((p_i - c) x f_i + t_i),   q' = dq
+//
+// and at every node
+//
+//   c = com(q),   m k = angular momentum(q, dq),   frame_i(q) = place_i,
+//
+// wrenches in the cones of friction and pressure, torques of the joints at rest within their
+// limits, feet in the air above the ground, legs apart. Durations are free.
+#include "problems/whole_body/problem.hpp"
+
+#include <algorithm>
+#include <array>
+#include <type_traits>
+
+#include "saltus/robots/model/capture_point.hpp"
+
+namespace saltus::whole_body {
+namespace {
+
+using robots::standard_gravity;
+template <class S>
+using Robot = robots::Kinematics<joints, S>;
+
+template <int soles, int points>
+inline constexpr int inputs = coordinates + 6 * soles + 3 * points;
+
+template <class S>
+auto q_of(const Vec<S, states>& x) {
+  return x.template tail<coordinates>();
+}
+
+// Contacts of a phase, soles first. Contact i acts by the inputs from wrench_at(i) on.
+template <int soles, int points>
+struct Contacts {
+  static constexpr int count = soles + points;
+  const Body* body;
+  std::array<Contact, static_cast<std::size_t>(count)> contacts;
+
+  static constexpr int wrench_at(int i) {
+    return coordinates + (i < soles ? 6 * i : 6 * soles + 3 * (i - soles));
+  }
+  const Contact& operator[](int i) const { return contacts[static_cast<std::size_t>(i)]; }
+};
+
+template <int soles, int points>
+struct Dynamics : Contacts<soles, points> {
+  using C = Contacts<soles, points>;
+  template <class S>
+  Vec<S, states> operator()(const S&, const Vec<S, states>& x,
+                            const Vec<S, inputs<soles, points>>& u) const {
+    Vec<S, 3> force(S(0.0), S(0.0), S(-1.0)), torque(S(0.0), S(0.0), S(0.0));
+    for (int i = 0; i < C::count; ++i) {
+      const int at = C::wrench_at(i);
+      Vec<S, 3> arm, f;
+      for (int j = 0; j < 3; ++j) {
+        arm[j] = (*this)[i].place.position[j] - x[j];
+        f[j] = u[at + j];
+      }
+      const Vec<S, 3> moment = robots::detail::cross<S>(arm, f);
+      for (int j = 0; j < 3; ++j) {
+        force[j] += f[j];
+        torque[j] += moment[j];
+        if (i < soles) torque[j] += u[at + 3 + j];
+      }
+    }
+    Vec<S, states> rate;
+    for (int j = 0; j < 3; ++j) {
+      rate[j] = x[3 + j];
+      rate[3 + j] = standard_gravity * force[j];
+      rate[6 + j] = standard_gravity * torque[j];
+    }
+    for (int j = 0; j < coordinates; ++j) rate[q_at + j] = u[j];
+    return rate;
+  }
+};
+
+// com(q) - c, then for each contact its distance from its place and, for soles, its rotation.
+template <int soles, int points>
+struct Pose : Contacts<soles, points> {
+  using C = Contacts<soles, points>;
+  template <class S>
+  Vec<S, 3 + 6 * soles + 3 * points> operator()(const S&, const Vec<S, states>& x) const {
+    const Robot<S> robot(this->body->tree, q_of(x));
+    Vec<S, 3 + 6 * soles + 3 * points> y;
+    const Vec<S, 3> com = robot.com();
+    for (int j = 0; j < 3; ++j) y[j] = com[j] - x[j];
+    int row = 3;
+    for (int i = 0; i < C::count; ++i) {
+      const Contact& contact = (*this)[i];
+      const Vec<S, 3> p = robot.position(contact.frame);
+      for (int j = 0; j < 3; ++j) y[row++] = p[j] - contact.place.position[j];
+      if (i >= soles) continue;
+      const Mat<S, 3, 3> axes = robot.rotation(contact.frame);
+      const auto product = [&](int a, int b) {
+        S sum(0.0);
+        for (int j = 0; j < 3; ++j)
+          if (contact.place.rotation(j, a) != 0.0) sum += contact.place.rotation(j, a) * axes(j, b);
+        return sum;
+      };
+      y[row++] = product(2, 0);
+      y[row++] = product(2, 1);
+      y[row++] = product(1, 0);
+    }
+    return y;
+  }
+};
+
+struct Momentum {
+  const Body* body;
+  template <class S, int nu>
+  Vec<S, 3> operator()(const S&, const Vec<S, states>& x, const Vec<S, nu>& u) const {
+    const Vec<S, 3> momentum = Robot<S>(body->tree, q_of(x), u).angular_momentum();
+    Vec<S, 3> y;
+    for (int j = 0; j < 3; ++j) y[j] = (1.0 / body->tree.mass) * momentum[j] - x[6 + j];
+    return y;
+  }
+};
+
+// Friction pyramid of each contact; centre of pressure and yaw torque of soles. All rows >= 0.
+template <int soles, int points>
+struct Cones : Contacts<soles, points> {
+  using C = Contacts<soles, points>;
+  static constexpr int rows = 10 * soles + 4 * points;
+  Options options;
+  template <class S>
+  Vec<S, rows> operator()(const S&, const Vec<S, states>&,
+                          const Vec<S, inputs<soles, points>>& u) const {
+    Vec<S, rows> y;
+    int row = 0;
+    const auto pair = [&](const S& limit, const S& value) {
+      y[row++] = limit - value;
+      y[row++] = limit + value;
+    };
+    for (int i = 0; i < C::count; ++i) {
+      const Contact& contact = (*this)[i];
+      const auto along = [&](int axis, int at) {
+        S sum(0.0);
+        for (int j = 0; j < 3; ++j)
+          if (contact.place.rotation(j, axis) != 0.0)
+            sum += contact.place.rotation(j, axis) * u[at + j];
+        return sum;
+      };
+      const int at = C::wrench_at(i);
+      const S load = along(2, at);
+      pair(options.friction * load, along(0, at));
+      pair(options.friction * load, along(1, at));
+      if (i >= soles) continue;
+      const robots::FootRectangle sole = contact.rectangle.value();
+      const S roll = along(0, at + 3), pitch = along(1, at + 3);
+      y[row++] = (sole.y.upper - options.margin) * load - roll;
+      y[row++] = roll - (sole.y.lower + options.margin) * load;
+      y[row++] = (sole.x.upper - options.margin) * load + pitch;
+      y[row++] = -pitch - (sole.x.lower + options.margin) * load;
+      pair(options.torsion * load, along(2, at + 3));
+    }
+    return y;
+  }
+};
+
+// Normal forces, in weights.
+template <int soles, int points>
+struct Loads : Contacts<soles, points> {
+  using C = Contacts<soles, points>;
+  template <class S>
+  Vec<S, C::count> operator()(const S&, const Vec<S, states>&,
+                              const Vec<S, inputs<soles, points>>& u) const {
+    Vec<S, C::count> y;
+    for (int i = 0; i < C::count; ++i) {
+      y[i] = S(0.0);
+      for (int j = 0; j < 3; ++j) y[i] += (*this)[i].place.rotation(j, 2) * u[C::wrench_at(i) + j];
+    }
+    return y;
+  }
+};
+
+// Torques of the joints that balance weight and wrenches at rest, over their limits.
+template <int soles, int points>
+struct Torques : Contacts<soles, points> {
+  using C = Contacts<soles, points>;
+  template <class S>
+  Vec<S, joints> operator()(const S&, const Vec<S, states>& x,
+                            const Vec<S, inputs<soles, points>>& u) const {
+    const Tree& tree = this->body->tree;
+    const double weight = tree.mass * standard_gravity;
+    std::array<robots::WrenchAt<S>, static_cast<std::size_t>(C::count)> wrenches;
+    for (int i = 0; i < C::count; ++i) {
+      robots::WrenchAt<S>& wrench = wrenches[static_cast<std::size_t>(i)];
+      wrench.frame = (*this)[i].frame;
+      for (int j = 0; j < 3; ++j) {
+        wrench.force[j] = weight * u[C::wrench_at(i) + j];
+        wrench.torque[j] = i < soles ? S(weight * u[C::wrench_at(i) + 3 + j]) : S(0.0);
+      }
+    }
+    const Vec<double, coordinates> rest = Vec<double, coordinates>::Zero();
+    const Vec<S, coordinates> all =
+        robots::inverse_dynamics<S>(tree, q_of(x), rest, rest, standard_gravity,
+                                    std::span<const robots::WrenchAt<S>>(wrenches));
+    Vec<S, joints> y;
+    for (int i = 0; i < joints; ++i) y[i] = (1.0 / this->body->strongest[i]) * all[6 + i];
+    return y;
+  }
+};
+
+// Heights of toe and heel of a foot, and the x of its toe, m.
+struct ToeAndHeel {
+  const Body* body;
+  int foot;
+  template <class S>
+  Vec<S, 3> operator()(const S&, const Vec<S, states>& x) const {
+    const Robot<S> robot(body->tree, q_of(x));
+    const Vec<S, 3> p = robot.position(body->soles[foot]);
+    const Mat<S, 3, 3> axes = robot.rotation(body->soles[foot]);
+    const Bounds along = body->feet[foot].x;
+    return {p[2] + along.upper * axes(2, 0), p[2] + along.lower * axes(2, 0),
+            p[0] + along.upper * axes(0, 0)};
+  }
+};
+
+// Squared distances of all pairs of spheres of the two legs minus those at touch, m^2.
+constexpr int leg_spheres = 5;
+struct LegsApart {
+  const Body* body;
+  template <class S>
+  Vec<S, leg_spheres * leg_spheres> operator()(const S&, const Vec<S, states>& x) const {
+    const Robot<S> robot(body->tree, q_of(x));
+    std::array<Vec<S, 3>, leg_spheres> centres[2];
+    for (int side = 0; side < 2; ++side)
+      for (std::size_t i = 0; i < leg_spheres; ++i) {
+        const Body::Sphere& sphere = body->legs[side][i];
+        centres[side][i] = robot.body(sphere.body).position;
+        robots::detail::add<S>(centres[side][i], robot.arm(sphere.body, sphere.centre));
+      }
+    Vec<S, leg_spheres * leg_spheres> y;
+    int row = 0;
+    for (std::size_t i = 0; i < leg_spheres; ++i)
+      for (std::size_t k = 0; k < leg_spheres; ++k) {
+        const double touch = body->legs[0][i].radius + body->legs[1][k].radius;
+        S sum(-touch * touch);
+        for (int j = 0; j < 3; ++j) {
+          const S d = centres[0][i][j] - centres[1][k][j];
+          sum += d * d;
+        }
+        y[row++] = sum;
+      }
+    return y;
+  }
+};
+
+template <int soles, int points>
+auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const Options& options) {
+  constexpr int nu = inputs<soles, points>;
+  Contacts<soles, points> contacts{&body, {}};
+  for (std::size_t i = 0; i < contacts.contacts.size(); ++i)
+    contacts.contacts[i] = mode.contacts[i];
+
+  Phase<states, nu> phase{mode.name, Dynamics<soles, points>{contacts}, mode.duration};
+  phase.keep("pose", Pose<soles, points>{contacts}, exactly(0.0))
+      .keep("momentum", Momentum{&body}, exactly(0.0))
+      .keep("torques", Torques<soles, points>{contacts}, between(-options.torque, options.torque));
+  if constexpr (soles + points > 0)
+    phase.keep("cones", Cones<soles, points>{{contacts}, options}, at_least(0.0))
+        .keep("loads", Loads<soles, points>{contacts}, between(0.0, options.largest_force));
+  for (const int foot : mode.swings) {
+    const ToeAndHeel heights{&body, foot};
+    const std::string name = foot == 0 ? "left foot" : "right foot";
+    const Bounds low = at_least(mode.lowest), x = mode.behind ? at_most(*mode.behind) : Bounds{};
+    phase.keep(name + " above the ground", heights, {low, low, x})
+        .allow(name + " above the ground", options.height_between);
+    if (mode.above)
+      phase.reach(name + " raised", heights, {at_least(*mode.above), at_least(*mode.above), x});
+  }
+  if (!mode.swings.empty())
+    phase.keep("legs apart", LegsApart{&body}, at_least(0.0)).allow("legs apart", 1e-3);
+  // Rows hold at the nodes. Between them rates and wrenches are constant, so the soles move a
+  // little.
+  phase.allow("pose", options.pose_between)
+      .allow("momentum", options.spin_between)
+      .allow("torques", options.torque_between);
+  for (int i = 0; i < joints; ++i) {
+    phase.bound_state(q_at + 6 + i, between(body.lowest[i], body.highest[i]));
+    phase.bound_input(6 + i,
+                      between(-options.speed * body.fastest[i], options.speed * body.fastest[i]));
+  }
+  for (int i = 0; i < 3; ++i) {
+    phase.bound_input(i, between(-2.0, 2.0));      // m/s
+    phase.bound_input(3 + i, between(-5.0, 5.0));  // rad/s
+  }
+
+  Vec<double, 3 + joints> weights, posture;
+  weights << Vec<double, 3>::Constant(options.upright),
+      Vec<double, joints>::Constant(options.posture);
+  posture << 0.0, 0.0, mode.end[5], body.nominal;
+  Vec<double, nu> effort = Vec<double, nu>::Constant(options.rates), even = Vec<double, nu>::Zero();
+  for (int i = 0; i < soles + points; ++i) {
+    const int at = Contacts<soles, points>::wrench_at(i);
+    effort.template segment<3>(at).setConstant(options.force);
+    if (i < soles) effort.template segment<3>(at + 3).setConstant(options.moment);
+    even[at + 2] = i < soles ? 1.0 / soles : 0.0;
+  }
+  phase
+      .track(
+          "posture",
+          [](const auto&, const auto& x) { return x.template tail<3 + joints>().eval(); }, weights,
+          {}, VectorXd(posture))
+      .track(
+          "effort", [](const auto&, const auto&, const auto& u) { return u; }, effort, {},
+          VectorXd(even))
+      .track(
+          "spin", [](const auto&, const auto& x) { return x.template segment<3>(6).eval(); },
+          Vec<double, 3>::Constant(options.spin))
+      .guess_state(
+          Guess::interpolate(state_at_rest(body.tree, begin), state_at_rest(body.tree, mode.end)))
+      .guess_input(Guess::constant(even))
+      .guess_duration(mode.usual);
+  return phase;
+}
+
+}  // namespace
+
+VectorXd state_at_rest(const Tree& tree, const VectorXd& q) {
+  VectorXd x = VectorXd::Zero(states);
+  x.head<3>() = Robot<double>(tree, q).com();
+  x.tail<coordinates>() = q;
+  return x;
+}
+
+OptimalControlProblem problem(const Body& body, const Task& task, const Options& options) {
+  OptimalControlProblem ocp(task.name);
+  const VectorXd start = state_at_rest(body.tree, task.start);
+  if (task.periodic)
+    ocp.start_within(std::vector<Bounds>(states), start);
+  else
+    ocp.start_at(start);
+
+  const VectorXd* begin = &task.start;
+  const auto append = [&](auto phase, bool is_last) {
+    if (is_last && !task.periodic) {
+      const Vec<double, 2> goal = task.goal;
+      phase
+          .reach(
+              "at rest", [](const auto&, const auto& x) { return x.template segment<6>(3).eval(); },
+              exactly(0.0))
+          .reach(
+              "place",
+              [goal](const auto&, const auto& x) {
+                using S = std::decay_t<decltype(x[0])>;
+                return Vec<S, 2>(x[0] - goal[0], x[1] - goal[1]);
+              },
+              between(-0.02, 0.02));
+    }
+    ocp.then(phase);
+  };
+  for (std::size_t i = 0; i < task.modes.size(); ++i) {
+    const Mode& mode = task.modes[i];
+    const bool is_last = i + 1 == task.modes.size();
+    const auto soles = std::ranges::count_if(
+        mode.contacts, [](const Contact& contact) { return contact.rectangle.has_value(); });
+    const auto points = static_cast<long>(mode.contacts.size()) - soles;
+    if (soles == 2 && points == 0) append(phase_of<2, 0>(body, mode, *begin, options), is_last);
+    if (soles == 2 && points == 1) append(phase_of<2, 1>(body, mode, *begin, options), is_last);
+    if (soles == 1 && points == 0) append(phase_of<1, 0>(body, mode, *begin, options), is_last);
+    if (soles == 0 && points == 0) append(phase_of<0, 0>(body, mode, *begin, options), is_last);
+    begin = &mode.end;
+  }
+  if (task.periodic) {
+    const double stride = task.stride;
+    ocp.close(jump<states>("stride", [stride](const auto&, const auto& x) {
+      auto next = x;
+      next[0] -= stride;
+      next[q_at] -= stride;
+      return next;
+    }));
+  }
+  return ocp;
+}
+
+}  // namespace saltus::whole_body

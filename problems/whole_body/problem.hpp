@@ -1,0 +1,88 @@
+// Plans of the whole body: contacts in a given order, with free durations. problem.cpp has the
+// mathematics.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "saltus/ocp/problem.hpp"
+#include "saltus/robots/kinematics/kinematics.hpp"
+
+namespace saltus::whole_body {
+
+inline constexpr int joints = 23;               // iCub without hands, neck and eyes
+inline constexpr int coordinates = 6 + joints;  // q of robots::Kinematics
+inline constexpr int states = 9 + coordinates;  // (c, v, k, q)
+inline constexpr int q_at = 9;                  // first entry of q in the state
+using Tree = robots::KinematicTree<joints>;
+using Frame = robots::FloatingRobot::Frame;
+
+/// A frame of the robot that touches the world. z of `place` is the normal of the surface.
+struct Contact {
+  Frame frame;                                       // on the robot
+  robots::SoleFrame place;                           // where it stays, in the world
+  std::optional<robots::FootRectangle> rectangle{};  // of a sole; empty: a point, which may turn
+};
+
+/// Data of the robot that all phases share.
+struct Body {
+  explicit Body(const robots::FloatingRobot& robot, const robots::RobotDescription& description);
+
+  Tree tree;
+  Frame soles[2];                                // left, right
+  robots::FootRectangle feet[2];                 // left, right
+  VectorXd lowest, highest, fastest, strongest;  // limits of the joints: rad, rad/s, Nm
+  VectorXd nominal;                              // posture that costs nothing, rad
+  /// Points with radii on the left and on the right leg; no two of them may come closer.
+  struct Sphere {
+    int body;
+    Vec<double, 3> centre;  // in the body's frame, m
+    double radius;          // m
+  };
+  std::vector<Sphere> legs[2];
+};
+
+/// Limits and weights.
+struct Options {
+  double friction = 0.35, torsion = 0.01;  // friction coefficient; yaw torque over force, m
+  double margin = 0.005;                   // of the centre of pressure from the rim of a sole, m
+  double speed = 0.7, torque = 0.8;        // used fractions of the joints' limits
+  double largest_force = 3.0;              // on a contact, in weights
+  // Tolerances between the nodes: m and rad; m^2/s; of the torque limit; m.
+  double pose_between = 0.02, spin_between = 0.1, torque_between = 0.1, height_between = 0.005;
+  double posture = 2.0, upright = 10.0, rates = 0.1, spin = 20.0;  // weights
+  double force = 1.0, moment = 50.0;                               // weights of wrenches
+};
+
+/// A time in which the same frames touch the world.
+struct Mode {
+  std::string name;
+  std::vector<Contact> contacts;   // soles first
+  Bounds duration;                 // s
+  double usual;                    // guess of the duration, s
+  VectorXd end;                    // guess of q at the end
+  std::vector<int> swings{};       // feet in the air: 0 left, 1 right
+  double lowest = 0.0;             // of toes and heels in the air throughout, m
+  std::optional<double> above{};   // their height at the end, m
+  std::optional<double> behind{};  // toes in the air stay behind this x, m
+};
+
+/// What the robot shall do.
+struct Task {
+  std::string name;
+  VectorXd start;  // q at rest or, if periodic, its guess
+  std::vector<Mode> modes;
+  Vec<double, 2> goal;    // CoM at the end, m; the robot comes to rest there
+  bool periodic = false;  // the end is the start, moved by `stride` (m)
+  double stride = 0.0;
+};
+
+/// State with the centre of mass of q, at rest.
+VectorXd state_at_rest(const Tree& tree, const VectorXd& q);
+
+/// The task as an optimal control problem. Refers to `body`.
+OptimalControlProblem problem(const Body& body, const Task& task, const Options& options);
+
+}  // namespace saltus::whole_body

@@ -1,0 +1,313 @@
+#include "problems/whole_body/tracking.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
+
+namespace saltus::whole_body {
+namespace {
+
+using robots::standard_gravity;
+using robots::WholeBodyController;
+using Robot = robots::Kinematics<joints, double>;
+
+constexpr double period = 1e-3;      // s
+constexpr double still = 1.0;        // time after a plan that ends at rest, s
+constexpr int repetitions = 4;       // of a periodic plan
+constexpr double difference = 5e-3;  // half-width of differences of the reference, s
+constexpr double com_gain = 60.0, com_damping = 15.0, spin_damping = 10.0;  // 1/s^2, 1/s
+constexpr double swing_gain = 400.0, swing_damping = 40.0;                  // 1/s^2, 1/s
+constexpr double stance_gain = 100.0;                                       // 1/s^2
+
+// The motion of the plan between its nodes: cubic polynomials with continuous velocity.
+class Reference {
+ public:
+  // A periodic plan repeats itself, each time `stride` further (m).
+  Reference(const Trajectory& plan, bool periodic, double stride)
+      : periodic_(periodic), stride_(stride) {
+    for (const Trajectory::Piece& piece : plan.pieces()) {
+      times_.push_back(piece.start);
+      states_.push_back(piece.state);
+    }
+    times_.push_back(plan.end_time());
+    states_.push_back(plan.final_state());
+    for (std::size_t i = 0; i < times_.size(); ++i) slopes_.push_back(slope(i));
+  }
+  double begin() const { return times_.front(); }
+  double end() const { return times_.back(); }
+  double length() const { return end() - begin(); }
+  // Number of complete periods before t.
+  int periods(double t) const {
+    return periodic_ ? static_cast<int>(std::floor((t - begin()) / length())) : 0;
+  }
+  // Time in the plan, s.
+  double in_plan(double t) const { return t - periods(t) * length(); }
+  // State at t, s; at rest before and after a plan that is not periodic.
+  VectorXd state(double t) const { return moved(at(in_plan(t), 0), periods(t)); }
+  VectorXd rate(double t) const { return at(in_plan(t), 1); }
+
+ private:
+  VectorXd moved(VectorXd x, int periods) const {
+    x[0] += periods * stride_;
+    x[q_at] += periods * stride_;
+    return x;
+  }
+  VectorXd slope(std::size_t i) const {
+    const std::size_t last = times_.size() - 1;
+    if (i > 0 && i < last)
+      return (states_[i + 1] - states_[i - 1]) / (times_[i + 1] - times_[i - 1]);
+    if (!periodic_) return VectorXd::Zero(states_[i].size());
+    return (moved(states_[1], 1) - states_[last - 1]) /
+           (times_[1] - times_[0] + times_[last] - times_[last - 1]);
+  }
+  VectorXd at(double t, int derivative) const {
+    if (!periodic_ && (t <= begin() || t >= end())) {
+      const VectorXd& x = t <= begin() ? states_.front() : states_.back();
+      return derivative == 0 ? x : VectorXd::Zero(x.size());
+    }
+    const auto i =
+        std::min(static_cast<std::size_t>(std::ranges::upper_bound(times_, t) - times_.begin()) - 1,
+                 times_.size() - 2);
+    const double h = times_[i + 1] - times_[i], s = (t - times_[i]) / h;
+    const VectorXd &a = states_[i], &b = states_[i + 1], &da = slopes_[i], &db = slopes_[i + 1];
+    if (derivative == 0)
+      return (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s) * a + s * s * (3.0 - 2.0 * s) * b +
+             h * s * (1.0 - s) * ((1.0 - s) * da - s * db);
+    return 6.0 * s * (1.0 - s) / h * (b - a) + (1.0 - s) * (1.0 - 3.0 * s) * da +
+           s * (3.0 * s - 2.0) * db;
+  }
+
+  bool periodic_;
+  double stride_;
+  std::vector<double> times_;
+  std::vector<VectorXd> states_, slopes_;
+};
+
+// Rotation vector from one orientation to another, for angles below 90 degrees.
+Vec<double, 3> turn(const Mat<double, 3, 3>& from, const Mat<double, 3, 3>& to) {
+  const Eigen::AngleAxisd by(Mat<double, 3, 3>(to * from.transpose()));
+  return by.angle() * by.axis();
+}
+
+class Tracker {
+ public:
+  Tracker(const Body& body, const robots::FloatingRobot& robot, const Task& task,
+          const Solution& plan, const robots::Plant::Ground& ground)
+      : body_(body),
+        robot_(robot),
+        task_(task),
+        plan_(plan.trajectory),
+        reference_(plan.trajectory, task.periodic, task.stride),
+        weight_(body.tree.mass * standard_gravity),
+        model_(robots::make_dart_dynamics(robot)),
+        plant_(robots::make_dart_plant(robot, options(ground))),
+        controller_(robots::make_inverse_dynamics_controller(robot, cone(0), cone(1))) {
+    robots::WholeBodyState start;
+    const VectorXd q = reference_.state(begin()).tail<coordinates>(),
+                   dq = reference_.rate(begin()).tail<coordinates>();
+    const Robot at(body.tree, q, dq);
+    start.base.linear() = at.body(0).rotation;
+    start.base.translation() = at.body(0).position;
+    start.base_twist << at.angular_velocity(0), dq.head<3>();
+    start.q = q.tail<joints>();
+    start.dq = dq.tail<joints>();
+    plant_->reset(start);
+    controller_->stand(start);
+  }
+
+  Tracking run() {
+    std::vector<std::string> columns{"t [s]"};
+    for (const char* what : {"planned CoM", "CoM", "left sole", "right sole"})
+      for (const char axis : {'x', 'y', 'z'})
+        columns.push_back(std::string(what) + " " + axis + " [m]");
+    columns.insert(columns.end(), {"left force [N]", "right force [N]"});
+    for (std::size_t i = 1; i < robot_.bodies.size(); ++i)
+      columns.push_back(robot_.bodies[i].joint + " torque [Nm]");
+    result_.table = CsvTable(columns);
+    const double duration =
+        task_.periodic ? repetitions * reference_.length() : reference_.length() + still;
+    const int steps = static_cast<int>(duration / period);
+    for (int k = 0; k < steps && !result_.fell; ++k) step(k);
+    return result_;
+  }
+
+ private:
+  static robots::DartOptions options(const robots::Plant::Ground& ground) {
+    robots::DartOptions options;
+    options.step = period;
+    options.ground = ground;
+    return options;
+  }
+  robots::ContactCone::Options cone(int foot) const {
+    robots::ContactCone::Options options;
+    options.foot = body_.feet[foot];
+    options.friction = 0.5;
+    options.normal_force = between(0.0, 4.0 * weight_);
+    return options;
+  }
+  double begin() const { return reference_.begin(); }
+
+  // Mode of the plan at t, and the contact of the foot in it.
+  const Mode& mode_at(double t) const {
+    const double now = reference_.in_plan(t);
+    if (now >= reference_.end()) return task_.modes.back();
+    return task_.modes[static_cast<std::size_t>(plan_.piece_at(now).phase)];
+  }
+  const Contact* contact_of(const Mode& mode, int foot) const {
+    for (const Contact& contact : mode.contacts)
+      if (contact.frame.body == body_.soles[foot].body) return &contact;
+    return nullptr;
+  }
+
+  void step(int k) {
+    const double t = begin() + k * period;
+    const robots::WholeBodyState state = plant_->state();
+    model_->update(state);
+    const VectorXd planned = reference_.state(t);
+    const Vec<double, 3> com = planned.head<3>();
+    const Mode& mode = mode_at(t);
+    const VectorXd input = plan_.input(std::min(reference_.in_plan(t), reference_.end() - 1e-9));
+    const VectorXd dq = reference_.rate(t).tail<coordinates>();
+    const Robot target(body_.tree, planned.tail<coordinates>().eval(), dq);
+
+    WholeBodyController::Tasks tasks;
+    const VectorXd rate =
+        (reference_.state(t + difference) - reference_.state(t - difference)) / (2.0 * difference);
+    const double mass = body_.tree.mass;
+    tasks.force = mass * (rate.segment<3>(3) + com_gain * (com - model_->com()) +
+                          com_damping * (planned.segment<3>(3) - model_->com_velocity()));
+    tasks.torque = mass * rate.segment<3>(6) +
+                   spin_damping * (mass * planned.segment<3>(6) - model_->angular_momentum());
+    // Damping acts on the measured rates: the posture leads by what it costs.
+    const WholeBodyController::Gains gains;
+    const VectorXd ahead =
+        (reference_.rate(t + difference) - reference_.rate(t - difference)).tail<joints>() /
+        (2.0 * difference);
+    tasks.posture = planned.tail<joints>() +
+                    gains.posture_damping / gains.posture * dq.tail<joints>() +
+                    ahead / gains.posture;
+    for (int foot = 0; foot < 2; ++foot) {
+      const robots::Side side = foot == 0 ? robots::Side::left : robots::Side::right;
+      const robots::DynamicsModel::SoleMotion& sole = model_->sole(side);
+      const Contact* contact = contact_of(mode, foot);
+      touches_[foot] = contact != nullptr && (touches_[foot] || plant_->contact(side).touches);
+      (foot == 0 ? tasks.left_stands : tasks.right_stands) = touches_[foot];
+      const Mat<double, 3, 3> axes =
+          contact != nullptr ? contact->place.rotation : target.rotation(body_.soles[foot]);
+      const Vec<double, 3> moved(reference_.periods(t) * task_.stride, 0.0, 0.0);
+      const Vec<double, 3> p = contact != nullptr ? (contact->place.position + moved).eval()
+                                                  : target.position(body_.soles[foot]);
+      const Vec<double, 3> off = p - sole.pose.translation(), tilt = turn(sole.pose.linear(), axes);
+      if (touches_[foot]) {
+        Vec<double, 6>& hold = foot == 0 ? tasks.left_hold : tasks.right_hold;
+        hold << stance_gain * tilt, 0.0, 0.0, 0.0;
+        const int at = coordinates + 6 * index_of(mode, foot);
+        tasks.wrenches.segment<3>(6 * foot) = weight_ * axes.transpose() * input.segment<3>(at);
+        tasks.wrenches.segment<3>(6 * foot + 3) =
+            weight_ * axes.transpose() * input.segment<3>(at + 3);
+        if (!stood_[foot]) stood_at_[foot] = sole.pose.translation();
+        result_.slip = std::max(result_.slip, (sole.pose.translation() - stood_at_[foot]).norm());
+        result_.feet = std::max(result_.feet, off.norm());
+      } else {
+        Vec<double, 6> wanted = Vec<double, 6>::Zero(), feed = Vec<double, 6>::Zero();
+        if (contact == nullptr) {
+          wanted << target.angular_velocity(body_.soles[foot].body),
+              target.velocity(body_.soles[foot]);
+          feed = (sole_twist(t + difference, foot) - sole_twist(t - difference, foot)) /
+                 (2.0 * difference);
+        } else {
+          wanted[5] = -0.1;  // m/s: the ground is later than planned
+        }
+        Vec<double, 6> error;
+        error << tilt, off;
+        tasks.swing_acceleration =
+            feed + swing_gain * error + swing_damping * (wanted - sole.twist);
+      }
+    }
+    std::ranges::copy(touches_, stood_);
+    const WholeBodyController::Command& command = controller_->control(*model_, state, tasks);
+    plant_->set_torques(command.torques);
+    note(k, t, planned, command);
+    plant_->step();
+  }
+
+  Vec<double, 6> sole_twist(double t, int foot) const {
+    const VectorXd q = reference_.state(t).tail<coordinates>(),
+                   dq = reference_.rate(t).tail<coordinates>();
+    const Robot at(body_.tree, q, dq);
+    Vec<double, 6> twist;
+    twist << at.angular_velocity(body_.soles[foot].body), at.velocity(body_.soles[foot]);
+    return twist;
+  }
+  int index_of(const Mode& mode, int foot) const {
+    int i = 0;
+    for (const Contact& contact : mode.contacts) {
+      if (contact.frame.body == body_.soles[foot].body) return i;
+      ++i;
+    }
+    return 0;
+  }
+  void note(int k, double t, const VectorXd& planned, const WholeBodyController::Command& command) {
+    const double distance = (model_->com() - planned.head<3>()).norm();
+    result_.com = std::max(result_.com, distance);
+    result_.com_at_end = distance;
+    for (int i = 0; i < joints; ++i) {
+      const robots::FloatingRobot::Body& at = robot_.bodies[static_cast<std::size_t>(i) + 1];
+      const double torque = std::abs(command.torques[i]) / body_.strongest[i],
+                   speed = std::abs(plant_->state().dq[i]) / body_.fastest[i];
+      if (torque > result_.torque) result_.torque = torque, result_.torque_of = at.joint;
+      if (speed > result_.speed) result_.speed = speed, result_.speed_of = at.joint;
+    }
+    Vec<double, 2> forces(plant_->contact(robots::Side::left).wrench[2],
+                          plant_->contact(robots::Side::right).wrench[2]);
+    recent_.push_back(forces);
+    if (recent_.size() > 20) recent_.pop_front();
+    Vec<double, 2> mean = Vec<double, 2>::Zero();
+    for (const Vec<double, 2>& f : recent_) mean += f / static_cast<double>(recent_.size());
+    result_.force = std::max(result_.force, mean.maxCoeff() / weight_);
+    const double ground = std::min(model_->sole(robots::Side::left).pose.translation()[2],
+                                   model_->sole(robots::Side::right).pose.translation()[2]);
+    if (!plant_->state().is_finite() || model_->com()[2] - ground < 0.3 || distance > 0.2) {
+      result_.fell = true;
+      result_.fell_at = t;
+    }
+    if (k % 5 != 0) return;
+    std::vector<double> row{t};
+    const auto add = [&](const Vec<double, 3>& v) { row.insert(row.end(), v.begin(), v.end()); };
+    add(planned.head<3>());
+    add(model_->com());
+    add(model_->sole(robots::Side::left).pose.translation());
+    add(model_->sole(robots::Side::right).pose.translation());
+    row.insert(row.end(), mean.begin(), mean.end());
+    row.insert(row.end(), command.torques.begin(), command.torques.end());
+    result_.table.add_row(row);
+  }
+
+  const Body& body_;
+  const robots::FloatingRobot& robot_;
+  const Task& task_;
+  const Trajectory& plan_;
+  Reference reference_;
+  double weight_;
+  std::unique_ptr<robots::DynamicsModel> model_;
+  std::unique_ptr<robots::Plant> plant_;
+  std::unique_ptr<WholeBodyController> controller_;
+  bool touches_[2] = {true, true};
+  bool stood_[2] = {false, false};  // a step ago
+  Vec<double, 3> stood_at_[2];      // where that contact began, m
+  std::deque<Vec<double, 2>> recent_;
+  Tracking result_;
+};
+
+}  // namespace
+
+Tracking track(const Body& body, const robots::FloatingRobot& robot, const Task& task,
+               const Solution& plan, const robots::Plant::Ground& ground) {
+  return Tracker(body, robot, task, plan, ground).run();
+}
+
+}  // namespace saltus::whole_body

@@ -1,0 +1,166 @@
+#include "problems/whole_body/whole_body.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+
+#include "problems/whole_body/tasks.hpp"
+#include "problems/whole_body/tracking.hpp"
+#include "saltus/app/python_script.hpp"
+#include "saltus/core/clock.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
+#include "saltus/solve/solve.hpp"
+#include "saltus/solver/ipopt.hpp"
+
+namespace saltus::whole_body {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Config {
+  std::string task = "step";
+  Sizes sizes;
+  Options options;
+  robots::walking::RobotChoice robot;
+  SolverChoice solver = SolverChoice::riccati;
+  int intervals = 6;         // of each phase
+  double tolerance = 1e-6;   // scaled KKT error
+  double time_limit = 60.0;  // s
+  bool track = true, pictures = true;
+};
+
+void declare_settings(Settings& s, Config& c) {
+  s.choice("task", c.task, task_names(), "what the robot does");
+  s.number("step.length_m", c.sizes.length, "m", "length of a step", between(-0.2, 0.35));
+  s.number("step.width_m", c.sizes.width, "m", "distance between the soles", between(0.13, 0.25));
+  s.number("stair.height_m", c.sizes.height, "m", "height of the stair of task step_up",
+           between(0.0, 0.15));
+  s.number("ramp.slope_deg", c.sizes.slope, "deg", "slope of the ramp", between(-12.0, 12.0));
+  s.number("turn.angle_deg", c.sizes.turn, "deg", "turn to the left", between(-60.0, 60.0));
+  s.text("robot.urdf", c.robot.urdf, "URDF of the robot; empty: the official model of iCub");
+  s.text("robot.file", c.robot.file,
+         "names, postures and limits of another robot with 23 joints; empty: those of iCub");
+  s.number("contact.friction", c.options.friction, "", "friction coefficient in the plan",
+           between(0.05, 1.0));
+  s.number("limits.speed", c.options.speed, "", "usable fraction of the speeds of the joints",
+           between(0.05, 1.0));
+  s.number("limits.torque", c.options.torque, "",
+           "usable fraction of the torques of the joints, for weight and contact forces alone",
+           between(0.05, 1.0));
+  s.choice("solver", c.solver, solver_choices(), "solver of the plan");
+  s.integer("solver.intervals", c.intervals, "", "intervals of each phase", between(2, 60));
+  s.number("solver.tolerance", c.tolerance, "", "scaled KKT error", between(1e-10, 1e-2));
+  s.number("solver.time_limit", c.time_limit, "s", "time limit of the solver",
+           between(0.1, 3600.0));
+  s.flag("track", c.track, "simulate the whole body in DART as it follows the plan");
+  s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+}
+
+// The ground of the task: level until the edge in front of the toes.
+robots::Plant::Ground ground_of(const Config& config, const Body& body) {
+  robots::Plant::Ground ground;
+  ground.edge = edge_ahead(body);
+  if (config.task == "step_up") {
+    ground.ahead = true;
+    ground.height = config.sizes.height;
+  }
+  if (config.task == "ramp") {
+    ground.ahead = true;
+    ground.slope_forward = std::tan(config.sizes.slope * std::numbers::pi / 180.0);
+  }
+  return ground;
+}
+
+Json tracking_json(const Tracking& t) {
+  return {{"fell", t.fell},
+          {"largest_distance_of_com_m", t.com},
+          {"distance_of_com_at_end_m", t.com_at_end},
+          {"largest_distance_of_soles_m", t.feet},
+          {"largest_slip_m", t.slip},
+          {"largest_torque_over_limit", {{"value", t.torque}, {"joint", t.torque_of}}},
+          {"largest_speed_over_limit", {{"value", t.speed}, {"joint", t.speed_of}}},
+          {"largest_force_weights", t.force}};
+}
+
+ExitStatus run_whole_body(const Config& config, const RunContext& context) {
+  const auto urdf_file = robots::walking::urdf_of_body(config.robot);
+  const robots::UrdfModel urdf = robots::UrdfModel::read(urdf_file);
+  robots::walking::RobotChoice choice = config.robot;
+  choice.urdf = urdf_file.string();
+  const robots::RobotDescription description = robots::walking::robot_of(choice, true);
+  robots::FloatingRobot robot =
+      robots::with_drives_scaled(robots::floating_robot(urdf, description), {});
+  if (robot.joints() != joints)
+    throw InputError(
+        fmt::format("whole_body plans for robots with {} joints, but {} has {}: list "
+                    "{} joints in {}",
+                    joints, robot.name, robot.joints(), joints, description.file));
+  robots::add_capsules(robot, urdf, description);
+  const Body body(robot, description);
+
+  const Task task = whole_body::task(config.task, body, config.sizes);
+  const auto start = WallClock::now();
+  MultipleShooting shooting(
+      problem(body, task, config.options),
+      {.intervals_per_phase = config.intervals, .integrator = runge_kutta4()});
+  const double set_up = seconds_since(start);
+  const std::unique_ptr<Solver> solver =
+      make_solver(config.solver, {.tolerance = config.tolerance, .time_limit = config.time_limit});
+  const Solution plan = solve(shooting, *solver);
+
+  const OutputFolder& output = context.output;
+  output.write("config.yaml", std::string_view(context.effective_config));
+  Json summary{{"name", "whole_body"},
+               {"kind", "plan"},
+               {"task", config.task},
+               {"ok", plan.ok()},
+               {"message", plan.message},
+               {"solver", name_of(config.solver)},
+               {"variables", shooting.nlp().variables()},
+               {"rows", shooting.nlp().rows()},
+               {"iterations", plan.iterations},
+               {"set_up_s", set_up},
+               {"solve_s", plan.seconds},
+               {"cost", plan.cost},
+               {"durations_s", plan.durations}};
+  fmt::print("{}: {}\n{} variables, {} rows; {} iterations of {}, {:.2f} s; cost {:.4f}\n",
+             config.task, plan.message, shooting.nlp().variables(), shooting.nlp().rows(),
+             plan.iterations, name_of(config.solver), plan.seconds, plan.cost);
+  if (!plan.trajectory.empty()) {
+    std::ostringstream text;
+    plan.trajectory.write_csv(text, 4);
+    output.write("plan.csv", std::string_view(text.view()));
+  }
+  ExitStatus status = plan.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
+  if (plan.ok() && config.track) {
+    const Tracking tracked = track(body, robot, task, plan, ground_of(config, body));
+    output.write("tracking.csv", tracked.table);
+    summary["tracking"] = tracking_json(tracked);
+    fmt::print(
+        "in DART: {}; CoM within {:.1f} mm of the plan, soles within {:.1f} mm, slip {:.1f} mm\n"
+        "largest torque {:.0f} % of its limit ({}), largest speed {:.0f} % ({}), largest force "
+        "{:.2f} weights\n",
+        tracked.fell ? fmt::format("fell at {:.2f} s", tracked.fell_at) : "tracked",
+        1e3 * tracked.com, 1e3 * tracked.feet, 1e3 * tracked.slip, 100.0 * tracked.torque,
+        tracked.torque_of, 100.0 * tracked.speed, tracked.speed_of, tracked.force);
+  }
+  output.write("summary.json", summary);
+  if (plan.ok() && config.track && config.pictures)
+    run_python_module("saltus.plot_whole_body", output.path(), "picture");
+  fmt::print("results in {}\n", output.path().string());
+  return status;
+}
+
+}  // namespace
+
+ProblemEntry entry() {
+  return problem_entry<Config>("whole_body",
+                               "plans of iCub's whole body: step, walk, stair, ramp, turn and hop",
+                               declare_settings, run_whole_body);
+}
+
+}  // namespace saltus::whole_body
