@@ -24,7 +24,7 @@ PROGRAM = sys.argv.pop(1)
 RUNS = {"B22": ["intervals=12", "samples=3"], "E01": [], "A04": [], "C03": ["solver=riccati", "loop.run=true", "loop.seed=3"],
         "push_recovery": ["push.impulse=7", "push.start=0.1", "weights.wrench_change=2e-4"],
         "sway": [], "quadruped": ["duration=0.5"],
-        "whole_body": ["solver.intervals=2", "track=false", "solver.time_limit=20"]}
+        "whole_body": ["task=hop", "track=false"]}
 COMPUTING = ("solve time", "processor time", "check time")
 
 
