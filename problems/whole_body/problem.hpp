@@ -69,12 +69,12 @@ struct Mode {
   std::optional<double> behind{};  // toes in the air stay behind this x, m
 };
 
-/// What the robot shall do.
+/// A motion: contacts in their order, and the goal.
 struct Task {
   std::string name;
   VectorXd start;  // q at rest or, if periodic, its guess
   std::vector<Mode> modes;
-  Vec<double, 2> goal;    // CoM at the end, m; the robot comes to rest there
+  Vec<double, 2> goal;    // CoM at the end, at rest, m
   bool periodic = false;  // the end is the start, moved by `stride` (m)
   double stride = 0.0;
 };

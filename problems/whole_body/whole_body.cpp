@@ -54,8 +54,7 @@ void declare_settings(Settings& s, Config& c) {
   s.choice("solver", c.solver, solver_choices(), "solver of the plan");
   s.integer("intervals", c.intervals, "", "intervals of each phase", between(2, 60));
   s.number("tolerance", c.tolerance, "", "scaled KKT error", between(1e-10, 1e-2));
-  s.number("time_limit_s", c.time_limit, "s", "time limit of the solver",
-           between(0.1, 3600.0));
+  s.number("time_limit_s", c.time_limit, "s", "time limit of the solver", between(0.1, 3600.0));
   s.flag("track", c.track, "simulate the whole body in DART as it follows the plan");
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
 }
