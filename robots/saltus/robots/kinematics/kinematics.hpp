@@ -142,7 +142,7 @@ Eigen::Matrix<double, 6, 6 + joints> columns(const Map& map) {
 template <int joints, class S>
 class Kinematics {
  public:
-  using Tree = KinematicTree<joints>;
+  using Tree = KinematicTree<joints>;  ///< data of the robot
 
   /// Poses. `q` has `coordinates` entries, read by q[i].
   template <class Q>
