@@ -152,7 +152,7 @@ struct Cones : Contacts<soles, points> {
       pair(options.friction * load, along(0, at));
       pair(options.friction * load, along(1, at));
       if (i >= soles) continue;
-      const robots::FootRectangle sole = contact.rectangle.value();
+      const robots::FootRectangle sole = contact.rectangle.value_or(robots::FootRectangle{});
       const S roll = along(0, at + 3), pitch = along(1, at + 3);
       y[row++] = (sole.y.upper - options.margin) * load - roll;
       y[row++] = roll - (sole.y.lower + options.margin) * load;

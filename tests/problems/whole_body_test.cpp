@@ -13,10 +13,8 @@
 #include "saltus/solver/ipopt.hpp"
 #include "tests/robots/icub_body.hpp"
 
-namespace saltus {
+namespace saltus::whole_body {
 namespace {
-
-using namespace whole_body;
 
 class WholeBodyPlans : public IcubBody {
  protected:
@@ -97,4 +95,4 @@ INSTANTIATE_TEST_SUITE_P(All, TrackedTasks,
                          [](const auto& tested) { return tested.param.task; });
 
 }  // namespace
-}  // namespace saltus
+}  // namespace saltus::whole_body

@@ -127,7 +127,8 @@ TEST_F(KinematicsOfABiped, AgreesWithAnotherImplementation) {
     const Vec<double, 3> alpha =
         (omega(tree, q + h * dq, dq + h * ddq) - omega(tree, q - h * dq, dq - h * ddq)) / (2.0 * h);
     const Mat<double, 3, 3> R = at.body(0).rotation;
-    const Vec<double, 3> w = at.angular_velocity(0), v = dq.head<3>();
+    const Vec<double, 3>& w = at.angular_velocity(0);
+    const Vec<double, 3> v = dq.head<3>();
     VectorXd dnu(nq);
     dnu << R.transpose() * alpha, R.transpose() * (ddq.head<3>() - w.cross(v)), ddq.tail<n>();
     Vec<double, 6> force;

@@ -293,7 +293,8 @@ void Kinematics<joints, S>::find_poses(const Q& q) {
     const auto& body = tree_.bodies[static_cast<std::size_t>(k)];
     const PoseOf<S>& parent = poses_[static_cast<std::size_t>(body.parent)];
     PoseOf<S>& pose = poses_[static_cast<std::size_t>(k)];
-    const S angle(q[5 + k]), s = sin(angle), c = cos(angle);
+    const S& angle = q[5 + k];
+    const S s = sin(angle), c = cos(angle);
     for (int j = 0; j < 3; ++j) {
       // Column j of the rotation in the parent's frame.
       Vec<S, 3> column;
