@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "problems/whole_body/tasks.hpp"
+#include "saltus/robots/whole_body/rotation_vector.hpp"
 
 namespace saltus::whole_body {
 namespace {
@@ -69,8 +70,8 @@ VectorXd posture_on(const Body& body, const robots::SoleFrame places[2], const V
                     const VectorXd& near) {
   // Least squares of the places (m, rad), the centre of mass and the distance from the nominal
   // posture, whose weight vanishes, by damped steps of Gauss and Newton.
-  constexpr int rows = 12 + 2 + 3 + joints;
-  constexpr double step_limit = 0.2;
+  constexpr int rows = 12 + 2 + 2 + joints;
+  constexpr double step_limit = 0.2, upright_weight = 5.0;
   double posture_weight = 0.02;
   VectorXd q = near;
   for (int iteration = 0; iteration < 60; ++iteration) {
@@ -81,21 +82,16 @@ VectorXd posture_on(const Body& body, const robots::SoleFrame places[2], const V
     for (int side = 0; side < 2; ++side) {
       const Frame& sole = body.soles[side];
       const Mat<double, 3, 3> axes = robot.rotation(sole);
-      Vec<double, 3> turn = Vec<double, 3>::Zero();
-      for (int j = 0; j < 3; ++j) turn += 0.5 * axes.col(j).cross(places[side].rotation.col(j));
       r.segment<3>(6 * side) = robot.position(sole) - places[side].position;
-      r.segment<3>(6 * side + 3) = -turn;
+      r.segment<3>(6 * side + 3) = robots::log_so3(axes * places[side].rotation.transpose());
       J.middleRows<6>(6 * side) = robots::frame_jacobian(body.tree, q, sole);
     }
     r.segment<2>(12) = robot.com().head<2>() - com;
     J.middleRows<2>(12) = robots::momentum_matrix(body.tree, q).topRows<2>() / body.tree.mass;
-    r.segment<2>(14) = posture_weight * 5.0 * q.segment<2>(3);
-    J.block<2, 2>(14, 3).setIdentity();
-    J.block<2, 2>(14, 3) *= posture_weight * 5.0;
-    r[16] = 0.0;
+    r.segment<2>(14) = upright_weight * posture_weight * q.segment<2>(3);
+    J.block<2, 2>(14, 3).diagonal().setConstant(upright_weight * posture_weight);
     r.tail<joints>() = posture_weight * (q.tail<joints>() - body.nominal);
-    J.bottomRightCorner<joints, joints>().setIdentity();
-    J.bottomRightCorner<joints, joints>() *= posture_weight;
+    J.bottomRightCorner<joints, joints>().diagonal().setConstant(posture_weight);
     MatrixXd H = J.transpose() * J;
     H.diagonal().array() += 1e-6;
     VectorXd step = -H.ldlt().solve(J.transpose() * r);

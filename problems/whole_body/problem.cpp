@@ -2,8 +2,8 @@
 //
 // State (c, v, k, q): centre of mass, its velocity, angular momentum about it divided by the mass,
 // and the configuration q of robots::Kinematics. Input (dq, wrenches): rates of q, then force and
-// torque of the world on each sole about its place, and the force on each point, all divided by the
-// weight m g, in world axes. With the places p_i of the contacts,
+// torque of the world on each sole about its place, divided by the weight m g, in world axes. With
+// the places p_i of the contacts,
 //
 //   c' = v,   v' = g (sum_i f_i - e_z),   k' = g sum_i ((p_i - c) x f_i + t_i),   q' = dq
 //
@@ -28,47 +28,46 @@ using robots::standard_gravity;
 template <class S>
 using Robot = robots::Kinematics<joints, S>;
 
-template <int soles, int points>
-inline constexpr int inputs = coordinates + 6 * soles + 3 * points;
+template <int soles>
+inline constexpr int inputs = coordinates + 6 * soles;
 
 template <class S>
 auto q_of(const Vec<S, states>& x) {
   return x.template tail<coordinates>();
 }
 
-// Contacts of a phase, soles first. Contact i acts by the inputs from wrench_at(i) on.
-template <int soles, int points>
+// Contacts of a phase. The force of contact i begins at the input wrench_at(i), its torque 3 later.
+template <int soles>
 struct Contacts {
-  static constexpr int count = soles + points;
   const Body* body;
-  std::array<Contact, static_cast<std::size_t>(count)> contacts;
+  std::array<Contact, static_cast<std::size_t>(soles)> contacts;
 
-  static constexpr int wrench_at(int i) {
-    return coordinates + (i < soles ? 6 * i : 6 * soles + 3 * (i - soles));
-  }
+  static constexpr int wrench_at(int i) { return coordinates + 6 * i; }
   const Contact& operator[](int i) const { return contacts[static_cast<std::size_t>(i)]; }
 };
 
-template <int soles, int points>
-struct Dynamics : Contacts<soles, points> {
-  using C = Contacts<soles, points>;
+// Component of a vector (world axes) along an axis of the contact.
+template <class S, class V>
+S along(const Contact& contact, int axis, const V& v) {
+  S sum(0.0);
+  for (int j = 0; j < 3; ++j)
+    if (contact.place.rotation(j, axis) != 0.0) sum += contact.place.rotation(j, axis) * v[j];
+  return sum;
+}
+
+template <int soles>
+struct Dynamics : Contacts<soles> {
   template <class S>
   Vec<S, states> operator()(const S&, const Vec<S, states>& x,
-                            const Vec<S, inputs<soles, points>>& u) const {
+                            const Vec<S, inputs<soles>>& u) const {
     Vec<S, 3> force(S(0.0), S(0.0), S(-1.0)), torque(S(0.0), S(0.0), S(0.0));
-    for (int i = 0; i < C::count; ++i) {
-      const int at = C::wrench_at(i);
-      Vec<S, 3> arm, f;
-      for (int j = 0; j < 3; ++j) {
-        arm[j] = (*this)[i].place.position[j] - x[j];
-        f[j] = u[at + j];
-      }
-      const Vec<S, 3> moment = robots::detail::cross<S>(arm, f);
-      for (int j = 0; j < 3; ++j) {
-        force[j] += f[j];
-        torque[j] += moment[j];
-        if (i < soles) torque[j] += u[at + 3 + j];
-      }
+    for (int i = 0; i < soles; ++i) {
+      const int at = this->wrench_at(i);
+      const Vec<S, 3> f = u.template segment<3>(at);
+      Vec<S, 3> arm;
+      for (int j = 0; j < 3; ++j) arm[j] = (*this)[i].place.position[j] - x[j];
+      force += f;
+      torque += arm.cross(f) + u.template segment<3>(at + 3);
     }
     Vec<S, states> rate;
     for (int j = 0; j < 3; ++j) {
@@ -81,32 +80,23 @@ struct Dynamics : Contacts<soles, points> {
   }
 };
 
-// com(q) - c, then for each contact its distance from its place and, for soles, its rotation.
-template <int soles, int points>
-struct Pose : Contacts<soles, points> {
-  using C = Contacts<soles, points>;
+// com(q) - c, then for each contact its distance from its place and its rotation.
+template <int soles>
+struct Pose : Contacts<soles> {
   template <class S>
-  Vec<S, 3 + 6 * soles + 3 * points> operator()(const S&, const Vec<S, states>& x) const {
+  Vec<S, 3 + 6 * soles> operator()(const S&, const Vec<S, states>& x) const {
     const Robot<S> robot(this->body->tree, q_of(x));
-    Vec<S, 3 + 6 * soles + 3 * points> y;
-    const Vec<S, 3> com = robot.com();
-    for (int j = 0; j < 3; ++j) y[j] = com[j] - x[j];
-    int row = 3;
-    for (int i = 0; i < C::count; ++i) {
+    Vec<S, 3 + 6 * soles> y;
+    y.template head<3>() = robot.com() - x.template head<3>();
+    for (int i = 0; i < soles; ++i) {
       const Contact& contact = (*this)[i];
+      const int row = 3 + 6 * i;
       const Vec<S, 3> p = robot.position(contact.frame);
-      for (int j = 0; j < 3; ++j) y[row++] = p[j] - contact.place.position[j];
-      if (i >= soles) continue;
+      for (int j = 0; j < 3; ++j) y[row + j] = p[j] - contact.place.position[j];
       const Mat<S, 3, 3> axes = robot.rotation(contact.frame);
-      const auto product = [&](int a, int b) {
-        S sum(0.0);
-        for (int j = 0; j < 3; ++j)
-          if (contact.place.rotation(j, a) != 0.0) sum += contact.place.rotation(j, a) * axes(j, b);
-        return sum;
-      };
-      y[row++] = product(2, 0);
-      y[row++] = product(2, 1);
-      y[row++] = product(1, 0);
+      y[row + 3] = along<S>(contact, 2, axes.col(0));
+      y[row + 4] = along<S>(contact, 2, axes.col(1));
+      y[row + 5] = along<S>(contact, 1, axes.col(0));
     }
     return y;
   }
@@ -123,79 +113,69 @@ struct Momentum {
   }
 };
 
-// Friction pyramid of each contact; centre of pressure and yaw torque of soles. All rows >= 0.
-template <int soles, int points>
-struct Cones : Contacts<soles, points> {
-  using C = Contacts<soles, points>;
-  static constexpr int rows = 10 * soles + 4 * points;
+// Friction pyramid, centre of pressure and yaw torque of each sole. All rows >= 0.
+template <int soles>
+struct Cones : Contacts<soles> {
   Options options;
   template <class S>
-  Vec<S, rows> operator()(const S&, const Vec<S, states>&,
-                          const Vec<S, inputs<soles, points>>& u) const {
-    Vec<S, rows> y;
+  Vec<S, 10 * soles> operator()(const S&, const Vec<S, states>&,
+                                const Vec<S, inputs<soles>>& u) const {
+    Vec<S, 10 * soles> y;
     int row = 0;
     const auto pair = [&](const S& limit, const S& value) {
       y[row++] = limit - value;
       y[row++] = limit + value;
     };
-    for (int i = 0; i < C::count; ++i) {
+    for (int i = 0; i < soles; ++i) {
       const Contact& contact = (*this)[i];
-      const auto along = [&](int axis, int at) {
-        S sum(0.0);
-        for (int j = 0; j < 3; ++j)
-          if (contact.place.rotation(j, axis) != 0.0)
-            sum += contact.place.rotation(j, axis) * u[at + j];
-        return sum;
+      const int at = this->wrench_at(i);
+      const auto force = [&](int axis) {
+        return along<S>(contact, axis, u.template segment<3>(at));
       };
-      const int at = C::wrench_at(i);
-      const S load = along(2, at);
-      pair(options.friction * load, along(0, at));
-      pair(options.friction * load, along(1, at));
-      if (i >= soles) continue;
-      const robots::FootRectangle sole = contact.rectangle.value_or(robots::FootRectangle{});
-      const S roll = along(0, at + 3), pitch = along(1, at + 3);
+      const auto torque = [&](int axis) {
+        return along<S>(contact, axis, u.template segment<3>(at + 3));
+      };
+      const robots::FootRectangle& sole = contact.rectangle;
+      const S load = force(2), roll = torque(0), pitch = torque(1);
+      pair(options.friction * load, force(0));
+      pair(options.friction * load, force(1));
       y[row++] = (sole.y.upper - options.margin) * load - roll;
       y[row++] = roll - (sole.y.lower + options.margin) * load;
       y[row++] = (sole.x.upper - options.margin) * load + pitch;
       y[row++] = -pitch - (sole.x.lower + options.margin) * load;
-      pair(options.torsion * load, along(2, at + 3));
+      pair(options.torsion * load, torque(2));
     }
     return y;
   }
 };
 
 // Normal forces, in weights.
-template <int soles, int points>
-struct Loads : Contacts<soles, points> {
-  using C = Contacts<soles, points>;
+template <int soles>
+struct Loads : Contacts<soles> {
   template <class S>
-  Vec<S, C::count> operator()(const S&, const Vec<S, states>&,
-                              const Vec<S, inputs<soles, points>>& u) const {
-    Vec<S, C::count> y;
-    for (int i = 0; i < C::count; ++i) {
-      y[i] = S(0.0);
-      for (int j = 0; j < 3; ++j) y[i] += (*this)[i].place.rotation(j, 2) * u[C::wrench_at(i) + j];
-    }
+  Vec<S, soles> operator()(const S&, const Vec<S, states>&, const Vec<S, inputs<soles>>& u) const {
+    Vec<S, soles> y;
+    for (int i = 0; i < soles; ++i)
+      y[i] = along<S>((*this)[i], 2, u.template segment<3>(this->wrench_at(i)));
     return y;
   }
 };
 
 // Torques of the joints that balance weight and wrenches at rest, over their limits.
-template <int soles, int points>
-struct Torques : Contacts<soles, points> {
-  using C = Contacts<soles, points>;
+template <int soles>
+struct Torques : Contacts<soles> {
   template <class S>
   Vec<S, joints> operator()(const S&, const Vec<S, states>& x,
-                            const Vec<S, inputs<soles, points>>& u) const {
+                            const Vec<S, inputs<soles>>& u) const {
     const Tree& tree = this->body->tree;
     const double weight = tree.mass * standard_gravity;
-    std::array<robots::WrenchAt<S>, static_cast<std::size_t>(C::count)> wrenches;
-    for (int i = 0; i < C::count; ++i) {
+    std::array<robots::WrenchAt<S>, static_cast<std::size_t>(soles)> wrenches;
+    for (int i = 0; i < soles; ++i) {
       robots::WrenchAt<S>& wrench = wrenches[static_cast<std::size_t>(i)];
       wrench.frame = (*this)[i].frame;
       for (int j = 0; j < 3; ++j) {
-        wrench.force[j] = weight * u[C::wrench_at(i) + j];
-        wrench.torque[j] = i < soles ? S(weight * u[C::wrench_at(i) + 3 + j]) : S(0.0);
+        wrench.force[j] = weight * u[this->wrench_at(i) + j];
+        wrench.torque[j] = weight * u[this->wrench_at(i) + 3 + j];
       }
     }
     const Vec<double, coordinates> rest = Vec<double, coordinates>::Zero();
@@ -234,8 +214,7 @@ struct LegsApart {
     for (int side = 0; side < 2; ++side)
       for (std::size_t i = 0; i < leg_spheres; ++i) {
         const Body::Sphere& sphere = body->legs[side][i];
-        centres[side][i] = robot.body(sphere.body).position;
-        robots::detail::add<S>(centres[side][i], robot.arm(sphere.body, sphere.centre));
+        centres[side][i] = robot.position(sphere.body, sphere.centre);
       }
     Vec<S, leg_spheres * leg_spheres> y;
     int row = 0;
@@ -253,20 +232,19 @@ struct LegsApart {
   }
 };
 
-template <int soles, int points>
+template <int soles>
 auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const Options& options) {
-  constexpr int nu = inputs<soles, points>;
-  Contacts<soles, points> contacts{&body, {}};
-  for (std::size_t i = 0; i < contacts.contacts.size(); ++i)
-    contacts.contacts[i] = mode.contacts[i];
+  constexpr int nu = inputs<soles>;
+  Contacts<soles> contacts{&body, {}};
+  std::copy_n(mode.contacts.begin(), soles, contacts.contacts.begin());
 
-  Phase<states, nu> phase{mode.name, Dynamics<soles, points>{contacts}, mode.duration};
-  phase.keep("pose", Pose<soles, points>{contacts}, exactly(0.0))
+  Phase<states, nu> phase{mode.name, Dynamics<soles>{contacts}, mode.duration};
+  phase.keep("pose", Pose<soles>{contacts}, exactly(0.0))
       .keep("momentum", Momentum{&body}, exactly(0.0))
-      .keep("torques", Torques<soles, points>{contacts}, between(-options.torque, options.torque));
-  if constexpr (soles + points > 0)
-    phase.keep("cones", Cones<soles, points>{{contacts}, options}, at_least(0.0))
-        .keep("loads", Loads<soles, points>{contacts}, between(0.0, options.largest_force));
+      .keep("torques", Torques<soles>{contacts}, between(-options.torque, options.torque));
+  if constexpr (soles > 0)
+    phase.keep("cones", Cones<soles>{{contacts}, options}, at_least(0.0))
+        .keep("loads", Loads<soles>{contacts}, between(0.0, options.largest_force));
   for (const int foot : mode.swings) {
     const ToeAndHeel heights{&body, foot};
     const std::string name = foot == 0 ? "left foot" : "right foot";
@@ -298,11 +276,11 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
       Vec<double, joints>::Constant(options.posture);
   posture << 0.0, 0.0, mode.end[5], body.nominal;
   Vec<double, nu> effort = Vec<double, nu>::Constant(options.rates), even = Vec<double, nu>::Zero();
-  for (int i = 0; i < soles + points; ++i) {
-    const int at = Contacts<soles, points>::wrench_at(i);
+  for (int i = 0; i < soles; ++i) {
+    const int at = contacts.wrench_at(i);
     effort.template segment<3>(at).setConstant(options.force);
-    if (i < soles) effort.template segment<3>(at + 3).setConstant(options.moment);
-    even[at + 2] = i < soles ? 1.0 / soles : 0.0;
+    effort.template segment<3>(at + 3).setConstant(options.moment);
+    even[at + 2] = 1.0 / soles;
   }
   phase
       .track(
@@ -360,13 +338,16 @@ OptimalControlProblem problem(const Body& body, const Task& task, const Options&
   for (std::size_t i = 0; i < task.modes.size(); ++i) {
     const Mode& mode = task.modes[i];
     const bool is_last = i + 1 == task.modes.size();
-    const auto soles = std::ranges::count_if(
-        mode.contacts, [](const Contact& contact) { return contact.rectangle.has_value(); });
-    const auto points = static_cast<long>(mode.contacts.size()) - soles;
-    if (soles == 2 && points == 0) append(phase_of<2, 0>(body, mode, *begin, options), is_last);
-    if (soles == 2 && points == 1) append(phase_of<2, 1>(body, mode, *begin, options), is_last);
-    if (soles == 1 && points == 0) append(phase_of<1, 0>(body, mode, *begin, options), is_last);
-    if (soles == 0 && points == 0) append(phase_of<0, 0>(body, mode, *begin, options), is_last);
+    switch (mode.contacts.size()) {
+      case 0:
+        append(phase_of<0>(body, mode, *begin, options), is_last);
+        break;
+      case 1:
+        append(phase_of<1>(body, mode, *begin, options), is_last);
+        break;
+      default:
+        append(phase_of<2>(body, mode, *begin, options), is_last);
+    }
     begin = &mode.end;
   }
   if (task.periodic) {

@@ -4,7 +4,6 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "saltus/ocp/problem.hpp"
@@ -19,11 +18,11 @@ inline constexpr int q_at = 9;                  // first entry of q in the state
 using Tree = robots::KinematicTree<joints>;
 using Frame = robots::FloatingRobot::Frame;
 
-/// A frame of the robot that touches the world. z of `place` is the normal of the surface.
+/// A sole on the ground. z of `place` is the normal of the surface.
 struct Contact {
-  Frame frame;                                       // on the robot
-  robots::SoleFrame place;                           // where it stays, in the world
-  std::optional<robots::FootRectangle> rectangle{};  // of a sole; empty: a point, which may turn
+  Frame frame;                      // on the robot
+  robots::SoleFrame place;          // where it stays, in the world
+  robots::FootRectangle rectangle;  // of the sole
 };
 
 /// Data of the robot that all phases share.
@@ -56,10 +55,10 @@ struct Options {
   double force = 1.0, moment = 50.0;                               // weights of wrenches
 };
 
-/// A time in which the same frames touch the world.
+/// A time in which the same soles stand.
 struct Mode {
   std::string name;
-  std::vector<Contact> contacts;   // soles first
+  std::vector<Contact> contacts;   // at most two
   Bounds duration;                 // s
   double usual;                    // guess of the duration, s
   VectorXd end;                    // guess of q at the end

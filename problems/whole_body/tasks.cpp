@@ -53,18 +53,17 @@ class Script {
     task_.modes.back().lowest = behind ? lowest(foot, to) + touching : low;
     return *this;
   }
-  /// Both feet leave the ground and land again, `forward` from here (m).
-  Script& hop(double forward) {
+  /// Both feet leave the ground and land in the same places.
+  Script& hop() {
     stand("push", middle());
-    for (robots::SoleFrame& to : places_) to.position[0] += forward;
-    const char* names[] = {"rise", "fall"};
-    for (const char* name : names) {
-      Mode mode{name, {}, between(0.05, 0.25), 0.1, posture_on(body_, places_, middle(), q_)};
-      mode.swings = {left, right};
-      mode.lowest = touching;
-      if (task_.modes.back().name == "push") mode.above = 0.01;
-      add(std::move(mode));
-    }
+    Mode rise{"rise", {}, between(0.05, 0.25), 0.1, q_};
+    rise.swings = {left, right};
+    rise.lowest = touching;
+    Mode fall = rise;
+    rise.above = 0.01;
+    fall.name = "fall";
+    add(std::move(rise));
+    add(std::move(fall));
     return *this;
   }
   /// Ends at rest above the middle of the feet.
@@ -186,7 +185,7 @@ Task turn(const Body& body, const Sizes& s) {
 
 Task hop(const Body& body, const Sizes& s) {
   const double y = 0.5 * s.width;
-  return Script(body, "hop", place(0.0, y), place(0.0, -y)).hop(0.0).come_to_rest();
+  return Script(body, "hop", place(0.0, y), place(0.0, -y)).hop().come_to_rest();
 }
 
 struct Named {

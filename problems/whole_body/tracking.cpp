@@ -1,11 +1,11 @@
 #include "problems/whole_body/tracking.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/rotation_vector.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::whole_body {
@@ -87,12 +87,6 @@ class Reference {
   std::vector<VectorXd> states_, slopes_;
 };
 
-// Rotation vector from one orientation to another, for angles below 90 degrees.
-Vec<double, 3> turn(const Mat<double, 3, 3>& from, const Mat<double, 3, 3>& to) {
-  const Eigen::AngleAxisd by(Mat<double, 3, 3>(to * from.transpose()));
-  return by.angle() * by.axis();
-}
-
 class Tracker {
  public:
   Tracker(const Body& body, const robots::FloatingRobot& robot, const Task& task,
@@ -168,17 +162,16 @@ class Tracker {
     const robots::WholeBodyState state = plant_->state();
     model_->update(state);
     const VectorXd planned = reference_.state(t);
-    const Vec<double, 3> com = planned.head<3>();
     const Mode& mode = mode_at(t);
     const VectorXd input = plan_.input(std::min(reference_.in_plan(t), reference_.end() - 1e-9));
     const VectorXd dq = reference_.rate(t).tail<coordinates>();
-    const Robot target(body_.tree, planned.tail<coordinates>().eval(), dq);
+    const Robot target(body_.tree, planned.tail<coordinates>().eval());
 
     WholeBodyController::Tasks tasks;
     const VectorXd rate =
         (reference_.state(t + difference) - reference_.state(t - difference)) / (2.0 * difference);
     const double mass = body_.tree.mass;
-    tasks.force = mass * (rate.segment<3>(3) + com_gain * (com - model_->com()) +
+    tasks.force = mass * (rate.segment<3>(3) + com_gain * (planned.head<3>() - model_->com()) +
                           com_damping * (planned.segment<3>(3) - model_->com_velocity()));
     tasks.torque = mass * rate.segment<3>(6) +
                    spin_damping * (mass * planned.segment<3>(6) - model_->angular_momentum());
@@ -201,11 +194,12 @@ class Tracker {
       const Vec<double, 3> moved(reference_.periods(t) * task_.stride, 0.0, 0.0);
       const Vec<double, 3> p = contact != nullptr ? (contact->place.position + moved).eval()
                                                   : target.position(body_.soles[foot]);
-      const Vec<double, 3> off = p - sole.pose.translation(), tilt = turn(sole.pose.linear(), axes);
+      const Vec<double, 3> off = p - sole.pose.translation(),
+                           tilt = robots::log_so3(axes * sole.pose.linear().transpose());
       if (touches_[foot]) {
         Vec<double, 6>& hold = foot == 0 ? tasks.left_hold : tasks.right_hold;
         hold << stance_gain * tilt, 0.0, 0.0, 0.0;
-        const int at = coordinates + 6 * index_of(mode, foot);
+        const auto at = coordinates + 6 * (contact - mode.contacts.data());
         tasks.wrenches.segment<3>(6 * foot) = weight_ * axes.transpose() * input.segment<3>(at);
         tasks.wrenches.segment<3>(6 * foot + 3) =
             weight_ * axes.transpose() * input.segment<3>(at + 3);
@@ -215,8 +209,7 @@ class Tracker {
       } else {
         Vec<double, 6> wanted = Vec<double, 6>::Zero(), feed = Vec<double, 6>::Zero();
         if (contact == nullptr) {
-          wanted << target.angular_velocity(body_.soles[foot].body),
-              target.velocity(body_.soles[foot]);
+          wanted = sole_twist(t, foot);
           feed = (sole_twist(t + difference, foot) - sole_twist(t - difference, foot)) /
                  (2.0 * difference);
         } else {
@@ -243,14 +236,7 @@ class Tracker {
     twist << at.angular_velocity(body_.soles[foot].body), at.velocity(body_.soles[foot]);
     return twist;
   }
-  int index_of(const Mode& mode, int foot) const {
-    int i = 0;
-    for (const Contact& contact : mode.contacts) {
-      if (contact.frame.body == body_.soles[foot].body) return i;
-      ++i;
-    }
-    return 0;
-  }
+
   void note(int k, double t, const VectorXd& planned, const WholeBodyController::Command& command) {
     const double distance = (model_->com() - planned.head<3>()).norm();
     result_.com = std::max(result_.com, distance);

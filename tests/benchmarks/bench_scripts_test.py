@@ -9,12 +9,11 @@ import argparse
 import importlib.util
 import json
 import os
-import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
-import unittest.mock
+
+from own_folder import OwnFolder
 
 PROGRAM = sys.argv.pop(1)
 SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../benchmarks/suite/scripts")
@@ -22,18 +21,7 @@ SMALL = ["--problems", "recipe/no-impact,sequence", "--start", "cold", "--instan
          "--repetitions", "1"]
 
 
-class Scripts(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="saltus-bench-test-")
-        self.addCleanup(shutil.rmtree, self.folder)
-        # Tests do not write to the cache of the user.
-        cache = unittest.mock.patch.dict(os.environ, XDG_CACHE_HOME=self.path("cache"))
-        cache.start()
-        self.addCleanup(cache.stop)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Scripts(OwnFolder):
     def bench(self, *words, status=0, **environment):
         done = subprocess.run(
             [sys.executable, "-B", os.path.join(SCRIPTS, "bench.py"), *words], text=True,

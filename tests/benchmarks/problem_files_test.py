@@ -6,11 +6,11 @@ import importlib.util
 import io
 import json
 import os
-import shutil
 import sys
-import tempfile
 import unittest
 import unittest.mock
+
+from own_folder import OwnFolder
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../benchmarks/suite/scripts"))
 if importlib.util.find_spec("numpy") is None:
@@ -45,17 +45,7 @@ ENDATA
 """
 
 
-class Files(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="saltus-files-test-")
-        self.addCleanup(shutil.rmtree, self.folder)
-        cache = unittest.mock.patch.dict(os.environ, XDG_CACHE_HOME=self.path("cache"))
-        cache.start()
-        self.addCleanup(cache.stop)
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class Files(OwnFolder):
     def written(self, name, text):
         with open(self.path(name), "w", encoding="utf-8") as file:
             file.write(text if isinstance(text, str) else json.dumps(text))

@@ -204,5 +204,16 @@ TEST(FunctionsInPhases, AreModesOfAnAutomatonAndJumps) {
   EXPECT_EQ(formulas.system().transitions.size(), functions.system().transitions.size());
 }
 
+TEST(FunctionsInPhases, AreLinks) {
+  const Phase<1, 0> phase{"fall", [](const auto&, const auto& x) { return -1.0 * x[0]; },
+                          exactly(1.0)};
+  // (nothing | t duration x)
+  const Function f = make_function<3, 0, 0>([](const auto&, const auto& v) { return v[2] - v[1]; });
+  EXPECT_TRUE(make_link("level", f, exactly(0.0), end_of(phase)).function.is(f));
+  const Function longer =
+      make_function<4, 0, 0>([](const auto&, const auto& v) { return v[2] - v[1]; });
+  EXPECT_THROW(make_link("level", longer, exactly(0.0), end_of(phase)), DefinitionError);
+}
+
 }  // namespace
 }  // namespace saltus

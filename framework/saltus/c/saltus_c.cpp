@@ -81,22 +81,28 @@ saltus_status fail(saltus_controller& handle, saltus_status status,
   return status;
 }
 
-// Calls the body with the controller. Its exceptions become a status.
+// Exceptions of the body become a status.
+template <class Body>
+saltus_status guarded(saltus_controller& handle, Body&& body) noexcept {
+  try {
+    return body();
+  } catch (const saltus::DefinitionError& error) {
+    return fail(handle, SALTUS_BAD_DEFINITION, "{}", error.what());
+  } catch (const std::exception& error) {
+    return fail(handle, SALTUS_FAILURE, "{}", error.what());
+  } catch (...) {
+    return fail(handle, SALTUS_FAILURE, "an exception that is not a std::exception");
+  }
+}
+
+// Calls the body with the controller.
 template <class Body>
 saltus_status call(saltus_controller* handle, Body&& body) noexcept {
   if (handle == nullptr) return SALTUS_BAD_ARGUMENT;
-  try {
-    if (!handle->controller)
-      return fail(*handle, SALTUS_BAD_DEFINITION, "this controller could not be created");
-    handle->error[0] = '\0';
-    return body(*handle->controller);
-  } catch (const saltus::DefinitionError& error) {
-    return fail(*handle, SALTUS_BAD_DEFINITION, "{}", error.what());
-  } catch (const std::exception& error) {
-    return fail(*handle, SALTUS_FAILURE, "{}", error.what());
-  } catch (...) {
-    return fail(*handle, SALTUS_FAILURE, "an exception that is not a std::exception");
-  }
+  if (!handle->controller)
+    return fail(*handle, SALTUS_BAD_DEFINITION, "this controller could not be created");
+  handle->error[0] = '\0';
+  return guarded(*handle, [&] { return body(*handle->controller); });
 }
 
 saltus_tick tick_of(const ControlTick& tick) {
@@ -180,7 +186,7 @@ saltus_status saltus_create(const char* name, saltus_controller** controller) {
   auto* const handle = *controller = new (std::nothrow) saltus_controller;
   if (handle == nullptr) return SALTUS_FAILURE;
   if (name == nullptr) return fail(*handle, SALTUS_BAD_ARGUMENT, "saltus_create: no name");
-  try {
+  return guarded(*handle, [&] {
     const auto [count, make] = find(name);
     if (count == 0 || make == nullptr)
       return fail(*handle, SALTUS_UNKNOWN_NAME, "no controller '{}' is registered", name);
@@ -189,13 +195,7 @@ saltus_status saltus_create(const char* name, saltus_controller** controller) {
                   name);
     handle->controller.emplace(make(options_of(*handle)));
     return SALTUS_OK;
-  } catch (const saltus::DefinitionError& error) {
-    return fail(*handle, SALTUS_BAD_DEFINITION, "{}", error.what());
-  } catch (const std::exception& error) {
-    return fail(*handle, SALTUS_FAILURE, "{}", error.what());
-  } catch (...) {
-    return fail(*handle, SALTUS_FAILURE, "an exception that is not a std::exception");
-  }
+  });
 }
 
 void saltus_destroy(saltus_controller* controller) { delete controller; }

@@ -2,6 +2,7 @@
 // and parameters.
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -131,12 +132,20 @@ struct Joined {
 
 }  // namespace detail
 
-/// `formula` takes one EndValues per end, in order, and returns a scalar or a vector.
+/// `formula` takes one EndValues per end, in order, and returns a scalar or a vector. It may also
+/// be a Function with the argument of Link::function.
 template <class F, int... nx, int... np>
 Link make_link(std::string name, F formula, Limits limits, PhaseEnd<nx, np>... ends) {
-  using Formula = typename detail::Joined<F, nx...>::template With<np...>;
-  Function function = make_function<detail::sum_of<(2 + nx + np)...>, 0, 0>(
-      Formula{std::move(formula)}, {{}, "link", name});
+  Function function = [&] {
+    constexpr int values = detail::sum_of<(2 + nx + np)...>;
+    const FormulaName what{{}, "link", name};
+    if constexpr (std::same_as<F, Function>) {
+      return make_function<values, 0, 0>(std::move(formula), what);
+    } else {
+      using Formula = typename detail::Joined<F, nx...>::template With<np...>;
+      return make_function<values, 0, 0>(Formula{std::move(formula)}, what);
+    }
+  }();
   return {std::move(name),
           {Link::End{std::move(ends.phase), ends.is_end, nx, np}...},
           std::move(function),

@@ -76,11 +76,6 @@ template <class S>
     y[i] = rotation(i, 0) * v[0] + rotation(i, 1) * v[1] + rotation(i, 2) * v[2];
   return y;
 }
-/// a x b
-template <class S>
-[[gnu::noinline]] Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 /// rotation * inertia * rotation' * w
 template <class S>
 [[gnu::noinline]] Vec<S, 3> times_inertia(const Mat<S, 3, 3>& rotation,
@@ -95,10 +90,6 @@ template <class S>
     product[i] = sum;
   }
   return turned<S>(rotation, product);
-}
-template <class S>
-void add(Vec<S, 3>& sum, const Vec<S, 3>& v) {
-  for (int i = 0; i < 3; ++i) sum[i] += v[i];
 }
 
 /// Rz(yaw) Ry(pitch) Rx(roll), and the rates of the angles to the angular velocity.
@@ -157,11 +148,13 @@ class Kinematics {
 
   /// Pose of a body.
   const PoseOf<S>& body(int i) const { return poses_[static_cast<std::size_t>(i)]; }
+  /// Point of a body, given in the body's frame; m.
+  Vec<S, 3> position(int i, const Vec<double, 3>& point) const {
+    return body(i).position + arm(i, point);
+  }
   /// Origin of a frame, m.
   Vec<S, 3> position(const FloatingRobot::Frame& frame) const {
-    Vec<S, 3> p = body(frame.body).position;
-    detail::add<S>(p, arm(frame.body, frame.pose.translation()));
-    return p;
+    return position(frame.body, frame.pose.translation());
   }
   /// Axes of a frame.
   Mat<S, 3, 3> rotation(const FloatingRobot::Frame& frame) const {
@@ -172,14 +165,14 @@ class Kinematics {
     return axes;
   }
   /// Centre of mass of the robot, m.
-  Vec<S, 3> com() const;
+  Vec<S, 3> com() const {
+    return mean([this](int i, const Vec<double, 3>& c) { return position(i, c); });
+  }
 
   /// Velocity of a point of a body, given in the body's frame; m/s.
   Vec<S, 3> velocity(int i, const Vec<double, 3>& point) const {
     const auto k = static_cast<std::size_t>(i);
-    Vec<S, 3> v = velocities_[k];
-    detail::add<S>(v, detail::cross<S>(omegas_[k], arm(i, point)));
-    return v;
+    return velocities_[k] + omegas_[k].cross(arm(i, point));
   }
   /// Velocity of the origin of a frame, m/s.
   Vec<S, 3> velocity(const FloatingRobot::Frame& frame) const {
@@ -188,7 +181,9 @@ class Kinematics {
   /// Angular velocity of a body, rad/s.
   const Vec<S, 3>& angular_velocity(int i) const { return omegas_[static_cast<std::size_t>(i)]; }
   /// Velocity of the centre of mass, m/s.
-  Vec<S, 3> com_velocity() const;
+  Vec<S, 3> com_velocity() const {
+    return mean([this](int i, const Vec<double, 3>& c) { return velocity(i, c); });
+  }
   /// Angular momentum about the centre of mass, Nms.
   Vec<S, 3> angular_momentum() const;
 
@@ -200,6 +195,9 @@ class Kinematics {
   const detail::BaseRotation<S>& base() const { return base_; }
 
  private:
+  /// Mean over the mass of a quantity of the bodies' centres of mass.
+  template <class Quantity>
+  Vec<S, 3> mean(const Quantity& quantity) const;
   template <class Q>
   void find_poses(const Q& q);
   template <class V>
@@ -268,13 +266,11 @@ KinematicTree<joints>::KinematicTree(const FloatingRobot& robot) : mass(robot.to
     const FloatingRobot::Body& from = robot.bodies[i];
     Body& to = bodies[i];
     const Mat<double, 3, 3> rotation = from.origin.linear();
-    Mat<double, 3, 3> skew;
-    skew << 0, -from.axis[2], from.axis[1], from.axis[2], 0, -from.axis[0], -from.axis[1],
-        from.axis[0], 0;
+    const Mat<double, 3, 3> K = skew<double>(from.axis);
     to.parent = from.parent;
-    to.constant = without_noise(rotation * (Mat<double, 3, 3>::Identity() + skew * skew));
-    to.sine = without_noise(rotation * skew);
-    to.cosine = without_noise(-(rotation * skew * skew));
+    to.constant = without_noise(rotation * (Mat<double, 3, 3>::Identity() + K * K));
+    to.sine = without_noise(rotation * K);
+    to.cosine = without_noise(-(rotation * K * K));
     to.origin = from.origin.translation();
     to.axis = from.axis;
     to.com = from.com;
@@ -314,8 +310,7 @@ void Kinematics<joints, S>::find_poses(const Q& q) {
         pose.rotation(i, j) = sum;
       }
     }
-    pose.position = parent.position;
-    detail::add<S>(pose.position, arm(body.parent, body.origin));
+    pose.position = position(body.parent, body.origin);
   }
 }
 
@@ -335,25 +330,13 @@ void Kinematics<joints, S>::find_velocities(const V& dq) {
 }
 
 template <int joints, class S>
-Vec<S, 3> Kinematics<joints, S>::com() const {
+template <class Quantity>
+Vec<S, 3> Kinematics<joints, S>::mean(const Quantity& quantity) const {
   Vec<S, 3> sum(S(0.0), S(0.0), S(0.0));
-  for (int k = 0; k <= joints; ++k) {
-    const auto& of = tree_.bodies[static_cast<std::size_t>(k)];
-    const double part = of.mass / tree_.mass;
-    const Vec<S, 3> r = arm(k, of.com);
-    for (int j = 0; j < 3; ++j) sum[j] += part * (body(k).position[j] + r[j]);
-  }
-  return sum;
-}
-
-template <int joints, class S>
-Vec<S, 3> Kinematics<joints, S>::com_velocity() const {
-  Vec<S, 3> sum(S(0.0), S(0.0), S(0.0));
-  for (int k = 0; k <= joints; ++k) {
-    const auto& of = tree_.bodies[static_cast<std::size_t>(k)];
-    const double part = of.mass / tree_.mass;
-    const Vec<S, 3> v = velocity(k, of.com);
-    for (int j = 0; j < 3; ++j) sum[j] += part * v[j];
+  for (int i = 0; i <= joints; ++i) {
+    const auto& of = tree_.bodies[static_cast<std::size_t>(i)];
+    const Vec<S, 3> value = quantity(i, of.com);
+    for (int j = 0; j < 3; ++j) sum[j] += of.mass / tree_.mass * value[j];
   }
   return sum;
 }
@@ -364,14 +347,11 @@ Vec<S, 3> Kinematics<joints, S>::angular_momentum() const {
   Vec<S, 3> sum(S(0.0), S(0.0), S(0.0));
   for (int k = 0; k <= joints; ++k) {
     const auto& of = tree_.bodies[static_cast<std::size_t>(k)];
-    Vec<S, 3> r = arm(k, of.com), p = velocity(k, of.com);
-    for (int j = 0; j < 3; ++j) {
-      r[j] += body(k).position[j] - c[j];
-      p[j] *= of.mass;
-    }
-    detail::add<S>(sum, detail::cross<S>(r, p));
-    detail::add<S>(sum,
-                   detail::times_inertia<S>(body(k).rotation, of.inertia, angular_velocity(k)));
+    const Vec<S, 3> r = position(k, of.com) - c;
+    Vec<S, 3> p = velocity(k, of.com);
+    for (int j = 0; j < 3; ++j) p[j] *= of.mass;
+    sum += r.cross(p);
+    sum += detail::times_inertia<S>(body(k).rotation, of.inertia, angular_velocity(k));
   }
   return sum;
 }
@@ -389,7 +369,7 @@ Vec<S, 6 + joints> inverse_dynamics(const KinematicTree<joints>& tree, const Q& 
     acceleration[0][2] += gravity;
     // The roll axis turns with pitch and yaw, the pitch axis with yaw.
     const Vec<S, 3> pitch_yaw(base.pitch_axis[0] * dq[4], base.pitch_axis[1] * dq[4], S(dq[5]));
-    const Vec<S, 3> roll_moves = detail::cross<S>(pitch_yaw, base.roll_axis);
+    const Vec<S, 3> roll_moves = pitch_yaw.cross(base.roll_axis);
     alpha[0] = base.omega(ddq);
     for (int i = 0; i < 3; ++i) alpha[0][i] += roll_moves[i] * dq[3];
     alpha[0][0] -= base.pitch_axis[1] * dq[5] * dq[4];
@@ -399,10 +379,7 @@ Vec<S, 6 + joints> inverse_dynamics(const KinematicTree<joints>& tree, const Q& 
     const auto i = static_cast<std::size_t>(k);
     const Vec<S, 3> r = at.arm(k, point);
     const Vec<S, 3>& w = at.angular_velocity(k);
-    Vec<S, 3> a = acceleration[i];
-    detail::add<S>(a, detail::cross<S>(alpha[i], r));
-    detail::add<S>(a, detail::cross<S>(w, detail::cross<S>(w, r)));
-    return a;
+    return Vec<S, 3>(acceleration[i] + alpha[i].cross(r) + w.cross(w.cross(r)));
   };
   for (int k = 1; k <= joints; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -410,7 +387,7 @@ Vec<S, 6 + joints> inverse_dynamics(const KinematicTree<joints>& tree, const Q& 
     const auto parent = static_cast<std::size_t>(body.parent);
     acceleration[i] = acceleration_of(body.parent, body.origin);
     const Vec<S, 3> axis = at.arm(k, body.axis);
-    const Vec<S, 3> turning = detail::cross<S>(at.angular_velocity(body.parent), axis);
+    const Vec<S, 3> turning = at.angular_velocity(body.parent).cross(axis);
     alpha[i] = alpha[parent];
     for (int j = 0; j < 3; ++j) alpha[i][j] += axis[j] * ddq[5 + k] + turning[j] * dq[5 + k];
   }
@@ -423,18 +400,15 @@ Vec<S, 6 + joints> inverse_dynamics(const KinematicTree<joints>& tree, const Q& 
     const Mat<S, 3, 3>& rotation = at.body(k).rotation;
     const Vec<S, 3>& w = at.angular_velocity(k);
     torque[i] = detail::times_inertia<S>(rotation, body.inertia, alpha[i]);
-    detail::add<S>(torque[i],
-                   detail::cross<S>(w, detail::times_inertia<S>(rotation, body.inertia, w)));
-    detail::add<S>(torque[i], detail::cross<S>(at.arm(k, body.com), force[i]));
+    torque[i] += w.cross(detail::times_inertia<S>(rotation, body.inertia, w));
+    torque[i] += at.arm(k, body.com).cross(force[i]);
   }
   for (const WrenchAt<S>& wrench : wrenches) {
     const auto i = static_cast<std::size_t>(wrench.frame.body);
     const Vec<S, 3> moment =
-        detail::cross<S>(at.arm(wrench.frame.body, wrench.frame.pose.translation()), wrench.force);
-    for (int j = 0; j < 3; ++j) {
-      force[i][j] -= wrench.force[j];
-      torque[i][j] -= wrench.torque[j] + moment[j];
-    }
+        at.arm(wrench.frame.body, wrench.frame.pose.translation()).cross(wrench.force);
+    force[i] -= wrench.force;
+    torque[i] -= wrench.torque + moment;
   }
   Vec<S, 6 + joints> y;
   for (int k = joints; k > 0; --k) {
@@ -444,9 +418,9 @@ Vec<S, 6 + joints> inverse_dynamics(const KinematicTree<joints>& tree, const Q& 
     const Vec<S, 3> axis = at.arm(k, body.axis);
     y[5 + k] = axis[0] * torque[i][0] + axis[1] * torque[i][1] + axis[2] * torque[i][2];
     if (body.rotor_inertia != 0.0) y[5 + k] += body.rotor_inertia * ddq[5 + k];
-    detail::add<S>(force[parent], force[i]);
-    detail::add<S>(torque[parent], torque[i]);
-    detail::add<S>(torque[parent], detail::cross<S>(at.arm(body.parent, body.origin), force[i]));
+    force[parent] += force[i];
+    torque[parent] += torque[i];
+    torque[parent] += at.arm(body.parent, body.origin).cross(force[i]);
   }
   for (int j = 0; j < 3; ++j) {
     y[j] = force[0][j];
