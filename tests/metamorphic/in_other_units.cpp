@@ -68,11 +68,13 @@ void convert(PhaseDefinition& phase, const Units& units) {
   if (phase.input_change_weight.size() > 0)
     phase.input_change_weight =
         phase.input_change_weight.cwiseProduct(u).cwiseProduct(u) / units.cost;
-  if (phase.nominal_state.size() > 0 && !phase.nominal_state.isOnes())
-    phase.nominal_state = phase.nominal_state.cwiseQuotient(x);
-  if (phase.nominal_input.size() > 0 && !phase.nominal_input.isOnes())
-    phase.nominal_input = phase.nominal_input.cwiseQuotient(u);
-  if (phase.nominal_duration != 1.0) phase.nominal_duration /= units.time;
+  const auto is_declared = [&](const VectorXd& nominal) {
+    return nominal.size() > 0 && (phase.has_nominal || !nominal.isOnes());
+  };
+  if (is_declared(phase.nominal_state)) phase.nominal_state = phase.nominal_state.cwiseQuotient(x);
+  if (is_declared(phase.nominal_input)) phase.nominal_input = phase.nominal_input.cwiseQuotient(u);
+  if (phase.has_nominal_duration || phase.nominal_duration != 1.0)
+    phase.nominal_duration /= units.time;
   phase.state_guess = converted(phase.state_guess, x);
   phase.input_guess = converted(phase.input_guess, u);
 }
@@ -155,10 +157,10 @@ std::optional<Transformed> in_other_units(const Stated& stated, const Solution&,
   }
   Transformed t{.stated = {std::move(problem), stated.options}};
   t.cost_factor = 1.0 / units.cost;
-  t.time_factor = 1.0 / units.time;
+  t.units.time = 1.0 / units.time;
   for (const PhaseDefinition& phase : phases) {
-    t.state_factors.push_back(units.state.head(phase.sizes.nx).cwiseInverse());
-    t.input_factors.push_back(units.input.head(phase.sizes.nu).cwiseInverse());
+    t.units.state.push_back(units.state.head(phase.sizes.nx).cwiseInverse());
+    t.units.input.push_back(units.input.head(phase.sizes.nu).cwiseInverse());
   }
   t.what = fmt::format("time {:.2g}, cost {:.2g}", units.time, units.cost);
   for (int i = 0; i < nx; ++i) t.what += fmt::format(", x{} {:.2g}", i, units.state[i]);

@@ -172,21 +172,7 @@ Result from_the_solution(const Stated& stated, const Solution& base, Random&, st
     return {};
   }
   // The guess is part of the problem. Another guess in the same basin must lead to the same answer.
-  double begin = base.trajectory.start_time();
-  return same_answer(stated, rebuilt(stated.problem, [&](int j, PhaseDefinition& phase) {
-                       const double first = begin, length = base.durations[j];
-                       begin += length;
-                       const Trajectory plan = base.trajectory;
-                       phase.duration_guess = length;
-                       const double inside = 1.0 - 1e-9;
-                       phase.state_guess = Guess::trajectory([=](double f) {
-                         return plan.state(first + std::min(f, inside) * length);
-                       });
-                       if (phase.sizes.nu > 0)
-                         phase.input_guess = Guess::trajectory([=](double f) {
-                           return plan.input(first + std::min(f, inside) * length);
-                         });
-                     }));
+  return same_answer(stated, guessed_from(stated, base.trajectory, base.durations, {}).problem);
 }
 
 }  // namespace
@@ -221,6 +207,31 @@ OptimalControlProblem rebuilt(const OptimalControlProblem& problem,
     result.start_time(problem.start_time());
   result.schedule(problem.schedule()).costs(problem.cost_rule()).total_time(problem.total_time());
   return result;
+}
+
+Stated guessed_from(const Stated& stated, const Trajectory& plan,
+                    const std::vector<double>& durations, const UnitFactors& units) {
+  double begin = plan.start_time();
+  return {rebuilt(stated.problem,
+                  [&](int j, PhaseDefinition& phase) {
+                    const double first = begin, length = durations[j];
+                    begin += length;
+                    phase.duration_guess = length / units.time;
+                    const auto inside = [=](double f) {
+                      return first + std::min(f, 1.0 - 1e-9) * length;
+                    };
+                    const auto factors = [j](const std::vector<VectorXd>& all, int size) {
+                      return all.empty() ? VectorXd::Ones(size).eval() : all[j];
+                    };
+                    const VectorXd x = factors(units.state, phase.sizes.nx);
+                    const VectorXd u = factors(units.input, phase.sizes.nu);
+                    phase.state_guess = Guess::trajectory(
+                        [=](double f) { return plan.state(inside(f)).cwiseQuotient(x).eval(); });
+                    if (phase.sizes.nu > 0)
+                      phase.input_guess = Guess::trajectory(
+                          [=](double f) { return plan.input(inside(f)).cwiseQuotient(u).eval(); });
+                  }),
+          stated.options};
 }
 
 const std::vector<Law>& laws() {

@@ -20,14 +20,19 @@ struct Stated {
   ShootingOptions options;
 };
 
+/// Ratios of new to old numbers.
+struct UnitFactors {
+  double time = 1.0;                       ///< of durations and times
+  std::vector<VectorXd> state{}, input{};  ///< per phase; empty: 1
+};
+
 /// A transformed problem and the changes that its answer must show.
 struct Transformed {
   Stated stated;
   double cost_factor = 1.0;  ///< ratio of the new cost to the old one
   int moved_state = -1;      ///< index of the start state that moved; -1: none
   double moved_by = 0.0;     ///< in units of that state
-  double time_factor = 1.0;  ///< ratio of new to old durations and times
-  std::vector<VectorXd> state_factors = {}, input_factors = {};  ///< per phase; empty: 1
+  UnitFactors units = {};
   bool is_same_plan = true;  ///< false: only cost and status are compared (the start has moved)
   std::string what = {};     ///< the random numbers of the transformation
 };
@@ -40,6 +45,10 @@ struct Law {
                                       std::string& why);
 };
 const std::vector<Law>& laws();
+
+/// The problem with a plan of a transformed one as the guess.
+Stated guessed_from(const Stated& stated, const Trajectory& plan,
+                    const std::vector<double>& durations, const UnitFactors& units);
 
 /// The problem with edited phases and, if given, other jumps. Throws DefinitionError if the problem
 /// has links and jumps.

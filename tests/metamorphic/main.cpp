@@ -138,10 +138,10 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
   if (!t.is_same_plan) return {};
   const Trajectory &a = base.trajectory, &b = other.trajectory;
   const double length = a.end_time() - a.start_time();
-  if (!(std::abs((b.end_time() - b.start_time()) / t.time_factor - length) <=
+  if (!(std::abs((b.end_time() - b.start_time()) / t.units.time - length) <=
         plan_tolerance * length))
     return fmt::format("duration {:.6g} instead of {:.6g}",
-                       (b.end_time() - b.start_time()) / t.time_factor, length);
+                       (b.end_time() - b.start_time()) / t.units.time, length);
   VectorXd size = VectorXd::Constant(64, 1e-3), worst = VectorXd::Zero(64);
   const auto& pieces = a.pieces();
   for (const Trajectory::Piece& piece : pieces)
@@ -151,7 +151,7 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
     const VectorXd x = pieces[k].state;
     VectorXd y = b.pieces()[k].state;
     if (x.size() != y.size()) return "another number of states";
-    if (!t.state_factors.empty()) y = y.cwiseQuotient(t.state_factors[pieces[k].phase]);
+    if (!t.units.state.empty()) y = y.cwiseQuotient(t.units.state[pieces[k].phase]);
     worst.head(x.size()) = worst.head(x.size()).cwiseMax((x - y).cwiseAbs());
   }
   int i = 0;
@@ -174,12 +174,6 @@ constexpr KnownChange known_changes[] = {
      "plans of equal cost violate the ceiling differently between the nodes"},
     {"thermostat", "", "", "events inside a phase make the problem discontinuous"},
     {"example_ball", "", "", "events inside a phase make the problem discontinuous"},
-    {"fishing", "constant_rows", "", "inactive rows on free times: another local optimum"},
-    {"fishing_relaxed", "constant_rows", "", "inactive rows on free times: another local optimum"},
-    {"maximum_range", "other_units", "", "another local optimum, also a KKT point", "cost"},
-    {"van_der_pol", "other_units", "", "another local optimum, also a KKT point", "cost"},
-    {"pendulum_on_cart", "other_units", "", "another local optimum, also a KKT point", "cost"},
-    {"tank_sequence", "other_units", "", "another of its many local optima", "cost"},
     {"alp_rider", "other_units", "", "not convex: converges from some scales only", "ok ->"},
     {"f8_aircraft", "other_units", "ipopt", "Ipopt converges from one scale only"},
     {"calcium_oscillation", "other_units", "ipopt", "Ipopt converges from one scale only"},
@@ -200,13 +194,34 @@ const KnownChange* known_change(const std::string& name, const std::string& law,
   return nullptr;
 }
 
-enum class Found { same, other_plan, changed, known, not_applicable };
+enum class Found { same, other_plan, other_optimum, changed, known, not_applicable };
 struct Comparison {
   Found found = Found::same;
   std::string reason;
 };
 
+// True if the plan of the transformed case is a local optimum of the case: no plan whose durations
+// are within 1 % of it costs less.
+bool is_optimum_of_the_case(const Stated& stated, const Transformed& t, const Solution& other,
+                            SolverChoice choice, int max_iterations) {
+  const std::size_t phases = stated.problem.phases().size();
+  if (other.durations.size() != phases) return false;
+  Stated near = guessed_from(stated, other.trajectory, other.durations, t.units);
+  for (std::size_t j = 0; j < phases; ++j) {
+    PhaseDefinition& phase = near.problem.editable_phase(static_cast<int>(j));
+    const double length = phase.duration_guess;
+    phase.duration = between(std::max(phase.duration.lower, 0.99 * length),
+                             std::min(phase.duration.upper, 1.01 * length));
+  }
+  const Solution again = solved(near, choice, max_iterations);
+  const double cost = other.cost / t.cost_factor;
+  return again.ok() && std::abs(again.cost - cost) <= cost_tolerance * (1.0 + std::abs(cost));
+}
+
 Comparison compare(const Transformed& t, const Solution& base, const Solution& other) {
+  // Another start may need a finer grid.
+  if (t.moved_state >= 0 && base.ok() && other.status == SolveStatus::coarse_grid)
+    return {Found::not_applicable, "the grid is too coarse for the moved start"};
   if (base.ok() != other.ok()) {
     return {Found::changed, fmt::format("{} -> {}", base.ok() ? "ok" : describe(base.status),
                                         other.ok() ? "ok" : other.message)};
@@ -219,12 +234,13 @@ Comparison compare(const Transformed& t, const Solution& base, const Solution& o
 }
 
 struct Counts {
-  int same = 0, other_plan = 0, changed = 0, known = 0, not_applicable = 0;
+  int same = 0, other_plan = 0, other_optimum = 0, changed = 0, known = 0, not_applicable = 0;
   double seconds = 0.0;
 };
 
 void count(Counts& c, Found found) {
-  int* const counts[] = {&c.same, &c.other_plan, &c.changed, &c.known, &c.not_applicable};
+  int* const counts[] = {&c.same,    &c.other_plan, &c.other_optimum,
+                         &c.changed, &c.known,      &c.not_applicable};
   ++*counts[static_cast<int>(found)];
 }
 
@@ -246,14 +262,14 @@ Comparison under_control(const Case& c, const Law& law, std::uint64_t seed, std:
   const std::optional<Transformed> t = law.apply(stated, Solution{}, random, why);
   if (!t || !t->is_same_plan) return {Found::not_applicable, why};
   what = t->what;
-  if (t->time_factor != 1.0) return {Found::not_applicable, "the period is in seconds"};
+  if (t->units.time != 1.0) return {Found::not_applicable, "the period is in seconds"};
   const FirstTick other = first_tick(t->stated);
   if (base.provenance != other.provenance)
     return {Found::changed,
             fmt::format("{} -> {}", describe(base.provenance), describe(other.provenance))};
   if (base.provenance != Provenance::optimal) return {};
   VectorXd input = other.input;
-  if (!t->input_factors.empty()) input = input.cwiseQuotient(t->input_factors[0]);
+  if (!t->units.input.empty()) input = input.cwiseQuotient(t->units.input[0]);
   const double off =
       (input - base.input).size() > 0 ? (input - base.input).cwiseAbs().maxCoeff() : 0.0;
   const double size = 1.0 + (base.input.size() > 0 ? base.input.cwiseAbs().maxCoeff() : 0.0);
@@ -294,7 +310,12 @@ int run(const Request& request) {
             const std::optional<Transformed> t = law.apply(stated, *base, random, why);
             if (t) {
               what = t->what;
-              comparison = compare(*t, *base, solved(t->stated, *choice, c.max_iterations));
+              const Solution other = solved(t->stated, *choice, c.max_iterations);
+              comparison = compare(*t, *base, other);
+              if (comparison.found == Found::changed && base->ok() && other.ok() &&
+                  t->moved_state < 0 &&
+                  is_optimum_of_the_case(stated, *t, other, *choice, c.max_iterations))
+                comparison.found = Found::other_optimum;
             } else {
               comparison = {Found::not_applicable, why};
             }
@@ -313,28 +334,32 @@ int run(const Request& request) {
         count(all, comparison.found);
         const bool notable = comparison.found == Found::changed ||
                              comparison.found == Found::known ||
-                             comparison.found == Found::other_plan || request.verbose;
+                             comparison.found == Found::other_plan ||
+                             comparison.found == Found::other_optimum || request.verbose;
         if (notable) {
-          const char* words[] = {"same", "other plan", "CHANGED", "known", "n/a"};
-          listed += fmt::format("{:<10} --case {} --law {} --solver {} --seed {}: {} [{}]\n",
+          const char* words[] = {"same", "other plan", "other optimum", "CHANGED", "known", "n/a"};
+          listed += fmt::format("{:<13} --case {} --law {} --solver {} --seed {}: {} [{}]\n",
                                 words[static_cast<int>(comparison.found)], c.name, law.name, way,
                                 request.seed, comparison.reason, what);
         }
       }
     }
   }
-  fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>7}{:>6}{:>9}\n", "law", "by", "same", "other plan",
-             "CHANGED", "known", "n/a", "s");
+  fmt::print("{:<20}{:<12}{:>7}{:>12}{:>15}{:>9}{:>7}{:>6}{:>9}\n", "law", "by", "same",
+             "other plan", "other optimum", "CHANGED", "known", "n/a", "s");
   for (const Law& law : laws())
     for (const std::string& way : ways)
       if (const auto it = table.find({law.name, way}); it != table.end())
-        fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>7}{:>6}{:>9.1f}\n", law.name, way,
-                   it->second.same, it->second.other_plan, it->second.changed, it->second.known,
-                   it->second.not_applicable, it->second.seconds);
+        fmt::print("{:<20}{:<12}{:>7}{:>12}{:>15}{:>9}{:>7}{:>6}{:>9.1f}\n", law.name, way,
+                   it->second.same, it->second.other_plan, it->second.other_optimum,
+                   it->second.changed, it->second.known, it->second.not_applicable,
+                   it->second.seconds);
   if (!listed.empty()) fmt::print("\n{}", listed);
   fmt::print(
-      "\nchanged answers: {} of {}, and {} for a known reason; other plans of the same cost: {}\n",
-      all.changed, all.same + all.other_plan + all.changed + all.known, all.known, all.other_plan);
+      "\nchanged answers: {} of {}, and {} for a known reason; other plans of the same cost: {}; "
+      "other local optima of the case: {}\n",
+      all.changed, all.same + all.other_plan + all.other_optimum + all.changed + all.known,
+      all.known, all.other_plan, all.other_optimum);
   return all.changed == 0 ? 0 : 1;
 }
 

@@ -120,6 +120,22 @@ TEST(SecondOrder, DirectionHasNegativeCurvature) {
   EXPECT_LT(rows.cwiseAbs().maxCoeff(), 1e-5);
 }
 
+// Without second derivatives, a small residual of a large variable promises a large decrease.
+TEST(FirstOrder, ResidualCountsWithTheSizeOfItsVariable) {
+  Phase<1, 1> phase{"only", Integrator1{}, exactly(1.0)};
+  phase.nominal(Vec<double, 1>{1.0}, Vec<double, 1>{1.0}).minimise_at_end("cost", [](auto, auto x) {
+    return 1e-8 * x[0];
+  });
+  OptimalControlProblem ocp("flat");
+  ocp.start_at({0}).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  NlpPoint point = shooting.initial_guess();
+  point.w.setConstant(1e5);
+  point.lambda = VectorXd::Zero(shooting.nlp().rows());
+  point.z = VectorXd::Zero(shooting.nlp().variables());
+  EXPECT_NEAR(check_optimum(shooting.nlp(), point).gain, 1e-3, 1e-9);
+}
+
 // Second derivatives vanish at x = 0, and the cost decreases to -1 on both sides.
 TEST(SecondOrder, FourthOrderMaximumIsNotAMinimum) {
   Phase<1, 1> phase{"only", Integrator1{}, exactly(1.0)};

@@ -133,6 +133,12 @@ double change_of_cost(const NonlinearProgram& p, const Evaluation& e, const Vect
   return largest > 0.0 || change.size() == 0 ? largest : change.maxCoeff();
 }
 
+// Largest change of the Lagrangian, to first order, if one variable moves by its size or by its
+// value. Where second derivatives vanish, no step of Newton's method predicts a decrease.
+double gain_of_one_variable(const NlpPoint& point, const Evaluation& at, const VectorXd& sizes) {
+  return (at.residual.array() * sizes.array().max(point.w.array().abs())).abs().maxCoeff();
+}
+
 // The scaled KKT matrix [H + Z/G + shift, A'; A, -G/L - dependent] of the free variables and active
 // rows.
 class KktMatrix {
@@ -442,7 +448,9 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
                            gain_of_small_cost(program, point, at, matrix.largest_curvature()));
     if (!at.has_hessian) return result;
     result.curvature = Verdict::minimum;
-    if (program.is_linear_quadratic() || matrix.is_positive(-flat)) return result;
+    if (matrix.is_positive(-flat)) return result;
+    result.gain = std::max(result.gain, gain_of_one_variable(point, at, sizes));
+    if (program.is_linear_quadratic()) return result;
     result.curvature = Verdict::inconclusive;
     if (!matrix.is_positive(flat)) return result;
     const VectorXd d = matrix.least_curvature_direction();
