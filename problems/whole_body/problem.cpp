@@ -282,6 +282,13 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
     effort.template segment<3>(at + 3).setConstant(options.moment);
     even[at + 2] = 1.0 / soles;
   }
+  Vec<double, states> state_sizes = Vec<double, states>::Ones();
+  state_sizes.template segment<3>(3).setConstant(0.5);  // m/s
+  state_sizes.template segment<3>(6).setConstant(0.1);  // m^2/s
+  Vec<double, nu> input_sizes = Vec<double, nu>::Ones();
+  for (int i = 0; i < soles; ++i)
+    input_sizes.template segment<3>(contacts.wrench_at(i) + 3).setConstant(0.05);  // m
+  phase.nominal(state_sizes, input_sizes).nominal_duration(0.3);
   phase
       .track(
           "posture",

@@ -56,6 +56,7 @@ TEST_F(WholeBodyPlans, TwoSolversFindTheSameStep) {
   ASSERT_TRUE(by_stages.ok()) << by_stages.message;
   ASSERT_TRUE(by_ipopt.ok()) << by_ipopt.message;
   EXPECT_NEAR(by_stages.cost, by_ipopt.cost, 1e-5 * by_ipopt.cost);
+  EXPECT_LE(by_stages.iterations, 40);  // from the guess once, and a few more for its accuracy
   // The right sole ends where it should, with the centre of mass between the feet.
   const VectorXd end = by_stages.trajectory.final_state();
   const robots::Kinematics<joints, double> at(body().tree, end.tail<coordinates>().eval());

@@ -294,7 +294,11 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     if (was_convincing && best.check.relative_gain() <= accurate) break;
     if (is_solved && !size.look_at(best.nlp.point.w)) break;
     const bool is_usual = size.is_well_scaled_where_known(scale);
-    if (was_convincing && is_usual) break;
+    // In a good scale, only the tolerance was too large.
+    if (is_usual && is_solved) {
+      if (!was_convincing) sharpen(solver, program, quantities, scale, best);
+      if (is_convincing(best)) break;
+    }
     const ProgramScale next_scale = size.to_one();
     const bool is_bad = !is_usual || size.is_badly_scaled(scale) ||
                         ScaledProgram(program, next_scale).leave_out_idle_sides() > 0;
