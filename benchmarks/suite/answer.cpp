@@ -13,6 +13,7 @@
 
 #include "benchmarks/latency_output.hpp"
 #include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/nonlinear_file.hpp"
 #include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/qp_problems.hpp"
@@ -122,6 +123,32 @@ Json times_json(const SolveTimes& times) {
 
 bool is_nonlinear(const std::string& name) { return name.starts_with(library_prefix); }
 
+SolverChoice choice_of(const nlohmann::json& request) {
+  const auto name = wanted<std::string>(request, "solver");
+  for (const auto& [known, choice] : solver_choices())
+    if (known == name) return choice;
+  throw InputError(
+      fmt::format("the solvers of Saltus are ipopt, sparse and riccati, not '{}'", name));
+}
+
+Json residual_json(NonlinearProgram& program, const NlpPoint& point) {
+  double objective = std::numeric_limits<double>::quiet_NaN();
+  if (point.w.size() == program.variables()) program.objective(point.w.data(), objective);
+  const KktCheck::Residual kkt = kkt_residual(program, point);
+  return {{"objective", objective},
+          {"kkt",
+           {{"stationarity", kkt.stationarity / kkt.multiplier_scale},
+            {"feasibility", kkt.feasibility},
+            {"complementarity", kkt.complementarity / kkt.multiplier_scale}}}};
+}
+
+Json solution_json(const NlpResult& result, const SolveTimes& times) {
+  return {{"claimed", saltus::describe(result.status)},
+          {"solved", is_success(result.status)},
+          {"iterations", result.iterations},
+          {"times", times_json(times)}};
+}
+
 }  // namespace
 
 struct Answerer::State {
@@ -129,6 +156,7 @@ struct Answerer::State {
   std::map<std::pair<std::string, int>, QpInstance> instances;
   std::map<std::string, QpInstance> files;
   std::map<std::string, std::unique_ptr<NonlinearProblem>> nonlinear;
+  std::map<std::string, std::unique_ptr<NonlinearFile>> nonlinear_files;
 
   NonlinearProblem& nonlinear_problem(const std::string& name) {
     std::unique_ptr<NonlinearProblem>& at = nonlinear[name];
@@ -241,41 +269,39 @@ struct Answerer::State {
 
   Json solve_nonlinear(const nlohmann::json& request) {
     NonlinearProblem& problem = nonlinear_problem(wanted<std::string>(request, "problem"));
-    const auto name = wanted<std::string>(request, "solver");
-    const auto& choices = solver_choices();
-    const auto at = std::find_if(choices.begin(), choices.end(),
-                                 [&](const auto& choice) { return choice.first == name; });
-    if (at == choices.end())
-      throw InputError(
-          fmt::format("the solvers of Saltus are ipopt, sparse and riccati, not '{}'", name));
+    const SolverChoice choice = choice_of(request);
     NonlinearProblem::Solved s;
     try {
-      s = problem.solve(at->second, wanted<double>(request, "tolerance"));
+      s = problem.solve(choice, wanted<double>(request, "tolerance"));
     } catch (const DefinitionError& why) {
       return {{"not_applicable", why.what()}};
     }
     Json answer = judged(problem, s.result.point);
-    answer.update({{"claimed", saltus::describe(s.result.status)},
-                   {"solved", is_success(s.result.status)},
-                   {"iterations", s.result.iterations},
-                   {"times", times_json(s.times)}});
+    answer.update(solution_json(s.result, s.times));
+    return answer;
+  }
+
+  // A nonlinear program in a file. It has no stages.
+  Json solve_nonlinear_file(const nlohmann::json& request) {
+    const auto file = wanted<std::string>(request, "file");
+    const SolverChoice choice = choice_of(request);
+    if (choice == SolverChoice::riccati) return {{"not_applicable", "it has no stages"}};
+    std::unique_ptr<NonlinearFile>& program = nonlinear_files[file];
+    if (!program) program = std::make_unique<NonlinearFile>(file);
+    const NonlinearFile::Solved s = program->solve(choice, wanted<double>(request, "tolerance"));
+    Json answer = residual_json(*program, s.result.point);
+    answer.update(solution_json(s.result, s.times));
+    answer["point"] = point_json(s.result.point);
     return answer;
   }
 
   // Judges a point of any origin from the program alone.
   static Json judged(NonlinearProblem& problem, const NlpPoint& point) {
-    NonlinearProgram& program = problem.shooting().nlp();
-    double objective = std::numeric_limits<double>::quiet_NaN();
-    if (point.w.size() == program.variables()) program.objective(point.w.data(), objective);
-    const KktCheck::Residual kkt = kkt_residual(program, point);
+    Json answer = residual_json(problem.shooting().nlp(), point);
     const ReferenceCase& reference = problem.reference();
-    return {{"objective", objective},
-            {"optimum", reference.optimum},
-            {"margin", reference.tolerance * (1.0 + std::abs(reference.optimum))},
-            {"kkt",
-             {{"stationarity", kkt.stationarity / kkt.multiplier_scale},
-              {"feasibility", kkt.feasibility},
-              {"complementarity", kkt.complementarity / kkt.multiplier_scale}}}};
+    answer["optimum"] = reference.optimum;
+    answer["margin"] = reference.tolerance * (1.0 + std::abs(reference.optimum));
+    return answer;
   }
 
   Json judge(const nlohmann::json& request) {
@@ -298,6 +324,8 @@ Json Answerer::answer(const nlohmann::json& request) try {
   if (what == "version") return {{"version", version()}, {"commit", commit()}};
   if (what == "export") return state_->write(request);
   if (what == "judge") return state_->judge(request);
+  if (what == "solve" && request.value("kind", "") == "nonlinear file")
+    return state_->solve_nonlinear_file(request);
   if (what == "solve")
     return is_nonlinear(request.value("problem", "")) ? state_->solve_nonlinear(request)
                                                       : state_->solve(request);

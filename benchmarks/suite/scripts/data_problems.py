@@ -88,7 +88,7 @@ def write(problem, instance, path):
         data = problem_files.read(source, problem)
         problem_files.validate(data, source)
         program = {**problem_files.program_of(data), "problem": problem, "instance": instance}
-        if data.get("integer") and data.get("optimum_of") != "relaxation":
+        if program.get("integer") and data.get("optimum_of") != "relaxation":
             program["optimum"] = None  # solvers solve the relaxation
         if optimum:
             program["optimum"] = optimum[0]

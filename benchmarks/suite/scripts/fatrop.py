@@ -132,6 +132,7 @@ class Stages:
 
 
 class CasadiFatropNonlinear(CasadiNlp):
+    takes_files = False  # the end of an interval enters its equations of collocation nonlinearly
     name, plugin, is_compiled = "casadi-fatrop-compiled", "fatrop", True
     about = "fatrop of casadi's package, functions as C compiled by gcc for the processor; its BLASFEO is generic"
     compiles = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")

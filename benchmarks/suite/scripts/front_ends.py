@@ -134,6 +134,7 @@ class Intervals:
 
 class _FrontEnd(CasadiIpopt):
     """Uses the Ipopt options of casadi-ipopt."""
+    takes_files = takes_pairs = False
 
     def __init__(self, file, tolerance):
         self.file = file

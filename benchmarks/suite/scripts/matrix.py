@@ -24,11 +24,13 @@ def all_peers():
 
 def suits(solver, problem):
     """True if the solver supports programs of this kind."""
-    if problem.get("kind") == "complementarity" or (problem.get("kind") == "nonlinear" and problem.get("origin")):
-        return False  # files of these kinds can be read and validated, but not solved yet
-    if problem.get("kind") == "nonlinear":  # they compile no sizes in
-        return (solver in OURS and solver != "riccati-generic") or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
-    return solver != "ipopt" and solver not in [p.name for p in nonlinear_peers.nonlinear_peers()]
+    kind, theirs = problem.get("kind"), {p.name: p for p in nonlinear_peers.nonlinear_peers()}
+    if kind is None:
+        return solver != "ipopt" and solver not in theirs
+    if solver in OURS:  # they compile no sizes in, and files have no stages
+        return solver != "riccati-generic" and (solver != "riccati" or not problem.get("origin"))
+    wanted = "takes_pairs" if kind == "complementarity" else "takes_files"
+    return solver in theirs and (not problem.get("origin") or getattr(theirs[solver], wanted, False))
 
 
 def chosen(wanted, names, what, hidden=()):

@@ -16,6 +16,7 @@ from nonlinear_program import CasadiProgram
 from peers import Adapter, Answer, NotApplicable
 
 ITERATIONS = 1000
+PRODUCTS = [10.0 ** -k for k in range(10)]  # bounds of the products of complementarity pairs
 # For larger sources gcc -O3 takes up to twenty minutes (pendulum_on_cart: 110 stages of Runge-Kutta in one function).
 LARGE_SOURCE = 1_000_000
 # Functions that the plug-ins expect in a library of compiled functions.
@@ -45,6 +46,7 @@ class CasadiNlp(Adapter):
     package = "casadi"
     plugin, is_compiled, compiles = "", False, FOR_IPOPT
     largest = 100000
+    takes_files, takes_pairs = True, False  # programs that are data; with complementarity
 
     def options(self, tolerance):
         return {}
@@ -63,7 +65,9 @@ class CasadiNlp(Adapter):
         import casadi
         if file.n > self.largest:
             raise NotApplicable(f"more than {self.largest} variables")
-        self.file = file
+        if file.pairs and not self.takes_pairs:
+            raise NotApplicable("it does not reduce the products of complementarity pairs")
+        self.file, self.iterations = file, 0
         # Built once per program, for all solvers and tolerances.
         if getattr(file, "casadi", None) is None:
             file.casadi = CasadiProgram(file)
@@ -86,17 +90,34 @@ class CasadiNlp(Adapter):
                       "lbg": casadi.DM(file.row_lower), "ubg": casadi.DM(file.row_upper)}
 
     def run(self):
-        self.answer = self.solver(**self.given)
+        self.iterations = 0
+        if self.file.pairs:
+            self._reduce_products()
+        else:
+            self.answer = self.solver(**self.given)
+
+    def _reduce_products(self):
+        """As our solvers do it, see NonlinearFile::solve."""
+        first, second, product = np.array(self.file.pairs, dtype=int).T
+        upper, row_upper, x = self.file.upper.copy(), self.file.row_upper.copy(), self.file.start
+        for largest in (*PRODUCTS, math.inf):
+            row_upper[product] = largest
+            if largest == math.inf:  # the smaller variable of each pair stays 0
+                upper[np.where(x[first] <= x[second], first, second)] = 0.0
+            self.answer = self.solver(**{**self.given, "x0": x, "ubx": upper, "ubg": row_upper})
+            self.iterations += max(0, int(self.solver.stats().get("iter_count", 0)))
+            found = np.array(self.answer["x"]).ravel()
+            x = found if np.isfinite(found).all() else x
 
     def read(self):
         answer, stats = self.answer, self.solver.stats()
         return Answer(np.array(answer["x"]).ravel(), self.row_multipliers(np.array(answer["lam_g"]).ravel()),
                       np.array(answer["lam_x"]).ravel(), claimed=str(stats.get("return_status", "")),
-                      solved=bool(stats.get("success")), iterations=int(stats.get("iter_count", -1)))
+                      solved=bool(stats.get("success")), iterations=self.iterations or int(stats.get("iter_count", -1)))
 
 
 class CasadiIpopt(CasadiNlp):
-    name, plugin = "casadi-ipopt", "ipopt"
+    name, plugin, takes_pairs = "casadi-ipopt", "ipopt", True
     about = "Ipopt with MUMPS of casadi's package, functions in CasADi's virtual machine"
 
     def options(self, tolerance):  # as in our interface to Ipopt

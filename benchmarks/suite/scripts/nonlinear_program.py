@@ -20,6 +20,8 @@ import subprocess
 
 import numpy as np
 
+from nonlinear_judge import NonlinearJudge
+
 FORMAT = "saltus-nlp 1"
 
 
@@ -39,6 +41,13 @@ class NonlinearFile:
         self.lower, self.upper = _sides(data["lower"], -math.inf), _sides(data["upper"], math.inf)
         self.row_lower = _sides(data["row_lower"], -math.inf)
         self.row_upper = _sides(data["row_upper"], math.inf)
+        self.pairs = data.get("pairs", [])  # see nonlinear_judge.lifted()
+        self.judge = None  # of a program that is data
+
+    def original(self, w, row_multipliers, bound_multipliers):
+        """The point of the program as stated, without the variables and rows of lifted()."""
+        n, m = (self.judge.n, self.judge.m) if self.pairs else (self.n, self.m)
+        return w[:n], row_multipliers[:m], bound_multipliers[:n]
 
 
 class NoFile:
@@ -264,6 +273,8 @@ class CasadiProgram:
         worst, what = 0.0, "nothing"
         data = self.file.data
         f = self.functions
+        if "checks" not in data:
+            return self._disagreement_with_judge()
         for number, check in enumerate(data["checks"]):
             w, lam = check["w"], check["lambda"]
             objective, gradient, rows, J = f["nlp_jac_fg"](w, [])
@@ -274,12 +285,22 @@ class CasadiProgram:
             if "hessian" in check and not (self.is_safe and number == 0):
                 H = f["triangle"](w, [], 1.0, lam)
                 found.append(("hessian", H, _dense(data["hessian"], check["hessian"], H.shape).T))
-            for name, ours, theirs in found:
-                ours, theirs = np.array(ca.DM(ours)).ravel(order="F"), np.array(theirs, dtype=float).ravel(order="F")
-                scale = 1.0 + (np.abs(theirs).max() if theirs.size else 0.0)
-                difference = np.abs(ours - theirs).max() / scale if theirs.size else 0.0
-                if not difference <= worst:
-                    worst, what = (difference if np.isfinite(difference) else math.inf), name
+            worst, what = _worst(found, worst, what)
+        return worst, what
+
+    def _disagreement_with_judge(self):
+        """The same for a file without checks, near its start, without second derivatives."""
+        import casadi as ca
+        judge, random = NonlinearJudge(self.file.data), np.random.default_rng(1)
+        worst, what = 0.0, "nothing"
+        for radius in (0.0, 1e-3, 1e-3):
+            w = self.file.start + radius * random.uniform(-1.0, 1.0, self.file.n)
+            lam = random.uniform(-1.0, 1.0, self.file.m)
+            cost, rows, slope = judge.evaluate(w, lam)
+            if math.isfinite(cost) and np.isfinite(rows).all() and np.isfinite(slope).all():
+                objective, gradient, values, J = self.functions["nlp_jac_fg"](w, [])
+                worst, what = _worst([("objective", objective, cost), ("rows", values, rows),
+                                      ("slope", gradient + ca.mtimes(J.T, ca.DM(lam)), slope)], worst, what)
         return worst, what
 
     def write_source(self, folder, names, functions=None):
@@ -293,6 +314,18 @@ class CasadiProgram:
     @staticmethod
     def compile(source, library, flags):
         subprocess.run(["gcc", *flags, "-fPIC", "-shared", "-w", source, "-o", library, "-lm"], check=True)
+
+
+def _worst(found, worst, what):
+    """The largest difference of quantities (name, values, expected values), if it is above `worst`, with its name."""
+    import casadi as ca
+    for name, ours, theirs in found:
+        ours, theirs = np.array(ca.DM(ours)).ravel(order="F"), np.array(theirs, dtype=float).ravel(order="F")
+        scale = 1.0 + (np.abs(theirs).max() if theirs.size else 0.0)
+        difference = np.abs(ours - theirs).max() / scale if theirs.size else 0.0
+        if not difference <= worst:
+            worst, what = (difference if np.isfinite(difference) else math.inf), name
+    return worst, what
 
 
 def _curvature(left, right, diagonal):

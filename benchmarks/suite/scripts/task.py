@@ -18,7 +18,8 @@ import data_problems
 import nonlinear_peers
 import peers
 import supervisor
-from nonlinear_program import NoFile, read_nonlinear
+from nonlinear_judge import NonlinearJudge, lifted
+from nonlinear_program import NoFile, NonlinearFile, read_nonlinear
 from package import end_with_parent
 from program import Program, ProgramDied, ProgramError
 from quadratic_program import kkt_residual, points_of, read_program
@@ -54,8 +55,9 @@ class Ours:
 
     def __init__(self, program, name, task, qp, step):
         self.program, self.qp, self.step, self.ladder = program, qp, step, LADDER
-        which = ({"file": qp.file} if data_problems.is_data(task["problem"])
-                 else {"problem": task["problem"], "instance": qp.instance})
+        which = {"problem": task["problem"], "instance": qp.instance}
+        if data_problems.is_data(task["problem"]):
+            which = {"file": qp.file, **({"kind": "nonlinear file"} if is_nonlinear(task) else {})}
         self.request = {"do": "solve", **which, "solver": name}
         self.settings = (["warm", "own start"] if task["start"] == "warm" else
                          ["own start"] if is_nonlinear(task) else ["own start", *points_of(qp)])
@@ -82,12 +84,7 @@ class Ours:
     def judge(self, answer):
         point = answer["point"]
         found = judged(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
-        here, there = found["kkt"], answer["kkt"]
-        agree = all(abs(here[key] - there[key]) <= JUDGES_AGREE * (1.0 + abs(here[key]))
-                    for key in here)
-        agree = agree and (abs(found["objective"] - answer["objective"])
-                           <= JUDGES_AGREE * (1.0 + abs(found["objective"])))
-        return {**found, "judges_agree": agree}
+        return {**found, "judges_agree": agree(found, answer)}
 
 
 class Peer:
@@ -157,10 +154,15 @@ class Peer:
 
 
 class OursNonlinear(Ours):
-    """For nonlinear programs the program itself checks all answers, because it has the formulas."""
+    """For problems of the library the program itself checks all answers, because it has the formulas. Files are judged
+    here, and the program must agree."""
 
     def judge(self, answer):
-        return judged_by(answer)
+        if self.qp.judge is None:
+            return judged_by(answer)
+        point = answer["point"]
+        found = self.qp.judge.judged(*self.qp.original(*(_array(point[key]) for key in ("w", "lambda", "z"))))
+        return {**found, "judges_agree": bool(self.qp.pairs) or agree(found, judged_by(answer))}
 
 
 class NonlinearPeer(Peer):
@@ -171,6 +173,8 @@ class NonlinearPeer(Peer):
             raise peers.NotApplicable(file.why)
 
     def judge(self, answer):
+        if self.qp.judge is not None:
+            return self.qp.judge.judged(*self.qp.original(answer.w, answer.row_multipliers, answer.bound_multipliers))
         point = {"w": answer.w, "lambda": answer.row_multipliers, "z": answer.bound_multipliers}
         return judged_by(self.program.ask(do="judge", problem=self.problem,
                                           **{key: list(map(float, v)) for key, v in point.items()}))
@@ -179,8 +183,14 @@ class NonlinearPeer(Peer):
 def judged_by(answer):
     """The residuals of the program, with NaN as infinity."""
     number = lambda v: math.inf if v is None else v  # noqa: E731
-    return {"objective": number(answer["objective"]), "optimum": answer["optimum"],
-            "margin": answer["margin"], "kkt": {k: number(v) for k, v in answer["kkt"].items()}}
+    return {"objective": number(answer["objective"]), **{key: answer[key] for key in ("optimum", "margin") if key in answer},
+            "kkt": {k: number(v) for k, v in answer["kkt"].items()}}
+
+
+def agree(found, answer):
+    """True if both judges find the same cost and residuals."""
+    pairs = [(found["objective"], answer["objective"]), *((found["kkt"][key], answer["kkt"][key]) for key in found["kkt"])]
+    return all(a == b or abs(a - b) <= JUDGES_AGREE * (1.0 + abs(a)) for a, b in pairs)
 
 
 def _array(values):
@@ -302,7 +312,7 @@ def written(program, task, number, folder):
     if data_problems.is_data(task["problem"]):
         try:
             data_problems.write(task["problem"], number, file)
-            return _placed(read_program(file), file, number)
+            return _nonlinear_file(file, number) if is_nonlinear(task) else _placed(read_program(file), file, number)
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ProgramError(f"the problem '{task['problem']}' cannot be read: {error}") from None
     answer = program.ask(do="export", problem=task["problem"], instance=number, file=file)
@@ -316,8 +326,22 @@ def _placed(qp, file, instance):
     return qp
 
 
+def _nonlinear_file(path, number):
+    """What solvers read, with a judge that has its own copy. A program with complementarity is lifted for solvers."""
+    with open(path, encoding="utf-8") as file:
+        data = json.load(file)
+    judge = NonlinearJudge(data)
+    if data.get("complementarity"):
+        data, path = lifted(data), path + ".lifted.json"
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(data, file)
+    program = _placed(NonlinearFile(data), path, number)
+    program.judge = judge
+    return program
+
+
 def is_nonlinear(task):
-    return task.get("kind") == "nonlinear"
+    return task.get("kind") in ("nonlinear", "complementarity")
 
 
 def solver_on(program, solver, task, qp, step):
