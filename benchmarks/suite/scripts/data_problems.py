@@ -11,6 +11,7 @@ import os
 
 import numpy as np
 
+import nosbench
 import problem_files
 import public_sets
 import quadratic_files
@@ -57,6 +58,8 @@ def _facts(file):
         with open(file, encoding="utf-8") as opened:
             data = json.load(opened)
         facts |= {key: data[key] for key in ("about",) if isinstance(data.get(key), str)}
+        if nosbench.is_nosbench(data):
+            return {**facts, "kind": "complementarity"}
         if data.get("format") == problem_files.QP:
             return {**facts, "horizon": max(0, len(data.get("stages", [])) - 1), "warm": "warm" in data}
         facts["kind"] = "complementarity" if "complementarity" in problem_files.kind_of(data) else "nonlinear"

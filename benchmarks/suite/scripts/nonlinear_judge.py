@@ -5,15 +5,14 @@ Lagrangian: f + lambda' g + z' w; multipliers are positive at upper sides, negat
 complementarity are divided by max(100, mean |multiplier|) / 100, as interior-point methods do.
 
 Complementarity pairs, rows a and b with 0 <= g_a perp g_b >= 0: the smaller of both values counts as violation. The
-multipliers of both rows are free, but each must vanish where its row does not (weak stationarity). Where both rows are 0,
-their multipliers must have the same sign (Clarke stationarity).
+multipliers of both rows have any sign, but each must vanish where its row does not (weak stationarity). Signs where both
+rows are 0 are not judged, because multipliers of such programs are rarely unique; costs show which stationary point is better.
 """
 
 import math
 
 import numpy as np
 
-BOTH_ACTIVE = 1e-6  # both rows of a pair below this value are 0
 UNUSUAL = 100.0  # multipliers up to this mean are not scaled
 
 
@@ -162,9 +161,6 @@ class NonlinearJudge:
         products = [_products(w[free], self.lower[free], self.upper[free], z[free]),
                     _products(rows[moving], self.row_lower[moving], self.row_upper[moving], lam[moving]),
                     np.abs(lam[paired]) * np.maximum(rows[paired], 0.0)]
-        both = np.maximum(rows[first], rows[second]) <= BOTH_ACTIVE
-        against = (lam[first] * lam[second] < 0.0) & both
-        products.append(np.minimum(np.abs(lam[first]), np.abs(lam[second]))[against])
         violations = [self.lower - w, w - self.upper, self.row_lower - rows, rows - self.row_upper,
                       np.minimum(rows[first], rows[second])]
         return {**self.known, "objective": cost,

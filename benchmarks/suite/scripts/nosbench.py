@@ -67,11 +67,59 @@ def convert(name, data):
 
     def sides(values):
         return [None if v is None or math.isinf(float(v)) else float(v) for v in values]
+    parts = [(-1, sign, step) for sign, step in _terms(steps, f[0])] + [(row, 1.0, step) for row, step in enumerate((*g, *G, *H))]
+    functions, blocks = _blocks(steps, parts, n, [float(v) for v in p])
     return {"format": "saltus-nlp 1", "problem": name, "instance": 1, "variables": n, "rows": rows,
             "start": [float(v) for v in data["w0"]], "lower": sides(data["lbw"]), "upper": sides(data["ubw"]),
             "row_lower": sides(lower) + [0.0] * (2 * pairs), "row_upper": sides(upper) + [None] * (2 * pairs),
-            "functions": [{"inputs": n + len(p), "steps": steps, "outputs": [*f, *g, *G, *H]}],
-            "blocks": [{"function": 0, "constants": [0.0] * n + [float(v) for v in p],
-                        "coefficients": [[[i, 1.0]] for i in range(n)] + [[] for _ in p],
-                        "outputs": [[-1, 1.0]] + [[row, 1.0] for row in range(rows)]}],
-            "linear": [], "variable_costs": [], "complementarity": [[m + i, m + pairs + i] for i in range(pairs)]}
+            "functions": functions, "blocks": blocks, "linear": [], "variable_costs": [],
+            "complementarity": [[m + i, m + pairs + i] for i in range(pairs)]}
+
+
+def _terms(steps, step, sign=1.0):
+    """The terms of a sum, with their signs."""
+    found, left = [], [(step, sign)]
+    while left:
+        step, sign = left.pop()
+        operation, *rest = steps[step]
+        if operation in ("add", "subtract"):
+            left += [(rest[0], sign), (rest[1], sign if operation == "add" else -sign)]
+        elif operation == "negate":
+            left.append((rest[0], -sign))
+        else:
+            found.append((sign, step))
+    return found
+
+
+def _blocks(steps, parts, n, p):
+    """(functions, blocks) of the parts (row, factor, step). Each part becomes a function of the variables that it uses.
+    Parts with the same steps and numbers share it."""
+    functions, numbers, blocks = [], {}, []
+    for row, factor, step in parts:
+        needed, left = set(), [step]
+        while left:
+            s = left.pop()
+            if s not in needed:
+                needed.add(s)
+                if steps[s][0] not in ("input", "constant"):
+                    left += steps[s][1:]
+        place, inside, arguments = {}, [], {}
+
+        def argument(key):
+            return arguments.setdefault(key, len(arguments))
+        for s in sorted(needed):
+            operation, *rest = steps[s]
+            if operation == "input" and rest[0] < n:
+                inside.append(("input", argument(rest[0])))
+            elif operation in ("input", "constant"):
+                inside.append(("constant", p[rest[0] - n] if operation == "input" else rest[0]))
+            else:
+                inside.append((operation, *(place[i] for i in rest)))
+            place[s] = len(inside) - 1
+        key = (tuple(inside), len(arguments))
+        if key not in numbers:
+            numbers[key] = len(functions)
+            functions.append({"inputs": len(arguments), "steps": [list(s) for s in inside], "outputs": [place[step]]})
+        blocks.append({"function": numbers[key], "constants": [0.0] * len(arguments),
+                       "coefficients": [[[variable, 1.0]] for variable in arguments], "outputs": [[row, factor]]})
+    return functions, blocks
