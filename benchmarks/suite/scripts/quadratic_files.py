@@ -198,15 +198,20 @@ def read(name, source):
         raise ValueError(f"'{source}' has no matrix or vector {error}, or only as a Python object") from None
 
 
+# The table prints ten times this value. An exact active-set method, at violations below 1e-14, finds it, and the printed
+# optima of LISWET7 and LISWET9 to LISWET12.
+CORRECTED = {"liswet8": 714.47006}
+
+
 def published_optima(table):
-    """Optima of the table of Maros and Meszaros (name, sizes, optimum), by normalised name."""
+    """Optima of the table of Maros and Meszaros (name, sizes, optimum), by normalised name, with CORRECTED."""
     found = {}
     with open(table, encoding="latin-1") as file:
         for line in file:
             words = line.split()
             if len(words) == 7 and all(word.isdigit() for word in words[1:6]):
                 found[normalised(words[0])] = float(words[6])
-    return found
+    return {name: CORRECTED.get(name, optimum) for name, optimum in found.items()}
 
 
 def normalised(name):
