@@ -62,7 +62,6 @@ class CasadiNlp(Adapter):
         return found
 
     def __init__(self, file, tolerance):
-        import casadi
         if file.n > self.largest:
             raise NotApplicable(f"more than {self.largest} variables")
         if file.pairs and not self.takes_pairs:
@@ -77,7 +76,11 @@ class CasadiNlp(Adapter):
                 difference, what = file.casadi.disagreement()
             if not difference <= 1e-9:  # rounding, relative to the largest entry
                 raise NotApplicable(f"its {what} differs from ours by {difference:.1e}, so it is a different problem")
-        functions = file.casadi.functions
+        self.build(file.casadi.functions, tolerance)
+
+    def build(self, functions, tolerance):
+        import casadi
+        file = self.file
         options = {"print_time": False, "error_on_fail": False, "record_time": True, "no_nlp_grad": True,
                    **self.options(tolerance)}
         if self.is_compiled:
@@ -174,6 +177,8 @@ class CasadiBlocksqp(CasadiNlp):
 
 
 def nonlinear_peers():
+    from adapters.uno import UnoFilterSqp, UnoIpopt
     from fatrop import CasadiFatropNonlinear
     from front_ends import DoMpc, Rockit
-    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp, DoMpc, Rockit]
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp, UnoFilterSqp, UnoIpopt, DoMpc,
+            Rockit]

@@ -125,6 +125,37 @@ class PiqpMultistage(Piqp):
     about = "piqp with its factorisation by stages; no warm start, so cold in both columns"
 
 
+class Cones:
+    """The program without its fixed variables as A x = b, G x <= h: sides of rows, then of variables."""
+
+    def __init__(self, qp):
+        import scipy.sparse as sparse
+        s = self.split = _Split(qp)
+        r = self.reduced = s.reduced
+        self.P, self.c, self.A, self.b = s.P, s.c, s.A, s.b
+        self.high, self.low = np.flatnonzero(np.isfinite(s.high)), np.flatnonzero(np.isfinite(s.low))
+        self.x_high, self.x_low = np.flatnonzero(np.isfinite(r.upper)), np.flatnonzero(np.isfinite(r.lower))
+        unit = sparse.identity(s.P.shape[0], format="csc")
+        self.G = sparse.vstack([s.G[self.high], -s.G[self.low], unit[self.x_high], -unit[self.x_low]], format="csc")
+        self.h = np.concatenate([s.high[self.high], -s.low[self.low], r.upper[self.x_high], -r.lower[self.x_low]])
+
+    def expand(self, x, equalities, z):
+        parts = np.split(z, np.cumsum([len(self.high), len(self.low), len(self.x_high)]))
+        rows, bounds = np.zeros(len(self.split.low)), np.zeros(len(self.c))
+        rows[self.high] += parts[0]
+        rows[self.low] -= parts[1]
+        bounds[self.x_high] += parts[2]
+        bounds[self.x_low] -= parts[3]
+        return self.split.expand(x, equalities, rows, bounds)
+
+    def duals(self, rows, bounds):
+        """(multipliers of A, of G) of a point of the program without its fixed variables."""
+        r = self.reduced
+        unequal = rows[r.unequal]
+        return rows[r.equal], np.maximum(np.concatenate([unequal[self.high], -unequal[self.low], bounds[self.x_high],
+                                                         -bounds[self.x_low]]), 0.0)
+
+
 class Clarabel(Adapter):
     name, package = "clarabel", "clarabel"
     about = "interior point on the homogeneous embedding; no warm start, so cold in both columns"
@@ -133,40 +164,25 @@ class Clarabel(Adapter):
     def __init__(self, qp, tolerance):
         import clarabel
         import scipy.sparse as sparse
-        s = self.split = _Split(qp)
-        r = s.reduced
-        self.low, self.high = np.flatnonzero(np.isfinite(s.low)), np.flatnonzero(np.isfinite(s.high))
-        self.x_low = np.flatnonzero(np.isfinite(r.lower))
-        self.x_high = np.flatnonzero(np.isfinite(r.upper))
-        unit = sparse.identity(s.P.shape[0], format="csc")
-        A = sparse.vstack([s.A, s.G[self.high], -s.G[self.low], unit[self.x_high],
-                           -unit[self.x_low]], format="csc")
-        b = np.concatenate([s.b, s.high[self.high], -s.low[self.low], r.upper[self.x_high],
-                            -r.lower[self.x_low]])
-        cones = [clarabel.ZeroConeT(len(s.b)), clarabel.NonnegativeConeT(len(b) - len(s.b))]
+        c = self.cones = Cones(qp)
+        cones = [clarabel.ZeroConeT(len(c.b)), clarabel.NonnegativeConeT(len(c.h))]
         settings = clarabel.DefaultSettings()
         settings.verbose = False
         settings.max_iter = ITERATIONS
         settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = tolerance
         settings.max_threads = 1
-        self.solver = clarabel.DefaultSolver(sparse.triu(s.P, format="csc"), s.c, A, b, cones,
-                                             settings)
+        self.solver = clarabel.DefaultSolver(sparse.triu(c.P, format="csc"), c.c, sparse.vstack([c.A, c.G], format="csc"),
+                                             np.concatenate([c.b, c.h]), cones, settings)
 
     def run(self):
         self.solution = self.solver.solve()
 
     def read(self):
-        solution, s = self.solution, self.split
-        z = np.array(solution.z)
-        parts = np.split(z, np.cumsum([len(s.b), len(self.high), len(self.low), len(self.x_high)]))
-        rows, bounds = np.zeros(len(s.low)), np.zeros(len(s.c))
-        rows[self.high] += parts[1]
-        rows[self.low] -= parts[2]
-        bounds[self.x_high] += parts[3]
-        bounds[self.x_low] -= parts[4]
-        return Answer(*s.expand(np.array(solution.x), parts[0], rows, bounds),
-                      claimed=str(solution.status), solved=str(solution.status) == "Solved",
-                      iterations=int(solution.iterations), own_us=1e6 * solution.solve_time)
+        solution, z = self.solution, np.array(self.solution.z)
+        equalities = len(self.cones.b)
+        return Answer(*self.cones.expand(np.array(solution.x), z[:equalities], z[equalities:]), claimed=str(solution.status),
+                      solved=str(solution.status) == "Solved", iterations=int(solution.iterations),
+                      own_us=1e6 * solution.solve_time)
 
 
 class _RowsAndBounds:
@@ -441,7 +457,10 @@ def all_peers():
     import fatrop
     import hpipm
     import mim
-    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
+    from adapters.highs import Highs
+    from adapters.qoco import Qoco
+    from adapters.scs import Scs
+    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, Highs, Qoco, Scs, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
             hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp, *plug_ins()]
 
 
