@@ -112,6 +112,7 @@ def head_of(description, arguments, tasks):
             "matrix": {"tasks": [t["id"] for t in tasks], "horizons": {t["id"]: t["horizon"]
                                                                        for t in tasks},
                        "solvers": [s for s in (*matrix.solver_names(), *matrix.HIDDEN) if s in solvers],
+                       "kinds": {t["id"]: t["kind"] for t in tasks if "kind" in t},
                        "instances": arguments.instances, "repetitions": arguments.repetitions,
                        "tolerance": arguments.tolerance, "limits": supervisor.limits()},
             "shard": arguments.shard}
@@ -172,10 +173,18 @@ def run(arguments):
     if arguments.quick:
         there = [p["name"] for p in description["problems"]]
         arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
-    tasks = matrix.tasks_of(description, arguments)
-    done = carry_out(tasks, head_of(description, arguments, tasks), arguments)
+    status, tolerances, base = OK, arguments.tolerances, arguments.out
+    for tolerance in tolerances:
+        arguments.tolerance = tolerance
+        if len(tolerances) > 1:
+            arguments.out = f"{tolerance:.0e}".join((os.path.splitext(base)[0] + "-", os.path.splitext(base)[1]))
+        tasks = matrix.tasks_of(description, arguments)
+        done = carry_out(tasks, head_of(description, arguments, tasks), arguments)
+        if len(tolerances) > 1:
+            print(arguments.out)
+        status = max(status, summarise(done, sys.stdout))
     tell_selection(description, arguments, tasks)
-    return summarise(done, sys.stdout)
+    return status
 
 
 def runs_of(arguments, campaign_name, tasks_of):
@@ -291,14 +300,25 @@ def compare(arguments):
 
 
 def report(arguments):
+    import pages
     import records
+    import scores
     from report import write_report
-    one = records.read_of(arguments.results, None)
-    if one.cut_off:
-        print(f"'{arguments.results}' is incomplete; only its complete tasks are shown", file=sys.stderr)
-    target = arguments.out or os.path.splitext(arguments.results)[0] + ".html"
-    write_report(one, target)
-    print(target)
+    every = [records.read_of(path, None) for path in arguments.results]
+    for path, one in zip(arguments.results, every):
+        if one.cut_off:
+            print(f"'{path}' is incomplete; only its complete tasks are shown", file=sys.stderr)
+    if len({one.head["matrix"]["tolerance"] for one in every}) < len(every):
+        raise ValueError("two of the files have the same tolerance; give one file per tolerance, or merge their shards")
+    written = []
+    for target, write in ((arguments.csv, scores.write_csv), (arguments.latex, scores.write_latex), (arguments.site, pages.write_site)):
+        if target:
+            write(every, target)
+            written.append(target)
+    if arguments.out or not written:
+        written.append(arguments.out or os.path.splitext(arguments.results[0])[0] + ".html")
+        write_report(every, written[-1])
+    print("\n".join(written))
     return OK
 
 
@@ -356,7 +376,8 @@ def parser():
     p.add_argument("--problems", metavar="NAME,...", help="NAME* selects all names with this prefix")
     p.add_argument("--solvers", metavar="NAME,...")
     p.add_argument("--start", metavar="cold,warm")
-    p.add_argument("--tolerance", type=float, default=1e-8, help="largest accepted KKT residual")
+    p.add_argument("--tolerance", metavar="NUMBER,...", default="1e-8",
+                   help="largest accepted KKT residual; with several, one run and file each: FILE-1e-03.jsonl")
     p.add_argument("--instances", type=int, help="maximum number per problem; default 10")
     p.add_argument("--repetitions", type=int, help="default 3")
     p.add_argument("--quick", action="store_true", help="few problems, by default with 3 instances and one repetition")
@@ -399,10 +420,13 @@ def parser():
     p.set_defaults(do=compare)
     p.add_argument("before")
     p.add_argument("after")
-    p = verbs.add_parser("report", help="writes results as an HTML page for offline use")
+    p = verbs.add_parser("report", help="writes results as an HTML page for offline use, as CSV, LaTeX or a site")
     p.set_defaults(do=report)
-    p.add_argument("results")
-    p.add_argument("--out", metavar="FILE")
+    p.add_argument("results", nargs="+", help="one file per tolerance")
+    p.add_argument("--out", metavar="FILE", help="the page; by default next to the first file")
+    p.add_argument("--csv", metavar="FILE", help="every line of the results as a table")
+    p.add_argument("--latex", metavar="FILE", help="means per class as tables")
+    p.add_argument("--site", metavar="FOLDER", help="the page, with a page per instance and per solver")
     p = verbs.add_parser("merge", help="merges the shards of a run into one file")
     p.set_defaults(do=merge)
     p.add_argument("shards", nargs="+")
@@ -422,6 +446,17 @@ def parser():
     return top
 
 
+def tolerances_of(text):
+    """Raises ValueError with one sentence."""
+    try:
+        found = sorted({float(word) for word in text.split(",")}, reverse=True)
+        if not all(0.0 < value < math.inf for value in found):
+            raise ValueError
+        return found
+    except ValueError:
+        raise ValueError(f"--tolerance must be a number above 0, or a list like 1e-3,1e-6,1e-9, not '{text}'") from None
+
+
 def main(words):
     if words[:1] == ["task"]:
         import task
@@ -432,8 +467,8 @@ def main(words):
             given = getattr(arguments, name, None)
             if given is not None and given < 1:
                 raise ValueError(f"--{name} must be at least 1")
-        if not 0.0 < getattr(arguments, "tolerance", 1.0) < math.inf:
-            raise ValueError(f"--tolerance must be a number above 0, not {arguments.tolerance}")
+        if hasattr(arguments, "tolerance"):
+            arguments.tolerances = tolerances_of(arguments.tolerance)
         return arguments.do(arguments)
     except KeyboardInterrupt:
         print(f"saltus bench {arguments.verb}: interrupted; with --out FILE the same command resumes", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""`bench report`: one page that includes all pictures, for offline use."""
+"""`bench report`: one page that includes all pictures, for offline use and for printing."""
 
 import html
 import io
@@ -7,9 +7,10 @@ import statistics
 
 import figures
 import matrix
+import scores
 import table
 from package import write_text
-from task import OURS
+from task import LADDER, OURS
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 90rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -18,10 +19,14 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 td, th { padding: .2rem .6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
 td:first-child, th:first-child { text-align: left; }
 .wide { overflow-x: auto; margin-bottom: 1rem; } .first { font-weight: 700; } .miss { color: #b00020; } .note { color: #555; }
-svg { max-width: 100%; height: auto; }
+svg { max-width: 100%; height: auto; } pre { background: #f5f5f5; padding: .6rem; white-space: pre-wrap; }
+@page { size: A4 landscape; margin: 12mm; }
+@media print { body { font-size: 9pt; margin: 0; max-width: none; } .wide { overflow: visible; } td, th { padding: .1rem .3rem;
+  white-space: normal; } svg, tr, li, .keep { break-inside: avoid; } h2, h3 { break-after: avoid; } .keep svg { width: 49%; } table.many { font-size: 6.5pt; } }
 """
-COLOURS = ("#0b62a4", "#e07b00", "#2a8f3c", "#b3262e", "#7a4fa3", "#7b5a45", "#cf5fa8", "#6b6b6b",
-           "#a59b00", "#13a3b0")
+COLOURS = ("#0b62a4", "#e07b00", "#2a8f3c", "#b3262e", "#7a4fa3", "#7b5a45", "#cf5fa8", "#4d4d4d")
+LINES = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))  # readable without colour
+MARKERS = ("o", "^", "s", "D", "v", "P", "X", "*")
 
 
 def colour_of(names):
@@ -29,11 +34,8 @@ def colour_of(names):
 
 
 def style_of(names, styles):
-    """Styles that distinguish solvers of the same colour."""
-    return {name: styles[i // len(COLOURS) % len(styles)] for i, name in enumerate(names)}
-
-
-LINES, MARKERS = ("-", "--", ":"), ("o", "^", "s")
+    """A style per solver of a picture, besides its colour."""
+    return {name: styles[i % len(styles)] for i, name in enumerate(names)}
 
 
 def picture(draw, width=9.0, height=4.2):
@@ -77,23 +79,21 @@ def profile(cells):
                      sum(task in mine for task, _ in times)) for solver, mine in tasks.items()}, len(times)
 
 
-def performance_profile(cells, colours):
-    found, count = profile(cells)
+def profiles(records, tasks, names, is_relative):
+    """Performance profile, or data profile with times in seconds, with bands."""
+    grid, found = scores.curves(records, tasks, names, is_relative)
 
     def draw(axes):
-        for solver in [s for s in colours if found.get(s, ((), 0))[1]]:
-            factors, applicable = found[solver]
-            x, y = [1.0], [0.0]
-            for i, factor in enumerate(factors):
-                x += [factor, factor]
-                y += [i / applicable, (i + 1) / applicable]
-            axes.plot([*x, 1e4], [*y, y[-1]], color=colours[solver], label=solver,
-                      linestyle=style_of(colours, LINES)[solver], linewidth=2.4 if solver in OURS else 1.4)
-        axes.set(xscale="log", xlim=(1.0, 1e3), ylim=(0.0, 1.02),
-                 xlabel="time / time of the fastest on the same instance",
-                 ylabel="share of the solver's instances")
+        colours, lines, markers = colour_of(names), style_of(names, LINES), style_of(names, MARKERS)
+        for place, name in enumerate(name for name in names if name in found):
+            share, low, high = found[name]
+            axes.step(grid, share, where="post", color=colours[name], linestyle=lines[name], label=name, marker=markers[name],
+                      markevery=(3 * place, 30), markersize=5, linewidth=2.4 if name in OURS else 1.4)
+            axes.fill_between(grid, low, high, step="post", color=colours[name], alpha=0.06, linewidth=0)
+        axes.set(xscale="log", xlim=(grid[0], grid[-1]), ylim=(0.0, 1.02), ylabel="share of the solver's instances",
+                 xlabel="time / time of the fastest on the same instance" if is_relative else "seconds per solve")
         legend_beside(axes)
-    return picture(draw), count
+    return picture(draw, 7.0, 3.6)
 
 
 def slope(points):
@@ -180,6 +180,9 @@ def latency_histogram(cells, colours):
     return picture(draw), task
 
 
+WIDE = 9  # columns above which a table is printed small
+
+
 def html_table(rows, marked=lambda row, i: ""):
     lines = []
     for number, row in enumerate(rows):
@@ -187,7 +190,8 @@ def html_table(rows, marked=lambda row, i: ""):
         lines.append("<tr>" + "".join(
             f'<{tag}{marked(row, i) if number else ""}>{html.escape(str(text))}</{tag}>'
             for i, text in enumerate(row)) + "</tr>")
-    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+    kind = ' class="many"' if lines and max(line.count("<t") for line in lines) > WIDE else ""
+    return f'<div class="wide"><table{kind}>' + "\n".join(lines) + "</table></div>"
 
 
 def mark_first(row, i):
@@ -295,41 +299,81 @@ def counted(count, what):
     return f"{html.escape(str(count))} {what}" + ("" if count == 1 else "s")
 
 
-def write_report(records, path):
+def summary_rows(records, tasks):
+    rows = scores.summary(records, tasks)
+    yield ["solver", "instances", "solved", "mean, ms", f"{100 * scores.BAND:.0f} % interval", "/ best"]
+    for solver, count, solved, value, low, high in rows:
+        is_comparable = count == rows[0][1]
+        yield [*table.labels([solver]), count, solved, f"{1e3 * value:.3g}", f"{1e3 * low:.3g} .. {1e3 * high:.3g}",
+               f"{value / rows[0][3]:.2f}" if is_comparable else "fewer instances"]
+
+
+def head_text(records):
+    head, matrix_ = records.head, records.head["matrix"]
+    saltus, machine = ({key: html.escape(str(value)) for key, value in head[part].items()} for part in ("saltus", "machine"))
+    return f"""<p>Saltus {saltus['version']} ({saltus['commit']}), {saltus['compiler']}, {saltus['type']}, -march={saltus['march']};
+{machine['processor']}, {machine['system']}.
+At most {counted(matrix_['instances'], 'instance')} per problem, {counted(matrix_['repetitions'], 'repetition')}, alternating.
+An answer counts as solved if its KKT residual, recomputed from the problem, is at most the tolerance. The status
+of its solver does not count. Times are wall times of a repeated solve, or the processor times of the process if they
+agree within 5 %; import, set-up and first solve are listed separately. Every solver has at most
+{scores.limit_of(records):g} s for a solve.</p>"""
+
+
+def overview(all_records):
+    """The first page: where ours are not first, and means per class and tolerance."""
+    for records in all_records:
+        lines = list(scores.behind(records))
+        yield (f"<h2>Where Saltus is not first, tolerance {records.head['matrix']['tolerance']:g}</h2>" + (
+            "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in lines) + "</ul>" if lines
+            else "<p>In no class of this run. Single problems are listed below.</p>"))
+    yield (f'<h2>Means</h2><p class="note">Shifted geometric means of the times of a solve (shift {1e3 * scores.SHIFT:g} ms), over '
+           "the instances to which a solver applies. An instance that is missed counts with the limit of a solve. Intervals: "
+           f"bootstrap over instances, {scores.RESAMPLES} samples, seed {scores.SEED}.</p>")
+    for records in all_records:
+        for name, tasks in table.groups(records):
+            yield f"<h3>{name.capitalize()}, tolerance {records.head['matrix']['tolerance']:g}</h3>"
+            yield html_table(summary_rows(records, tasks))
+
+
+def profile_parts(all_records):
+    for records in all_records:
+        for name, tasks in table.groups(records):
+            names = scores.shown(scores.summary(records, tasks))
+            yield (f"<div class=\"keep\"><h3>{name.capitalize()}, tolerance {records.head['matrix']['tolerance']:g}</h3>"
+                   f"{profiles(records, tasks, names, True)}{profiles(records, tasks, names, False)}</div>")
+
+
+def write_report(all_records, path, links=""):
+    """`all_records`: runs with different tolerances. Tables of times and details are those of the tightest one."""
+    all_records = sorted(all_records, key=lambda one: -one.head["matrix"]["tolerance"])
+    records = all_records[-1]
     cells = figures.by_cell(records)
     present = [s for s in table.solvers_of(records) if any(key[1] == s for key in cells)]
-    colours = colour_of(present)
-    head, matrix = records.head, records.head["matrix"]
-    saltus, machine = ({key: html.escape(str(value)) for key, value in head[part].items()} for part in ("saltus", "machine"))
     groups = table.groups(records)
-    profiles = [(performance_profile({key: lines for key, lines in cells.items() if key[0] in tasks}, colours), name)
-                for name, tasks in groups]
+    best = [name for _, tasks in groups for name in scores.shown(scores.summary(records, tasks))]
+    drawn = list(dict.fromkeys(best))[:scores.CURVES]
+    colours = colour_of(drawn)
+    accepted = records.head["matrix"]["tolerance"]
     parts = [f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Benchmark suite</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>
 <h1>Solvers on optimal control problems</h1>
-<p>Saltus {saltus['version']} ({saltus['commit']}), {saltus['compiler']}, {saltus['type']}, -march={saltus['march']};
-{machine['processor']}, {machine['system']}.
-At most {counted(matrix['instances'], 'instance')} per problem, {counted(matrix['repetitions'], 'repetition')}, alternating.
-An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}. The status
-of its solver does not count. Times are wall times of a repeated solve, or the processor times of the process if they
-agree within 5 %; import, set-up and first solve are listed separately. Every solver has at most
-{matrix.get('limits', dict()).get('solve', 10.0):g} s for a solve.</p>""",
-             "<h2>Times</h2>", *(html_table(table.rows(records, tasks), mark_first) for _, tasks in groups),
+{head_text(records)}{links}""", *overview(all_records),
+             "<h2>Performance and data profiles</h2><p>At most eight solvers per picture, those with the smallest means, and one of "
+             "ours. The share of a solver counts only instances to which it applies. Performance profiles leave out instances that "
+             f"no solver solved. Bands: {100 * scores.BAND:.0f} % of the bootstrap samples.</p>", *profile_parts(all_records),
+             f"<h2>Times, tolerance {accepted:g}</h2>",
+             *(html_table(table.rows(records, tasks), mark_first) for _, tasks in groups),
              '<p class="note">Microseconds per solve; bold: the fastest solver that solved everything.</p>']
-    behind = list(not_first(records, cells))
-    parts.append("<h2>Where Saltus is not first</h2>" + (
-        "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in behind) + "</ul>"
-        if behind else "<p>Nowhere in this run.</p>"))
-    parts.append("<h2>Performance profiles</h2>")
-    for (drawn, count), name in profiles:
-        parts.append(f"<p>{name.capitalize()}: {counted(count, 'instance')} solved by at least one solver. The share of a "
-                     f"solver counts only those to which it applies.</p>{drawn}")
+    lines = list(not_first(records, cells))
+    parts.append("<h2>Problems on which Saltus is not first</h2>" + (
+        "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in lines) + "</ul>"
+        if lines else "<p>None in this run.</p>"))
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
                      f"</p>{horizon}")
-    parts.append("<h2>Accuracy against time</h2>"
-                 + accuracy_against_time(cells, colours, matrix["tolerance"]))
+    parts.append("<h2>Accuracy against time</h2>" + accuracy_against_time(cells, colours, accepted))
     histogram, task = latency_histogram(cells, colours)
     if histogram:
         parts.append(f"<h2>Latency, {task}</h2>{histogram}")
@@ -346,7 +390,7 @@ agree within 5 %; import, set-up and first solve are listed separately. Every so
                  + '<p class="note">wrong: reported as solved, but rejected by the check; gave up: reported as failed by '
                    'the solver itself.</p>')
     parts.append("<h2>Solvers</h2><ul>" + "".join(
-        f"<li>{note}</li>" for note in notes(present, head["packages"])) + "</ul>")
+        f"<li>{note}</li>" for note in notes(present, records.head["packages"])) + "</ul>")
     missing = sorted({(line["solver"], line["claimed"]) for line in records.lines()
                       if line["verdict"] == "missing"})
     if missing:

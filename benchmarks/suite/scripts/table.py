@@ -16,21 +16,24 @@ def cell_text(lines):
     return text + (f" ({missed} missed)" if missed else "")
 
 
-def is_nonlinear(task):
-    return task.startswith("library/")
+# Kinds of problems, in the order of the report. Quadratic programs have a class per start.
+CLASSES = {"cold": "quadratic programs, cold", "warm": "quadratic programs, warm", "nonlinear": "nonlinear problems",
+           "file": "optimal control and nonlinear programs as data", "complementarity": "programs with complementarity"}
 
 
-def class_of(task):
-    return "nonlinear problems" if is_nonlinear(task) else (
-        "quadratic programs, warm" if task.endswith(" warm") else "quadratic programs, cold")
+def class_of(task, kinds):
+    if task.startswith("library/"):
+        return CLASSES["nonlinear"]
+    return CLASSES.get({"nonlinear": "file"}.get(kinds.get(task), kinds.get(task)), CLASSES[
+        "warm" if task.endswith(" warm") else "cold"])
 
 
 def groups(records):
     """(class, its tasks), of the classes that exist. They are never mixed: solvers and meaning of the times differ."""
-    found = {}
+    found, kinds = {}, records.head["matrix"].get("kinds", {})
     for task in records.tasks:
-        found.setdefault(class_of(task), []).append(task)
-    return sorted(found.items(), key=lambda one: ("cold", "warm", "problems").index(one[0].split()[-1]))
+        found.setdefault(class_of(task, kinds), []).append(task)
+    return [(name, found[name]) for name in CLASSES.values() if name in found]
 
 
 # Two columns of the same solver.

@@ -321,6 +321,12 @@ def written(program, task, number, folder):
     return _placed(read_nonlinear(file) if is_nonlinear(task) else read_program(file), file, number)
 
 
+def size_of(qp):
+    """Variables and rows of the program as stated."""
+    stated = getattr(qp, "judge", None) or qp
+    return {} if isinstance(qp, NoFile) else {"size": [stated.n, stated.m]}
+
+
 def _placed(qp, file, instance):
     qp.file, qp.instance = file, instance
     return qp
@@ -404,7 +410,7 @@ def run_task(task, channel):
                 continue
             mine, choice, import_us = runs[solver] = prepared
             told = {"asked": choice.asked, "setting": choice.setting, "swept": choice.swept}
-            results[solver] = {number: {**failure(task, solver, number, "", ""), **told,
+            results[solver] = {number: {**failure(task, solver, number, "", ""), **told, **size_of(mine[number].qp),
                                         "machine": {"version": version}, "times": {"import_us": round(import_us, 3)}}
                                for number in mine}
         slow = set()
