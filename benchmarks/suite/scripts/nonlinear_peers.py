@@ -13,7 +13,7 @@ import numpy as np
 
 from cache import cache_folder
 from nonlinear_program import CasadiProgram
-from peers import Adapter, Answer, NotApplicable
+from peers import Adapter, Answer, NotApplicable, plug_ins
 
 ITERATIONS = 1000
 PRODUCTS = [10.0 ** -k for k in range(10)]  # bounds of the products of complementarity pairs
@@ -181,4 +181,4 @@ def nonlinear_peers():
     from fatrop import CasadiFatropNonlinear
     from front_ends import DoMpc, Rockit
     return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp, UnoFilterSqp, UnoIpopt, DoMpc,
-            Rockit]
+            Rockit, *plug_ins(is_nonlinear=True)]

@@ -6,6 +6,8 @@ An adapter is a class with these members:
     takes_start: False if it always uses its own start
     warm_levels(): kinds of warm start, if there are several; the attribute `level` selects one
     module: the imported module, if its name differs from that of the package
+    takes_files: True for nonlinear programs that are data; `program` is then a NonlinearFile. takes_pairs: True if it also
+        takes programs with complementarity, see nonlinear_judge.lifted()
     missing(): why it cannot be used, if this depends on more than the import of its package
     __init__(program, tolerance): the set-up, whose time is listed separately. Raises NotApplicable if the solver cannot
         solve the program and this is known in advance.
@@ -440,16 +442,17 @@ class CasadiQpoases(_Casadi):
 PLUG_INS = "saltus_bench"  # group of the entry points of packages that bring an adapter
 
 
-def plug_ins():
-    """Adapters of installed packages for quadratic programs."""
+def plug_ins(is_nonlinear=False):
+    """Adapters of installed packages for quadratic programs, or those with `takes_files`, for nonlinear ones."""
     found = []
     for entry in importlib.metadata.entry_points(group=PLUG_INS):
         try:
             found.append(entry.load())
         except Exception as error:  # noqa: BLE001 - foreign code
-            print(f"the adapter '{entry.name}' cannot be loaded and is left out: {type(error).__name__}: {error}",
-                  file=sys.stderr)
-    return found
+            if not is_nonlinear:  # told once
+                print(f"the adapter '{entry.name}' cannot be loaded and is left out: {type(error).__name__}: {error}",
+                      file=sys.stderr)
+    return [one for one in found if getattr(one, "takes_files", False) == is_nonlinear]
 
 
 def all_peers():

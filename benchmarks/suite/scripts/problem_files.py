@@ -176,6 +176,8 @@ def _nonlinear(program):
             if not 0 <= o < len(function["steps"]):
                 raise ValueError(f"function {f}: there is no step {o} for an output")
     for b, block in enumerate(program["blocks"]):
+        if not 0 <= block["function"] < len(functions):
+            raise ValueError(f"block {b}: there is no function {block['function']}")
         function = functions[block["function"]]
         _numbers(f"blocks[{b}].constants", block["constants"], function["inputs"])
         if len(block["coefficients"]) != function["inputs"] or len(block["outputs"]) != len(function["outputs"]):

@@ -64,21 +64,6 @@ def legend_beside(axes):
                     ncols=-(-len(names) // IN_A_COLUMN))
 
 
-def profile(cells):
-    """(solver -> (factors to the fastest solver on the same instance, number of instances that count), number of
-    instances solved by any solver). Of those, the instances of tasks to which a solver does not apply, or whose package
-    is missing, do not count. An instance that was skipped because the solver missed others is a failure."""
-    times, tasks = {}, {}
-    for (task, solver), lines in cells.items():
-        tasks.setdefault(solver, set()).add(task)
-        for line in lines:
-            us = figures.time_of(line)
-            if us:
-                times.setdefault((task, line["instance"]), {})[solver] = us
-    return {solver: (sorted(of[solver] / min(of.values()) for of in times.values() if solver in of),
-                     sum(task in mine for task, _ in times)) for solver, mine in tasks.items()}, len(times)
-
-
 def profiles(records, tasks, names, is_relative):
     """Performance profile, or data profile with times in seconds, with bands."""
     grid, found = scores.curves(records, tasks, names, is_relative)

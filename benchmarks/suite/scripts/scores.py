@@ -32,7 +32,7 @@ def seconds(records, tasks):
             mine = {line["instance"]: figures.time_of(line) for line in lines}
             for instance in instances[task] or {0}:
                 us = mine.get(instance)
-                found.setdefault(solver, {})[task, instance] = 1e-6 * us if us else None
+                found.setdefault(solver, {})[task, instance] = us / 1e6 if us else None
     return found
 
 
