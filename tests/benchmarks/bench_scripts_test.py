@@ -627,7 +627,7 @@ class Scripts(OwnFolder):
         qp = argparse.Namespace(file="f", instance=1, guess=None)
         of_task = {"problem": "own/one", "start": "cold"}
         self.assertEqual(task.Ours(None, "riccati", of_task, qp, None).ladder, task.LADDER)
-        for name in os.listdir(SCRIPTS):
+        for name in [*os.listdir(SCRIPTS), *(os.path.join("adapters", name) for name in os.listdir(os.path.join(SCRIPTS, "adapters")))]:
             if name.endswith(".py"):
                 with open(os.path.join(SCRIPTS, name), encoding="utf-8") as file:
                     self.assertNotRegex(file.read(), "max_cpu_time|CPUtime|time_limit", name)
@@ -756,9 +756,8 @@ class Scripts(OwnFolder):
 
     def test_profile_counts_only_instances_to_which_a_solver_applies(self):
         sys.path.insert(0, SCRIPTS)
-        import figures
         import records
-        import report
+        import scores
         import table
 
         def line(problem, start, solver, instance, verdict, us=1.0):
@@ -772,8 +771,9 @@ class Scripts(OwnFolder):
         run = records.Records({"matrix": {"solvers": ["one", "two", "three"]}}, tasks)
         self.assertEqual(table.groups(run), [("quadratic programs, cold", ["a cold", "b cold"]),
                                              ("quadratic programs, warm", ["a warm"])])
-        cells = {key: lines for key, lines in figures.by_cell(run).items() if key[0].endswith("cold")}
-        self.assertEqual(report.profile(cells), ({"one": ([1.0] * 4, 4), "two": ([3.0], 2), "three": ([], 2)}, 4))
+        grid, found = scores.curves(run, ["a cold", "b cold"], ["one", "two", "three"], is_relative=True)
+        self.assertEqual({name: (share[0], share[grid < 2.9].max(), share[-1]) for name, (share, *_) in found.items()},
+                         {"one": (1.0, 1.0, 1.0), "two": (0.0, 0.0, 0.5), "three": (0.0, 0.0, 0.0)})
 
     def test_public_programs_need_no_table_of_optima(self):
         sys.path.insert(0, SCRIPTS)

@@ -54,7 +54,7 @@ class NoFile:
     """A program that has no elementary steps, and the reason: only our solvers run it."""
 
     def __init__(self, instance, why):
-        self.instance, self.why = instance, why
+        self.instance, self.why, self.judge = instance, why, None
 
 
 def _sides(values, absent):
