@@ -16,6 +16,7 @@
 #include "benchmarks/step_recovery_qp.hpp"
 #include "benchmarks/suite/answer.hpp"
 #include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/nonlinear_file.hpp"
 #include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/qp_problems.hpp"
@@ -185,6 +186,27 @@ TEST(QpFile, RoundTripsAndRejectsInvalidFiles) {
     EXPECT_THROW(read_program(file), InputError) << text;
   }
   std::filesystem::remove(file);
+}
+
+// Derivatives of recorded steps, and of steps that are not recorded (max), against differences.
+TEST(NonlinearFile, FunctionsHaveTheDerivativesOfTheirSteps) {
+  for (const Operation last : {Operation::multiply, Operation::max, Operation::pow}) {
+    FormulaSteps steps;
+    steps.inputs = 2;
+    const int x = steps.add_input(0), y = steps.add_input(1);
+    const int sine = steps.add(Operation::sin, x), product = steps.add(Operation::multiply, x, y);
+    steps.outputs = {steps.add(last, product, y), steps.add(Operation::divide, sine, y)};
+    const Function f = function_of(steps);
+    const Eigen::Vector2d z(1.3, 0.7), weights(0.4, -1.1);
+    const MatrixXd jacobian = f.dense_jacobian(z), hessian = f.dense_hessian(z, weights);
+    constexpr double h = 1e-6;  // exact to h^2 and 1e-16 / h
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector2d step = h * Eigen::Vector2d::Unit(i), up = z + step, down = z - step;
+      EXPECT_LE((jacobian.col(i) - (f(up) - f(down)) / (2.0 * h)).norm(), 1e-8) << name_of(last);
+      const VectorXd change = (f.dense_jacobian(up) - f.dense_jacobian(down)).transpose() * weights;
+      EXPECT_LE((hessian.col(i) - change / (2.0 * h)).norm(), 1e-8) << name_of(last);
+    }
+  }
 }
 
 TEST(Answerer, RejectsInvalidRequests) {

@@ -157,7 +157,7 @@ class Output(OwnFolder):
         self.assertIn("class Piqp(Adapter)", solver)
         self.assertIn("own start: 1 in 7", solver)
         self.assertIn("version in this run: 9", solver)
-        self.assertIn("smallest that it", self.read("site", "solvers", "highs.html"))
+        self.assertIn("smallest that it accepts", self.read("site", "solvers", "highs.html"))
 
 
 if __name__ == "__main__":

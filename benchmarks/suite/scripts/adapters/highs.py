@@ -1,9 +1,10 @@
 """HiGHS: an active-set method for convex quadratic programs, dual simplex for linear ones.
 
 The package highspy is called through passModel and passHessian, with the lower triangle of the Hessian. Presolve is on,
-one thread. Its regularisation of the Hessian (1e-7) is off, because it changes the optimum. Both feasibility tolerances are the requested one, but at least 1e-10, the smallest that it accepts. A used
-solver starts at its last optimum, so its solution is cleared before each solve. It takes no start. Its multipliers of rows
-and bounds are positive at lower sides, so their signs are changed. Integer variables are relaxed, as for all solvers.
+one thread. Its regularisation of the Hessian (1e-7) is off, because it changes the optimum. Both feasibility tolerances
+are the requested one, but at least 1e-10, the smallest that it accepts. A used solver starts at its last optimum, so its
+solution is cleared before each solve. It takes no start. Its multipliers of rows and bounds are positive at lower sides,
+so their signs are changed. Integer variables are relaxed, as for all solvers.
 """
 
 import numpy as np
