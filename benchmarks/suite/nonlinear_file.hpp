@@ -23,7 +23,7 @@ class NonlinearFile : public BlockProgram {
   std::string describe_row(int i) const override;
 
   struct Solved {
-    NlpResult result;  ///< of the last solve; iterations of all
+    NlpResult result;  ///< Result of the last solve, with the iterations of all.
     SolveTimes times;  ///< The set-up is that of the solver.
   };
   /// Solves cold from the start of the file. A program with pairs is solved for products of at most

@@ -80,6 +80,11 @@ class Judge(unittest.TestCase):
             self.assertEqual(passes, adapter.name in ("knows", "other-optimum"), adapter.name)
         self.assertEqual(judge.judged((1.0, 1.0), (-2.0,), (0.0, 0.0))["objective"], 2.0)
 
+    def test_multipliers_of_bounds_count(self):
+        judge = nonlinear_judge.NonlinearJudge(program([X], [0], 1, ([1.0], [None])))
+        for z, passes in ((-1.0, True), (0.0, False), (1.0, False)):
+            self.assertEqual(max(judge.judged((1.0,), (), (z,))["kkt"].values()) <= 1e-8, passes, z)
+
     def test_large_multipliers_scale_residuals(self):
         data = copy.deepcopy(HYPERBOLA)
         judge = nonlinear_judge.NonlinearJudge(data)

@@ -63,6 +63,8 @@ class Statistics(unittest.TestCase):
 
     def test_solvers_with_fewer_instances_come_last(self):
         self.assertEqual([row[0] for row in scores.summary(made(TASKS), list(TASKS))], ["sparse", "piqp", "highs", "qoco"])
+        tasks = {**TASKS, "b cold": [*TASKS["b cold"], line("b cold", "riccati", 1, "solved", 1e-3)]}
+        self.assertEqual([row[0] for row in scores.summary(made(tasks), list(tasks))][:2], ["sparse", "riccati"])
 
     def test_bands_are_repeatable_and_narrow_with_many_instances(self):
         few, many = ({"a cold": [line("a cold", "sparse", i, "solved", 0.1 * (1 + i % 5)) for i in range(1, n + 1)]} for n in (10, 100))
@@ -109,9 +111,9 @@ class Output(OwnFolder):
     def report(self, *words):
         paths = []
         for tolerance in (1e-3, 1e-6):
-            run = made(TASKS, tolerance=tolerance)
+            tasks = {**TASKS, "<i>x cold": [line("<i>x cold", "sparse", 1, "solved")]}
             paths.append(self.path(f"{tolerance}.jsonl"))
-            records.write(paths[-1], run, list(TASKS))
+            records.write(paths[-1], made(tasks, tolerance=tolerance), list(tasks))
         with contextlib.redirect_stdout(io.StringIO()) as told, contextlib.redirect_stderr(told):
             status = bench.main(["report", *paths, *words])
         return status, told.getvalue()
@@ -123,13 +125,13 @@ class Output(OwnFolder):
     def test_tables(self):
         self.assertEqual(self.report("--csv", self.path("a.csv"), "--latex", self.path("a.tex"))[0], 0)
         rows = list(csv.DictReader(io.StringIO(self.read("a.csv"))))
-        self.assertEqual(len(rows), 2 * sum(map(len, TASKS.values())))
+        self.assertEqual(len(rows), 2 * (1 + sum(map(len, TASKS.values()))))
         self.assertEqual([rows[0][key] for key in ("class", "solver", "tolerance", "time_us", "variables", "version", "stationarity")],
                          ["quadratic programs, cold", "sparse", "0.001", "100000.0", "3", "v_1", "1e-09"])
         self.assertEqual(rows[3]["time_us"], "")
         text = self.read("a.tex")
         self.assertIn("95 \\% bootstrap", text)
-        self.assertIn("sparse & 3 & 3 & ", text)
+        self.assertIn("sparse & 4 & 4 & ", text)
         self.assertEqual(text.count("\\begin{tabular}"), text.count("\\end{tabular}"))
         self.assertEqual(scores.latex("a_b 5 % {x} \\ ^"), "a\\_b 5 \\% \\{x\\} \\textbackslash{} \\^{}")
 
@@ -149,10 +151,12 @@ class Output(OwnFolder):
         self.assertIn('href="solvers/piqp.html"', index)
         self.assertLess(index.index("Where Saltus is not first"), index.index("<svg"))
         self.assertEqual(index.count("<h2>Where Saltus is not first, tolerance"), 2)
-        for name in ("a-cold-1", "a-cold-2", "b-cold-1"):
+        self.assertNotIn("<i>", index)
+        for name in ("a-cold-1", "a-cold-2", "b-cold-1", "-i-x-cold-1"):
             page = self.read("site", "instances", name + ".html")
             self.assertIn("3 variables, 4 rows", page)
             self.assertNotIn("<b>&", page)
+            self.assertNotIn("<i>", page)
         solver = self.read("site", "solvers", "piqp.html")
         self.assertIn("class Piqp(Adapter)", solver)
         self.assertIn("own start: 1 in 7", solver)
