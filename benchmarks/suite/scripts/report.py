@@ -317,8 +317,8 @@ def overview(all_records):
            f"bootstrap over instances, {scores.RESAMPLES} samples, seed {scores.SEED}.</p>")
     for records in all_records:
         for name, tasks in table.groups(records):
-            yield f"<h3>{name.capitalize()}, tolerance {records.head['matrix']['tolerance']:g}</h3>"
-            yield html_table(summary_rows(records, tasks))
+            yield (f"<div class=\"keep\"><h3>{name.capitalize()}, tolerance {records.head['matrix']['tolerance']:g}</h3>"
+                   f"{html_table(summary_rows(records, tasks))}</div>")
 
 
 def profile_parts(all_records):
