@@ -10,7 +10,7 @@ to step_N, its picture is drawn into the folder; pictures need matplotlib.
 
 In the page, `<!-- code: FILE "FROM" "TO" -->` shows the lines of FILE from the first that contains FROM
 to the next that contains TO (for a lone brace: the matching one), and `<!-- output: NAME -->` the
-output of program NAME, each up to `<!-- end -->`.
+output of program NAME, or of NAME.py beside the sources, each up to `<!-- end -->`.
 """
 
 import os
@@ -43,9 +43,15 @@ def lines_of(page, file, first, last):
     return "\n".join(line[margin:] for line in shown) + "\n"
 
 
-def run(programs, name, folder):
+def run(page, programs, name, folder):
     program = os.path.join(os.path.abspath(programs), name)
-    done = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
+    script = os.path.join(os.path.abspath(os.path.splitext(page)[0]), f"{name}.py")
+    python = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
+    command, extension = [program], os.path.join(os.path.abspath(programs), "python")
+    if os.path.exists(script):
+        command, program = [python, "-B", script], script
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False,
+                          env={**os.environ, "PYTHONPATH": os.pathsep.join((PACKAGE, extension))})
     if done.returncode != 0:
         sys.exit(f"{program} ended with {done.returncode}: {done.stdout}{done.stderr}")
     return done.stdout
@@ -64,8 +70,8 @@ def main(page, programs, write):
     with open(page, encoding="utf-8") as file:
         shown = file.read()
     with tempfile.TemporaryDirectory() as folder:
-        made = CODE.sub(lambda m: f"{m[1]}```cpp\n{lines_of(page, m[2], m[3], m[4])}```\n{m[5]}", shown)
-        made = OUTPUT.sub(lambda m: f"{m[1]}```\n{run(programs, m[2], folder)}```\n{m[3]}", made)
+        made = CODE.sub(lambda m: f"{m[1]}```{'python' if m[2].endswith('.py') else 'cpp'}\n{lines_of(page, m[2], m[3], m[4])}```\n{m[5]}", shown)
+        made = OUTPUT.sub(lambda m: f"{m[1]}```\n{run(page, programs, m[2], folder)}```\n{m[3]}", made)
         if write:
             draw(page, folder)
     if write:

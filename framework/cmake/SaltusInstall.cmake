@@ -70,4 +70,5 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
 install(FILES ${PROJECT_BINARY_DIR}/saltusConfig.cmake ${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/framework/cmake/saltusPlugin.cmake
               ${PROJECT_SOURCE_DIR}/framework/cmake/saltusPlugin.map
+              ${PROJECT_SOURCE_DIR}/framework/cmake/saltusCasadi.cmake
         DESTINATION ${SALTUS_CMAKE_DIR} COMPONENT core)

@@ -27,6 +27,7 @@ option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs c
 
 include(GNUInstallDirs)
 include(saltusPlugin) # saltus_plugin(), also for users
+include(saltusCasadi) # saltus_casadi(), also for users
 add_library(saltus_usage INTERFACE)
 set_target_properties(saltus_usage PROPERTIES EXPORT_NAME usage)
 add_library(saltus::usage ALIAS saltus_usage)

@@ -10,6 +10,7 @@
 // where i are the nodes that use node k. At the inputs, b' is the Hessian times d.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "saltus/autodiff/formula_steps.hpp"
@@ -69,6 +70,10 @@ class RecordedDerivatives {
   std::vector<int> values_;  // slots of the outputs
   std::vector<DirectionSweep> jacobian_, hessian_;
 };
+
+/// The function with all derivatives from its recorded steps, also where dual numbers take fewer
+/// operations. Empty if the formula has a step that cannot be recorded.
+Function recorded_function(std::shared_ptr<const FunctionBody> formula);
 
 /// Number of operations of dual numbers, comparable with those above.
 long dual_operations(const FormulaSteps& steps, std::size_t passes);

@@ -34,7 +34,9 @@ class RecordedBody final : public FunctionBody {
     return formula_->degree(output, variable);
   }
   std::shared_ptr<const FunctionBody> separate() const override {
-    return std::make_shared<RecordedBody>(formula_, recorded_, parts_, Lending::exclusive);
+    std::shared_ptr<const FunctionBody> own = formula_->separate();
+    return std::make_shared<RecordedBody>(own ? own : formula_, recorded_, parts_,
+                                          Lending::exclusive);
   }
 
   void value(const double* z, double* y) const override { formula_->value(z, y); }
@@ -85,6 +87,14 @@ constexpr long least_gain = 2;
 bool any(const RecordedDerivatives::Parts& parts) { return parts.jacobian || parts.hessian; }
 
 }  // namespace
+
+Function recorded_function(std::shared_ptr<const FunctionBody> formula) {
+  const RecordedDerivatives::Parts all;
+  const auto recorded = std::make_shared<const RecordedDerivatives>(
+      *formula->steps(), formula->jacobian_pattern(), formula->hessian_pattern(), all);
+  if (!recorded->is_complete()) return {};
+  return Function(std::make_shared<const RecordedBody>(std::move(formula), recorded, all));
+}
 
 Function cheapest_function(std::unique_ptr<const TracedBody> body) {
   const std::shared_ptr<const TracedBody> formula = std::move(body);

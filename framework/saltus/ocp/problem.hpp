@@ -71,6 +71,11 @@ class OptimalControlProblem {
     return append(std::move(jump), phase.definition());
   }
 
+  /// Appends a phase whose sizes are known at run time, entered through the jump.
+  OptimalControlProblem& then(const PhaseDefinition& phase, Jump jump = {}) {
+    return append(std::move(jump), phase);
+  }
+
   /// Makes the problem periodic: the first state equals the last state, or the jump applied to it.
   /// The start may then be free (start_within()).
   OptimalControlProblem& close(Jump jump = Jump{});
@@ -85,6 +90,9 @@ class OptimalControlProblem {
     return add_link(
         make_link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...));
   }
+
+  /// Adds a link whose sizes are known at run time.
+  OptimalControlProblem& link(Link link) { return add_link(std::move(link)); }
 
   /// Adds weight/2 |formula|^2 to the cost. `formula` takes one EndValues per end, as in link().
   /// The term is a link to zero with a quadratic penalty, whose weight set_penalty_weight(name,
