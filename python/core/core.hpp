@@ -126,13 +126,14 @@ class Struct : public py::class_<T> {
     Fields<T>::instance().add(name, std::move(set));
     return *this;
   }
-  /// Adds the constructor.
+  /// Adds the constructor. The attribute `_fields` names the keywords, for stubs.
   Struct& from_keywords() {
     this->def(py::init([](const py::kwargs& keywords) {
       T value{};
       set_fields(keywords, value);
       return value;
     }));
+    this->attr("_fields") = Fields<T>::instance().names();
     return *this;
   }
 };

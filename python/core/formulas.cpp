@@ -6,6 +6,7 @@
 #include "saltus/autodiff/formula_steps.hpp"
 #include "saltus/autodiff/tracer.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/model/casadi_function.hpp"
 #include "saltus/model/steps_of.hpp"
 
 namespace saltus::python {
@@ -179,6 +180,13 @@ void add_formulas(py::module_& m) {
       .def_property_readonly(
           "hessian_pattern", [](const Function& f) { return dense(f.hessian_pattern()); },
           "True for entries of the lower triangle that may be non-zero.");
+  m.def(
+      "load_casadi",
+      [](const std::string& library, const std::string& name, int nx, int nu, int np) {
+        return load_casadi(library, name, {nx, nu, np});
+      },
+      "library"_a, "name"_a, "nx"_a, "nu"_a = 0, "np"_a = 0,
+      "Loads a function of CasADi's generated C code from a shared library.");
 }
 
 }  // namespace saltus::python

@@ -1,5 +1,6 @@
 """Formulas in Python: callables that are traced once, functions of CasADi, elementary functions."""
 
+import builtins
 import inspect
 import types
 
@@ -14,8 +15,16 @@ _BINARY = {"minimum": _core._min, "fmin": _core._min, "maximum": _core._max, "fm
            "arctan2": _core._atan2, "hypot": _core._hypot}
 
 
+def _float(entry):
+    return float(entry) if isinstance(entry, np.number) else entry
+
+
+_floats = np.frompyfunc(_float, 1, 1)
+
+
 def _plain(value):
-    return np.asarray(value, dtype=object)
+    """The entries as objects; numbers of numpy would call numpy again."""
+    return np.asarray(_floats(np.asarray(value, dtype=object)), dtype=object)
 
 
 def _apply(ufunc, method, *inputs, out=None, **keywords):
@@ -51,6 +60,9 @@ class Vector(np.ndarray):
             raise _core.DefinitionError(f"it uses {self.letter}[{index}], but {self.described()}")
         return super().__getitem__(index)
 
+    def __iter__(self):
+        return iter(self.tolist() if self.ndim == 1 else super().__iter__())
+
     def described(self):
         what = {"x": "state", "u": "input", "p": "parameter", "z": "algebraic state"}[self.letter]
         if len(self) == 0:
@@ -71,7 +83,7 @@ def _vector(letter, entries):
 def rows(result):
     """The entries of a result: a number, or a list or array of numbers and arrays."""
     if isinstance(result, np.ndarray):
-        if result.ndim > 1 and result.size != max(result.shape):
+        if result.ndim > 1 and result.size != builtins.max(result.shape):
             raise _core.DefinitionError(f"it returns a matrix of {' x '.join(map(str, result.shape))}; a formula must "
                                         "return a scalar or a vector")
         return result.reshape(-1).tolist()

@@ -8,6 +8,7 @@ import copy
 import math
 import os
 import re
+import signal
 import sys
 import threading
 import time
@@ -262,11 +263,19 @@ class Solves(unittest.TestCase):
         self.assertIn("'there'", why.text())
 
     def test_observers_and_interrupts(self):
-        seen = []
-        sl.solve(ride(), observer=sl.SolveObserver(report=lambda i: seen.append(i.cost)))
+        drive = Phase("drive", lambda t, x, u: [x[1], sl.sin(u[0]) - x[1] ** 2], exactly(1.0), nx=2, nu=1)
+        drive.minimise("effort", lambda t, x, u: u[0] ** 2).reach("there", lambda t, x: x[0], exactly(0.2))
+        curved, seen = sl.OptimalControlProblem("curved").start_at([0, 0]).then(drive), []
+        sl.solve(curved, observer=sl.SolveObserver(report=lambda i: seen.append(i.cost)))
         self.assertGreater(len(seen), 0)
-        plan = sl.solve(ride(), observer=sl.SolveObserver(should_stop=lambda: True))
+        plan = sl.solve(curved, observer=sl.SolveObserver(should_stop=lambda: True))
         self.assertEqual(plan.status, sl.SolveStatus.interrupted)
+
+        def interrupt(iteration):
+            if iteration.number == 1:
+                signal.raise_signal(signal.SIGINT)
+        with self.assertRaises(KeyboardInterrupt):
+            sl.solve(curved, observer=sl.SolveObserver(report=interrupt))
 
     def test_solves_release_the_interpreter(self):
         slow = ride()
