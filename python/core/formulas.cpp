@@ -2,9 +2,15 @@
 // them.
 #include <pybind11/operators.h>
 
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "core.hpp"
 #include "saltus/autodiff/formula_steps.hpp"
 #include "saltus/autodiff/tracer.hpp"
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/model/casadi_function.hpp"
 #include "saltus/model/steps_of.hpp"
@@ -87,6 +93,27 @@ Function record(int inputs, const py::function& formula, const std::string& wher
   for (const Operand& row : formula(z).cast<std::vector<Operand>>()) y.push_back(current(row));
   FormulaSteps steps = scope.recorder.end(inputs, y);
   return saltus::function_of(std::move(steps), {{}, where});
+}
+
+// Shortest mean processor time of an evaluation, in seconds: value, Jacobian, Hessian.
+std::vector<double> seconds(const Function& f, const VectorXd& z, const VectorXd& weights) {
+  if (z.size() != f.inputs() || weights.size() != f.outputs())
+    throw DefinitionError("seconds: z or weights has the wrong size");
+  VectorXd y(f.outputs()), jacobian(f.jacobian_pattern().entries()),
+      hessian(f.hessian_pattern().entries());
+  const auto shortest = [](const auto& evaluate) {
+    constexpr int rounds = 20, repetitions = 2000;
+    double best = infinity;
+    for (int i = 0; i < rounds; ++i) {
+      const double begin = thread_microseconds();
+      for (int k = 0; k < repetitions; ++k) evaluate();
+      best = std::min(best, 1e-6 * (thread_microseconds() - begin) / repetitions);
+    }
+    return best;
+  };
+  return {shortest([&] { f.value(z.data(), y.data()); }),
+          shortest([&] { f.jacobian(z.data(), y.data(), jacobian.data()); }),
+          shortest([&] { f.hessian(z.data(), weights.data(), hessian.data()); })};
 }
 
 py::object dense(const SparsityPattern& pattern) {
@@ -174,6 +201,8 @@ void add_formulas(py::module_& m) {
             return f.dense_hessian(z, weights);
           },
           "z"_a, "weights"_a, "The Hessian of the weighted sum of outputs at z.")
+      .def("seconds", &seconds, "z"_a, "weights"_a,
+           "Measured times of an evaluation in seconds: value, Jacobian, Hessian.")
       .def_property_readonly(
           "jacobian_pattern", [](const Function& f) { return dense(f.jacobian_pattern()); },
           "True for entries of the Jacobian that may be non-zero.")

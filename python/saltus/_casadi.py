@@ -3,9 +3,27 @@
 from . import _core, _formulas
 
 
+def generate_casadi(function, file):
+    """Writes C code of a CasADi function of (t, x), (t, x, u) or (t, x, u, p) with its Jacobian and Hessian, for
+    saltus_casadi() of CMake and load_casadi() of C++.
+    """
+    import os
+    import casadi as ca
+    name = function.name()
+    scalar = function.expand() if not function.is_a("SXFunction") else function
+    inputs = [ca.SX.sym(f"i{k}", scalar.numel_in(k)) for k in range(scalar.n_in())]
+    y = ca.densify(scalar(*inputs))
+    z, weights = ca.vertcat(*inputs), ca.SX.sym("weights", y.numel())
+    folder, base = os.path.split(os.path.abspath(file))
+    generator = ca.CodeGenerator(base, {"with_header": False})
+    generator.add(ca.Function(name, inputs, [y]))
+    generator.add(ca.Function(f"{name}_jacobian", inputs, [y, ca.jacobian(y, z)]))
+    generator.add(ca.Function(f"{name}_hessian", [*inputs, weights], [ca.tril(ca.hessian(ca.dot(weights, y), z)[0])]))
+    generator.generate(folder + os.sep)
+
+
 def _operations():
     import casadi as ca
-    half = {}
     unary = {
         ca.OP_NEG: lambda a: -a, ca.OP_EXP: _formulas.exp, ca.OP_LOG: _formulas.log, ca.OP_SQRT: _formulas.sqrt,
         ca.OP_SQ: lambda a: a * a, ca.OP_TWICE: lambda a: 2.0 * a, ca.OP_SIN: _formulas.sin, ca.OP_COS: _formulas.cos,
@@ -23,7 +41,7 @@ def _operations():
         ca.OP_FMIN: _formulas.min, ca.OP_FMAX: _formulas.max, ca.OP_ATAN2: _formulas.atan2,
         ca.OP_HYPOT: _formulas.hypot,
     }
-    return unary, binary, half
+    return unary, binary
 
 
 def traced(function, z, nx, nz, nu, np):
@@ -46,7 +64,7 @@ def traced(function, z, nx, nz, nu, np):
     for size in sizes:
         arguments.append(z[first:first + size])
         first += size
-    unary, binary, _ = _operations()
+    unary, binary = _operations()
     names = {getattr(ca, text): text[3:].lower() for text in dir(ca) if text.startswith("OP_")}
     nonzeros = [[row for row in scalar.sparsity_in(i).row()] for i in range(scalar.n_in())]
     columns = [scalar.sparsity_in(i).size1() for i in range(scalar.n_in())]

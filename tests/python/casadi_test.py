@@ -5,7 +5,9 @@ Usage: casadi_test.py BUILD. Skipped with status 77 if this Python has no CasADi
 """
 
 import os
+import subprocess
 import sys
+import tempfile
 import unittest
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
@@ -61,6 +63,26 @@ class Operations(unittest.TestCase):
             sl.make_function(ca.Function("f", [t, x, u], [x, u]), 2, 1)
         with self.assertRaisesRegex(sl.DefinitionError, r"give casadi.Function"):
             sl.make_function(lambda t, y: x, 2, 1)
+
+
+class Generated(unittest.TestCase):
+    def test_code_is_loaded(self):
+        t, x, u, p = ca.MX.sym("t"), ca.MX.sym("x", 2), ca.MX.sym("u"), ca.MX.sym("p", 2)
+        f = ca.Function("pendulum", [t, x, u, p], [ca.vertcat(x[1], (u - p[0] * ca.sin(x[0])) / p[1], t * x[0] ** 3)])
+        with tempfile.TemporaryDirectory() as folder:
+            code, library = os.path.join(folder, "pendulum.c"), os.path.join(folder, "pendulum.so")
+            sl.generate_casadi(f, code)
+            subprocess.run(["cc", "-O2", "-fPIC", "-shared", code, "-o", library, "-lm"], check=True)
+            loaded = sl.load_casadi(library, "pendulum", 2, 1, 2)
+            traced = sl.make_function(f, 2, 1, 2)
+            z, weights = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]), np.array([1.0, 2.0, 3.0])
+            np.testing.assert_allclose(loaded(z), traced(z), rtol=1e-14)
+            np.testing.assert_allclose(loaded.jacobian(z), traced.jacobian(z), rtol=1e-13, atol=1e-14)
+            np.testing.assert_allclose(loaded.hessian(z, weights), traced.hessian(z, weights), rtol=1e-13, atol=1e-14)
+            np.testing.assert_array_equal(loaded.jacobian_pattern, traced.jacobian_pattern)
+            np.testing.assert_array_equal(loaded.hessian_pattern, traced.hessian_pattern)
+            with self.assertRaisesRegex(sl.DefinitionError, "'pendulum' has 2 entries in input 1, but x has 3"):
+                sl.load_casadi(library, "pendulum", 3, 1, 2)
 
 
 class Moved(unittest.TestCase):
