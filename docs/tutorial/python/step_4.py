@@ -1,4 +1,4 @@
-# Step 4: a jump of the state. Push off, fly, land, and come to rest in a crouch.
+# Step 4: a jump of the state. Push off, fly, land and end in a crouch at rest.
 from hopper import *
 
 push = stance("push off", between(0.05, 1.0))
