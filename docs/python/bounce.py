@@ -21,4 +21,4 @@ problem = OptimalControlProblem("throw").start_within(
     [exactly(0.0), exactly(1.5), between(0, 20), between(-20, 20)], [0, 1.5, 4, 0])
 problem.then(down).then(up, jump("bounce", lambda t, x: [x[0], x[1], x[2], -restitution * x[3]]))
 plan = solve(problem)
-print(plan.message, f"throw with {plan.trajectory.state(0.0)[2:].round(3)} m/s")
+print(f"{plan.message}: throw with {plan.trajectory.state(0.0)[2:].round(3)} m/s")

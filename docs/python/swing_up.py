@@ -21,5 +21,5 @@ swing.bound_input(0, between(-12.0, 12.0)).track("effort", lambda t, x, u: u, 0.
 swing.reach("upright", lambda t, x: x, exactly([0.0] * 4)).minimise_at_end("time", lambda t, x: t)
 swing.guess_duration(2.5).guess_state(Guess.interpolate([np.pi, np.pi, 0, 0], [0.0] * 4))
 problem = OptimalControlProblem("double pendulum").start_at([np.pi, np.pi, 0, 0]).then(swing)
-plan = solve(problem, intervals_per_phase=60)
-print(plan.message, f"{plan.durations[0]:.3f} s")
+plan = solve(problem, intervals_per_phase=60, integrator=runge_kutta8(steps=2))
+print(f"{plan.message}: {plan.durations[0]:.3f} s")
