@@ -137,7 +137,7 @@ def _record(count, of_list, where):
     except _core.DefinitionError as error:
         if str(error).startswith(where):
             raise
-        raise _core.DefinitionError(f"{where}: {error}") from error.__cause__
+        raise _core.DefinitionError(f"{where}: {error}") from error
 
 
 def function(formula, nx, nu, np, nz, where):
