@@ -29,6 +29,8 @@ SIGNATURE = re.compile(r"^(?:\d+\. )?(\w+)\((.*)\) -> (.*)$")
 def plain(text):
     """A type as Python writes it."""
     text = re.sub(r"saltus\._core\.", "", text)
+    text = re.sub(r"saltus::(?:\w+::)*(\w+)", r"\1", text)  # a class that is bound later
+    text = re.sub(r"\bfunction\b", "Callable", text)
     text = re.sub(r"numpy\.(?:typing\.)?\w*\[?[^\s,\]]*?(?:numpy\.)?float64\[[^\]]*\](?:, flags\.[\w.]+)*\]?", "ndarray", text)
     text = re.sub(r"numpy\.ndarray(?:\[[^\[\]]*(?:\[[^\]]*\])?[^\[\]]*\])?", "ndarray", text)
     text = re.sub(r"\b(?:typing\.)?(List|Dict|Tuple)\[", lambda m: m[1].lower() + "[", text)
@@ -60,7 +62,7 @@ def options_of(core, name):
     else:
         structs = [name] if hasattr(getattr(core, name, None), "_fields") else []
     fields = dict(pair for struct in structs for pair in field_types(core, struct))
-    return ["*", *(f"{key}: {kind} = ..." for key, kind in fields.items())] if fields else []
+    return ["*", *(f"{key}: {kind.replace('ndarray', 'ArrayLike')} = ..." for key, kind in fields.items())] if fields else []
 
 
 def signatures(core, doc, name, owner):
@@ -75,7 +77,8 @@ def signatures(core, doc, name, owner):
                     arguments += options_of(core, owner if name == "__init__" else name) or ["**options: Any"]
                     continue
                 part = re.sub(r" = .*$", " = ...", part)
-                arguments.append("self" if part.startswith("self:") else plain(part).replace("*args", "*args: Any"))
+                arguments.append("self" if part.startswith("self:") else plain(part).replace("*args", "*args: Any")
+                                 .replace("ndarray", "ArrayLike"))
             if "*args: Any" in arguments:  # keywords follow it anyway
                 arguments = [a for a in arguments if a != "*"]
             found.append([f"({', '.join(arguments)}) -> {plain(match[3])}", ""])
@@ -139,7 +142,8 @@ def class_of(core, cls, indent=""):
 
 def stubs(core):
     lines = ['"""Modelling, solves and control loops of Saltus. Written by python/make_stubs.py."""', "",
-             "from typing import Any, Callable, Optional, Union, overload", "", "from numpy import ndarray", ""]
+             "from typing import Any, Callable, Optional, Union, overload", "", "from numpy import ndarray",
+             "from numpy.typing import ArrayLike", ""]
     for name in sorted(dir(core)):
         if name.startswith("_"):
             continue

@@ -38,6 +38,14 @@ class Stubs(unittest.TestCase):
         self.assertEqual(outline(written), outline(make_stubs.stubs(_core)), "python/make_stubs.py BUILD writes them")
         self.assertIn("def solve(problem: OptimalControlProblem, *, intervals_per_phase: int = ...", written)
 
+    def test_the_package_has_the_same_names(self):
+        with open(os.path.join(ROOT, "python", "saltus", "__init__.pyi"), encoding="utf-8") as file:
+            imports = [node for node in ast.parse(file.read()).body if isinstance(node, ast.ImportFrom)]
+        names = {name.name for node in imports for name in node.names if node.module != "results"}
+        core = {name for name in dir(_core) if not name.startswith("_")}
+        self.assertEqual(names - {"*", "load", "run", "Run", "Table", "SaltusError"},
+                         set(saltus.modelling.__all__) - core)
+
     def test_everything_has_a_docstring(self):
         for name in saltus.modelling.__all__:
             value = getattr(saltus.modelling, name)
