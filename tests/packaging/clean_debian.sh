@@ -250,6 +250,6 @@ mkdir -p "$root/src/pages"
 (cd "$source_tree" && git ls-files -z README.md docs problems/README.md python tests/packaging | xargs -0 tar c) | tar x -C "$root/src/pages" --no-same-owner
 # For pip: the certificates of an installed Debian, and those that this machine trusts.
 cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
-inside_sh "apt-get install ca-certificates && update-ca-certificates"
+inside_sh "apt-get install ca-certificates python3-dev && update-ca-certificates" # the package of pip compiles an extension
 step "as a new user"
 inside env ${environment:-A=} python3 -B /src/pages/tests/packaging/new_user.py /src/pages /src/new_user
