@@ -51,7 +51,7 @@ TEST(CasadiFunction, SeparateCopiesDoNotAllocate) {
   const Function loaded = load("pendulum").separate();
   const VectorXd z{{0.0, 0.7, -0.3, 0.5, 2.0}}, weights{{0.4, 1.5}};
   double y[2], jacobian[4], hessian[2];
-  const AllocationCount count;
+  const saltus::testing::AllocationCount count;
   loaded.value(z.data(), y);
   loaded.derivatives(z.data(), weights.data(), y, jacobian, hessian, Curvature::exact);
   EXPECT_EQ(count.made(), 0);

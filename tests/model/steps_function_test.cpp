@@ -76,7 +76,7 @@ TEST(StepsFunction, SeparateCopiesDoNotAllocate) {
     const VectorXd z{{0.1, 0.2, 0.3, 0.4, 0.5}}, weights = VectorXd::Ones(made.outputs());
     VectorXd y(made.outputs()), jacobian(made.jacobian_pattern().entries()),
         hessian(made.hessian_pattern().entries());
-    const AllocationCount count;
+    const saltus::testing::AllocationCount count;
     made.value(z.data(), y.data());
     made.derivatives(z.data(), weights.data(), y.data(), jacobian.data(), hessian.data(),
                      Curvature::exact);
