@@ -54,8 +54,11 @@ class Tutorial(unittest.TestCase):
                 tables = [self.table(os.path.join(folder, name, f"step_{step}", "trajectory.csv"))
                           for name in ("cpp", "python")]
                 self.assertEqual(tables[0][0], tables[1][0])
-                # solve() stops at 1e-8; in step 6 ticks of the real-time iteration do.
-                np.testing.assert_allclose(tables[1][1], tables[0][1], rtol=0, atol=1e-9 if step < 6 else 1e-6)
+                both = np.isfinite(tables[0][1]) & np.isfinite(tables[1][1])
+                np.testing.assert_allclose(tables[1][1][both], tables[0][1][both], rtol=0, atol=TOLERANCE)
+                # A tick of step 6 may end by rounding before or after an event, with the input of either phase.
+                one = np.isfinite(tables[0][1]) != np.isfinite(tables[1][1])
+                self.assertLessEqual(one.sum(), 0 if step < 6 else 16)
 
     def run_in(self, folder, command):
         os.mkdir(folder)
