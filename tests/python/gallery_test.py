@@ -54,11 +54,16 @@ class Tutorial(unittest.TestCase):
                 tables = [self.table(os.path.join(folder, name, f"step_{step}", "trajectory.csv"))
                           for name in ("cpp", "python")]
                 self.assertEqual(tables[0][0], tables[1][0])
-                both = np.isfinite(tables[0][1]) & np.isfinite(tables[1][1])
-                np.testing.assert_allclose(tables[1][1][both], tables[0][1][both], rtol=0, atol=TOLERANCE)
-                # A tick of step 6 may end by rounding before or after an event, with the input of either phase.
-                one = np.isfinite(tables[0][1]) != np.isfinite(tables[1][1])
-                self.assertLessEqual(one.sum(), 0 if step < 6 else 16)
+                # A tick of step 6 may end by rounding before or after an event: rows at the same instant change places.
+                keep = ~self.at_events(tables[0][1]) if step == 6 else slice(None)
+                # Its ticks are solved to 1e-8 relative to forces of 100 N.
+                np.testing.assert_allclose(tables[1][1][keep], tables[0][1][keep], rtol=0,
+                                           atol=1e-6 if step == 6 else TOLERANCE)
+
+    def at_events(self, table):
+        t = table[:, 0]
+        same = np.diff(t) < 1e-9
+        return np.concatenate([[False], same]) | np.concatenate([same, [False]])
 
     def run_in(self, folder, command):
         os.mkdir(folder)
