@@ -53,12 +53,12 @@ EXAMINE = """(() => {
 class Browser:
     """Chromium, controlled by its DevTools protocol over two pipes."""
 
-    def __init__(self, program, profile):
+    def __init__(self, program, profile, *flags):
         theirs_in, self.out = os.pipe()
         back, theirs_out = os.pipe()
         self.process = subprocess.Popen(
             ["sh", "-c", f'exec "$@" 3<&{theirs_in} 4>&{theirs_out}', "sh", program, "--headless", "--no-sandbox",
-             "--disable-gpu", "--hide-scrollbars", "--allow-file-access-from-files", "--remote-debugging-pipe",
+             "--disable-gpu", "--hide-scrollbars", *flags, "--allow-file-access-from-files", "--remote-debugging-pipe",
              f"--user-data-dir={profile}", "about:blank"],
             pass_fds=(theirs_in, theirs_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(theirs_in)

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
                                         saltus::push_recovery::robot_verb(),
                                         saltus::robots::walking::movie_verb(),
                                         saltus::plot_verb(),
+                                        saltus::view_verb(),
                                         saltus::logs_verb(),
                                         saltus::new_verb()};
   return saltus::saltus_main(argc, argv, problems, verbs);

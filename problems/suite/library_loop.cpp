@@ -149,6 +149,7 @@ LibraryLoop close_loop(const ReferenceCase& c, const Solution& plan, SolverChoic
   options.samples_per_tick = 4;
   options.plan_every = config.plan_every;
   options.keep_unmet = 1;
+  options.live_folder = config.live_folder;
   options.state_names = c.states;
   options.input_names = c.inputs;
   options.disturbances.seed = static_cast<std::uint64_t>(config.seed);

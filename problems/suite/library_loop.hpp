@@ -35,7 +35,8 @@ struct LoopConfig {
   int seed = 1;
   Scheme integrator = Scheme::cvodes;
   double integrator_tolerance = 1e-9;
-  int plan_every = 10;  ///< ticks
+  int plan_every = 10;           ///< ticks
+  std::string live_folder = {};  ///< see LoopOptions; not a setting
 };
 /// Declares the keys loop.*; --loop sets the first of them.
 void declare_loop(Settings& settings, LoopConfig& loop);

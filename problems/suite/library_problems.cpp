@@ -139,7 +139,9 @@ ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
     fmt::print(stderr, "saltus: the initial plan failed: {}\n", plan.message);
     return ExitStatus::solver_failed;
   }
-  const LibraryLoop loop = close_loop(c, plan, config.solver, config.loop);
+  LoopConfig with_view = config.loop;
+  with_view.live_folder = context.output.path().string();
+  const LibraryLoop loop = close_loop(c, plan, config.solver, with_view);
   const PlanRunOut planned =
       run_out(c, plan, make_scheme(config.loop.integrator, config.loop.integrator_tolerance));
 

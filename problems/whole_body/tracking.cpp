@@ -121,6 +121,10 @@ class Tracker {
     columns.insert(columns.end(), {"left force [N]", "right force [N]"});
     for (std::size_t i = 1; i < robot_.bodies.size(); ++i)
       columns.push_back(robot_.bodies[i].joint + " torque [Nm]");
+    for (const char* part : {"x [m]", "y [m]", "z [m]", "qw", "qx", "qy", "qz"})
+      columns.push_back(std::string("base_") + part);
+    for (std::size_t i = 1; i < robot_.bodies.size(); ++i)
+      columns.push_back("q_" + robot_.bodies[i].joint + " [rad]");
     result_.table = CsvTable(columns);
     const double duration =
         task_.periodic ? repetitions * reference_.length() : reference_.length() + still;
@@ -270,6 +274,11 @@ class Tracker {
     add(model_->sole(robots::Side::right).pose.translation());
     row.insert(row.end(), mean.begin(), mean.end());
     row.insert(row.end(), command.torques.begin(), command.torques.end());
+    const robots::WholeBodyState state = plant_->state();
+    const Eigen::Quaterniond turn(state.base.linear());
+    add(state.base.translation());
+    row.insert(row.end(), {turn.w(), turn.x(), turn.y(), turn.z()});
+    row.insert(row.end(), state.q.begin(), state.q.end());
     result_.table.add_row(row);
   }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "problems/biped/report/body_output.hpp"
 #include "problems/whole_body/tasks.hpp"
 #include "problems/whole_body/tracking.hpp"
 #include "saltus/app/python_script.hpp"
@@ -138,6 +139,7 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   if (plan.ok() && config.track) {
     const Tracking tracked = track(body, robot, task, plan, ground_of(config, body));
     output.write("tracking.csv", tracked.table);
+    output.write("robot.json", robots::walking::robot_shape(robot, body.feet[0], body.feet[1]));
     summary["tracking"] = tracking_json(tracked);
     fmt::print(
         "in DART: {}; CoM within {:.1f} mm of the plan, soles within {:.1f} mm, slip {:.1f} mm\n"

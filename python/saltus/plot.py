@@ -1,6 +1,6 @@
 """Draws all pictures of a results folder from its tables.
 
-The folder may hold any run, a run of a legged robot (with report and replay), a run or a campaign of the quadruped,
+The folder may hold any run, a run of a legged robot (with report and view), a run or a campaign of the quadruped,
 or a survival map.
 
 Usage: python3 -m saltus.plot FOLDER

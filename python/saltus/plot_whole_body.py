@@ -2,12 +2,13 @@
 """Draws a plan of the whole body as DART follows it: CoM and soles from the side and from above, forces, torques.
 
 Usage: python3 -m saltus.plot_whole_body RESULTS, a folder with tracking.csv and summary.json; writes whole_body.png
-into it.
+and view.html into it.
 """
 
 import json
 import os
 
+from . import viewer
 from .drawing import plt, save_picture
 from .on_folder import on_folder
 from .tables import read_table
@@ -56,6 +57,7 @@ def main(folder):
     draw_times(axes["torques"], motion, changes, "torques of all joints [Nm]")
     save_picture(figure, os.path.join(folder, "whole_body.png"))
     plt.close(figure)
+    viewer.write(folder)
 
 
 if __name__ == "__main__":

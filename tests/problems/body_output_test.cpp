@@ -226,7 +226,8 @@ TEST(BodyOutput, WritesEstimatesOfMassAndCom) {
 }
 
 TEST(BodyOutput, ShapeContainsEveryBodyAndItsBoxes) {
-  const auto shape = robot_shape(two_joints(), made_up_log());
+  const RunLog log = made_up_log();
+  const auto shape = robot_shape(two_joints(), log.robot.left_foot, log.robot.right_foot);
   ASSERT_EQ(shape["bodies"].size(), 3u);
   EXPECT_EQ(shape["bodies"][2]["parent"], 1);
   EXPECT_EQ(shape["bodies"][2]["joint"], "knee");

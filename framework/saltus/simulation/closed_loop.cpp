@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
@@ -108,6 +109,7 @@ class Loop {
     for (long k = 0; static_cast<double>(k) < ticks && log_.completed; ++k) {
       disturb_state();
       if (!tick(k) || !move_on(k)) break;
+      show_progress();
       if (options_.until && options_.until(plant_.time(), plant_.state())) {
         log_.message = fmt::format("ended at t = {:.4g} s, because `until` was met", plant_.time());
         break;
@@ -296,6 +298,13 @@ class Loop {
     return moved || stop(plant_.failure());
   }
 
+  void show_progress() {
+    constexpr double pause = 0.5;  // s
+    if (options_.live_folder.empty() || seconds_since(shown_) < pause) return;
+    log_.recording.write(options_.live_folder);
+    shown_ = WallClock::now();
+  }
+
   bool stop(std::string sentence) {
     log_.completed = false;
     log_.message = std::move(sentence);
@@ -316,6 +325,7 @@ class Loop {
   GaussianNoise noise_;
   double start_;
   LoopLog log_;
+  WallClock::time_point shown_ = WallClock::now();
   std::deque<VectorXd> measured_;
   std::deque<Command> commands_;  // the first one is active
   VectorXd input_;                // current input, with its disturbance

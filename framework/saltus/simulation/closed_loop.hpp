@@ -66,6 +66,9 @@ struct LoopOptions {
   MissRecord::Tolerance tolerance = {};
   /// Column names with units: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};
+  /// Folder whose trajectory.csv and events.csv are rewritten during the run, about twice per
+  /// second of wall-clock time and outside the ticks, for `saltus view --live`; empty: never.
+  std::string live_folder = {};
   /// Called before every tick with the measured state, to set data, references and event times.
   std::function<void(double t, const VectorRef& measured)> before_tick = {};
   /// Called for every event of the plant, at the end of the input piece that contains it.

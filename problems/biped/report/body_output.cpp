@@ -183,7 +183,8 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   return table;
 }
 
-Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
+Json robot_shape(const FloatingRobot& robot, const FootRectangle& left,
+                 const FootRectangle& right) {
   Json bodies = Json::array();
   for (const FloatingRobot::Body& b : robot.bodies) {
     Json json = pose_json(b.origin);
@@ -205,8 +206,8 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
           {"mass_kg", robot.total_mass},
           {"urdf", robot.source.empty() ? "" : std::filesystem::absolute(robot.source).string()},
           {"bodies", bodies},
-          {"left_sole", frame_json(robot.left_sole, log.robot.left_foot)},
-          {"right_sole", frame_json(robot.right_sole, log.robot.right_foot)}};
+          {"left_sole", frame_json(robot.left_sole, left)},
+          {"right_sole", frame_json(robot.right_sole, right)}};
 }
 
 Json body_figures(const RunLog& log, const FloatingRobot& robot) {
@@ -251,7 +252,7 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
 
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot) {
   output.write("body.csv", body_table(log, robot));
-  output.write("robot.json", robot_shape(robot, log));
+  output.write("robot.json", robot_shape(robot, log.robot.left_foot, log.robot.right_foot));
 }
 
 }  // namespace saltus::robots::walking

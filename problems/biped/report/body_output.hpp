@@ -20,10 +20,12 @@ namespace saltus::robots::walking {
 /// per sample, with the joints of the robot.
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot);
 
-/// robot.json: the bodies (parent, joint, origin, axis, limits, mass, CoM, boxes; for each link the
-/// visuals of the URDF, and boxes to draw without them), the contact frames, the rectangles of the
-/// feet, and the path of the URDF. Lengths in m; missing limits are null.
-nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const RunLog& log);
+/// robot.json of a robot with these rectangles of its feet: the bodies (parent, joint, origin,
+/// axis, limits, mass, CoM, boxes; for each link the visuals of the URDF, and boxes to draw without
+/// them), the contact frames, the rectangles of the feet, and the path of the URDF. Lengths in m;
+/// missing limits are null.
+nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const FootRectangle& left,
+                                   const FootRectangle& right);
 
 /// Peak forces (filtered), largest slips, largest fraction of a torque limit with its joint,
 /// processor time of each part per simulated second, and number of unsolved control steps.

@@ -40,19 +40,19 @@ std::string results_text(const std::filesystem::path& results,
   add(is_new("body.csv") ? "trajectory, body, ticks (.csv)" : "trajectory.csv, ticks.csv",
       "tables of the run");
   if (!pictures.empty()) text += fmt::format("  {}\n", fmt::join(pictures, ", "));
-  const bool report = is_new("report.html"), replay = is_new("replay.html");
+  const bool report = is_new("report.html"), view = is_new("view.html");
   if (report) add("report.html", "report on one page");
-  if (replay) add("replay.html", "animation of the robot: play, pause, scrub, slow motion");
+  if (view) add("view.html", "animation of the robot with all curves: play, pause, scrub, zoom");
   if (report) {
     const std::string page = fs::absolute(results / "report.html").lexically_normal().string();
     text += fmt::format("Open report.html in a browser; it needs no network{}: xdg-open {}\n",
-                        replay ? " and links to the replay" : "", page);
+                        view ? " and links to view.html" : "", page);
   }
   return text;
 }
 
 Verb movie_verb() {
-  constexpr const char* summary = "makes a video of a whole-body run from its replay";
+  constexpr const char* summary = "makes a video of a whole-body run from its view";
   return {"movie", summary, [](std::span<const std::string> arguments) {
             std::string folder;
             OptionParser parser("movie", summary);
@@ -60,9 +60,9 @@ Verb movie_verb() {
             if (parser.prints_help(arguments)) return ExitStatus::ok;
             if (folder.empty())
               throw InputError("movie needs the folder of a run, as in saltus movie results/demo");
-            if (!std::filesystem::exists(std::filesystem::path(folder) / "replay.html"))
+            if (!std::filesystem::exists(std::filesystem::path(folder) / "view.html"))
               throw InputError(fmt::format(
-                  "movie: there is no {}/replay.html; a run with --plant dart or mujoco writes it",
+                  "movie: there is no {}/view.html; a run with --plant dart or mujoco writes it",
                   folder));
             const AddedFiles movie(folder);
             const bool is_drawn = run_python_module("saltus.walking.movie", folder, "movie");

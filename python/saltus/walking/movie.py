@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Makes a video of a whole-body run from its replay.
+"""Makes a video of a whole-body run from its view.
 
-Usage: python3 -m saltus.walking.movie RESULTS, a folder with replay.html; writes movie.mp4 into it, or movie.gif
-without ffmpeg. Needs Chromium, which draws the replay without a window.
+Usage: python3 -m saltus.walking.movie RESULTS, a folder with view.html; writes movie.mp4 into it, or movie.gif
+without ffmpeg. Needs Chromium, which draws the view without a window.
 """
 
 import base64
@@ -20,7 +20,7 @@ from ..on_folder import on_folder
 from ..whole_file import whole_file
 
 RATE = 20  # pictures per second
-SIZE = (640, 532)  # size of the window in pixels; the bar of the replay takes 52
+SIZE = (640, 526)  # size of the window in pixels; the bar of the view takes 46
 PATIENCE = 20  # s per picture; without a graphics card it takes about one
 BEFORE, AFTER = 0.5, 2.0  # s shown before the first push, and after the last landing or push
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -49,10 +49,10 @@ def pictures_of(page, begin, end, rate=RATE):
             dump = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                   timeout=patience, check=False).stdout.decode()
         except subprocess.TimeoutExpired:
-            sys.exit(f"no movie: Chromium did not draw the replay within {patience:.0f} s")
+            sys.exit(f"no movie: Chromium did not draw the view within {patience:.0f} s")
     found = re.search(r'<pre id="film">([^<]*)</pre>', dump)
     if found is None or not found.group(1).strip():
-        sys.exit("no movie: Chromium did not draw the replay (it needs WebGL)")
+        sys.exit("no movie: Chromium did not draw the view (it needs WebGL)")
     return [base64.b64decode(line) for line in found.group(1).split()]
 
 
@@ -77,7 +77,7 @@ def write_gif(pictures, path):
 
 
 def main(folder):
-    page = os.path.abspath(os.path.join(folder, "replay.html"))
+    page = os.path.abspath(os.path.join(folder, "view.html"))
     if not os.path.exists(page):
         raise FileNotFoundError(2, "no such file", page)
     begin, end = span(folder)
@@ -91,4 +91,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    on_folder(main, __doc__, "a run with --plant dart or mujoco writes a replay")
+    on_folder(main, __doc__, "a run with --plant dart or mujoco writes a view")

@@ -1,151 +1,121 @@
-"""Packs a run on the whole body into one page with an animated robot.
+"""The scene of a run on the whole body for the viewer: the robot of robot.json, its contacts, and what was planned."""
 
-The page is replay_template.html with three.js, replay.js, the shape of the robot and the motion: 100 frames per
-second, every channel quantised to 16 bits between its smallest and largest value.
-"""
-
-import array
-import base64
-import csv
-import html
 import json
 import os
-import re
 import sys
 
+import numpy as np
+
 from . import events, replay_meshes
-from ..tables import without_unit
+from ..results import Table
 
-FRAME_RATE = 100.0  # 1/s
-LEVELS = 65535  # quantisation levels of a channel
-THREE = "/usr/share/javascript/three"  # Debian package libjs-three
-COPYRIGHT = "/usr/share/doc/libjs-three/copyright"
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-WRENCH = ("fx", "fy", "fz", "tx", "ty")
+BLUE, ORANGE, GREEN, RED, VIOLET = "#1565c0", "#ef6c00", "#2e7d32", "#d32f2f", "#7b1fa2"
+LOADED = 5.0  # N: below this the centre of pressure is meaningless
+PLAN_LASTS = 0.015  # s: a tick and a half of the planner
+PANELS = ["icp", "com", "push", "vel", "body:left_measured_f", "body:right_measured_f", "h", "ticks:solve time"]
 
 
-def read_rows(path):
-    """Names without units, and rows of numbers."""
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.reader(file)
-        header = [without_unit(column) for column in next(reader)]
-        return header, [[float(entry) for entry in row] for row in reader]
+def soles(body, names):
+    """Centres of pressure in the frames of the soles, and forces there; zero without load."""
+    columns = {"t [s]": body.time}
+    for foot in ("left", "right"):
+        force = [np.array(body[f"{foot}_{names}_{e}"]) for e in ("fx", "fy", "fz", "tx", "ty")]
+        loaded = force[2] > LOADED
+        fz = np.where(loaded, force[2], 1.0)
+        places = (np.where(loaded, -force[4] / fz, 0.0), np.where(loaded, force[3] / fz, 0.0))
+        for axis, place, f in zip("xy", places, force):
+            columns[f"{foot}_cop_{axis}"] = place
+            columns[f"{foot}_f{axis}"] = np.where(loaded, f, 0.0)
+        columns[f"{foot}_fz"] = np.where(loaded, force[2], 0.0)
+    return Table(columns)
 
 
-def frame_indices(times):
-    """Index of the sample nearest to each frame."""
-    indices, i = [], 0
-    count = int((times[-1] - times[0]) * FRAME_RATE + 1e-6) + 1
-    for frame in range(count):
-        t = times[0] + frame / FRAME_RATE
-        while i + 1 < len(times) and abs(times[i + 1] - t) <= abs(times[i] - t):
-            i += 1
-        indices.append(i)
-    return indices
+def step_plans(plans):
+    """The places of the planned step and of those that were considered, NaN where there are none; and their number."""
+    t, steps = plans.time, plans["steps"]
+    columns, count = {"t": [], "place_x": [], "place_y": []}, sum(name.endswith("_cost") for name in plans)
+    for i in range(1, count + 1):
+        columns.update({f"other_{i}_x": [], f"other_{i}_y": []})
+    for row, time in enumerate(t):
+        columns["t"] += [time, min(time + PLAN_LASTS, t[row + 1] - 1e-9 if row + 1 < len(t) else np.inf)]
+        for axis in "xy":
+            columns[f"place_{axis}"] += [plans[f"place_{axis}"][row] if steps[row] > 0 else np.nan, np.nan]
+            for i in range(1, count + 1):
+                is_step = plans[f"alternative_{i}_steps"][row] > 0 and np.isfinite(plans[f"alternative_{i}_cost"][row])
+                columns[f"other_{i}_{axis}"] += [plans[f"alternative_{i}_place_{axis}"][row] if is_step else np.nan, np.nan]
+    return Table({name: np.array(values, dtype=float) for name, values in columns.items()}), count
 
 
-def channels_of(robot, body, trajectory):
-    """Names of the channels in the page and their columns."""
-    joints = [entry["joint"] for entry in robot["bodies"] if entry["joint"]]
-    chosen = [(body, "base_" + e) for e in ("x", "y", "z", "qw", "qx", "qy", "qz")]
-    chosen += [(body, "q_" + joint) for joint in joints]
-    chosen += [(body, f"{foot}_filtered_{e}") for foot in ("left", "right") for e in WRENCH]
-    chosen += [(body, f"{foot}_planned_fz") for foot in ("left", "right")]
-    chosen += [(trajectory, name) for name in ("com_x", "com_y", "com_z", "icp_x", "icp_y",
-                                               "push_x", "push_y", "push_z", "two_feet")]
-    return [(name, [row[header.index(name)] for row in rows])
-            for (header, rows), name in chosen]
-
-
-def quantise(values):
-    """(smallest value, step, levels); a constant channel has step zero."""
-    low, high = min(values), max(values)
-    step = (high - low) / LEVELS
-    return low, step, [round((v - low) / step) if step > 0.0 else 0 for v in values]
-
-
-def pack(channels, indices):
-    """All frames, channel by channel, as little-endian uint16."""
-    data, table = array.array("H"), []
-    for name, column in channels:
-        low, step, levels = quantise([column[i] for i in indices])
-        table.append([name, low, step])
-        data.extend(levels)
-    if sys.byteorder == "big":
-        data.byteswap()
-    return table, base64.b64encode(data.tobytes()).decode("ascii")
-
-
-def script(path):
-    with open(path, encoding="utf-8") as file:
-        return file.read().replace("</script", "<\\/script")
-
-
-def licence():
-    """The licence notice of three.js, which must accompany it."""
-    if not os.path.exists(COPYRIGHT):
-        return "three.js, copyright the three.js authors, MIT licence"
-    with open(COPYRIGHT, encoding="utf-8") as file:
-        found = re.search(r"^License: Expat\n(?: .*\n)+", file.read(), re.MULTILINE)
-    text = found.group(0) if found else ""
-    return "three.js, copyright the three.js authors, MIT licence\n" + text.replace("--", "- -")
-
-
-def json_text(value):
-    """JSON for a script element, with "<" escaped."""
-    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
-
-
-def step_plans(folder):
-    """For each tick with planned steps: its time, the chosen step (foot is right, x, y, landing) or null, and the
-    positions (x, y) that were considered."""
-    path = os.path.join(folder, "plans.csv")
-    if not os.path.exists(path):
-        return []
-    header, rows = read_rows(path)
-    column = {name: i for i, name in enumerate(header)}
-    count = sum(name.endswith("_cost") for name in header)
-    plans = []
-    for row in rows:
-        def entry(name, row=row):
-            return round(row[column[name]], 4)
-        chosen = [entry(name) for name in ("right_foot", "place_x", "place_y", "landing")] if entry("steps") > 0 else None
-        places = [[entry(f"alternative_{i}_place_x"), entry(f"alternative_{i}_place_y")]
-                  for i in range(1, count + 1) if entry(f"alternative_{i}_steps") > 0 and
-                  row[column[f"alternative_{i}_cost"]] < float("inf")]
-        plans.append([entry("t"), chosen, places])
-    return plans
-
-
-def page(folder, summary):
-    """The text of replay.html. Raises FileNotFoundError if three.js is not installed."""
-    library = script(os.path.join(THREE, "three.min.js"))
-    controls = script(os.path.join(THREE, "examples/js/controls/OrbitControls.js"))
+def robot_item(folder, table):
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:
         robot = json.load(file)
-    meshes, mesh_data, warning = replay_meshes.take_in(robot)
+    meshes, packed, warning = replay_meshes.take_in(robot)
     if warning:
         print(warning, file=sys.stderr)
-    body = read_rows(os.path.join(folder, "body.csv"))
-    trajectory = read_rows(os.path.join(folder, "trajectory.csv"))
-    times = [row[0] for row in body[1]]
-    if times != [row[0] for row in trajectory[1]]:
-        sys.exit(f"body.csv and trajectory.csv in {folder} do not belong to the same run")
-    indices = frame_indices(times)
-    table, data = pack(channels_of(robot, body, trajectory), indices)
+    return {"name": "robot", "shape": "robot", "table": table, "robot": robot, "meshes": meshes, "packed": packed}
+
+
+def marks(place, size, color, legend, path=None):
+    """A point, its way, and a name in the legend."""
+    items = [{"name": legend, "shape": "point", "at": place, "size": size, "color": color, "legend": legend}]
+    return items + ([{"shape": "path", "of": legend, "color": color, **path}] if path is not None else [])
+
+
+def plan_scene(run):
+    """A plan of the whole body that DART follows."""
+    def triple(name):
+        return [f"{name} {axis}" for axis in "xyz"]
+
+    items = [robot_item(run.folder, "tracking")]
+    items += marks(triple("CoM"), 0.044, BLUE, "centre of mass", {})
+    items += marks(triple("planned CoM"), 0.03, ORANGE, "planned centre of mass", {})
+    items += marks(triple("left sole"), 0.02, GREEN, "left sole", {}) + marks(triple("right sole"), 0.02, VIOLET, "right sole", {})
+    for side in ("left", "right"):
+        items.append({"on": f"robot.{side}_sole", "shape": "arrow", "vector": [0, 0, f"{side} force"], "scale": 0.0012,
+                      "width": 0.016, "color": GREEN})
+    return {"table": "tracking", "ground": True, "follow": "centre of mass", "items": items}
+
+
+def scene(run):
+    """The scene of a run with robot.json, or None if its tables do not fit."""
+    summary, body = run.summary, run.tables.get("body")
+    if summary.get("name") == "whole_body" and "base_x" in run.tables.get("tracking", {}):
+        return plan_scene(run)
+    if body is None or "body" not in summary:  # otherwise body.csv belongs to an older run
+        return None
+    if not np.array_equal(body.time, run.trajectory.time):
+        raise ValueError(f"body.csv and trajectory.csv in {run.folder} do not belong to the same run")
+    items, tables = [robot_item(run.folder, "body")], {"soles": soles(body, "filtered")}
+    for record, after in zip(summary["ground"], [*summary["ground"][1:], {}]):
+        if record["corners"]:
+            items.append({"shape": "polygon", "points": record["corners"], "at": [0, 0, 0.003], "from": record["from_s"],
+                          "until": after.get("from_s")})
+    items.append({"legend": "hull of the standing soles", "color": "#a5d6a7"})
+    ground = True
+    for number, box in enumerate(summary.get("ground_boxes") or []):
+        color = "#e3e7ea" if number == 0 else "#bcaaa4" if box.get("soft") else "#b0bec5"
+        items.append({"shape": "box", "size": box["size"], "at": box["position"], "quaternion": box["rotation"], "color": color})
+        ground = "grid"
+    for foot in ("left", "right"):
+        items.append({"on": f"robot.{foot}_sole", "shape": "arrow", "table": "soles", "at": [f"{foot}_cop_x", f"{foot}_cop_y", 0],
+                      "vector": [f"{foot}_f{axis}" for axis in "xyz"], "scale": 0.0012, "width": 0.016, "color": GREEN})
+    items.append({"legend": "contact forces, measured", "color": GREEN})
+    items.append({"on": f"robot.{summary.get('push_body') or 'root_link'}", "at": summary.get("push_point") or [0, 0, 0],
+                  "shape": "arrow", "vector": ["push_x", "push_y", "push_z"], "scale": 0.004, "width": 0.022, "ends": True,
+                  "world": True, "color": RED, "legend": "push"})
+    items += marks(["com_x", "com_y", "com_z"], 0.044, BLUE, "centre of mass", {"height": 0.005})
+    items.append({"shape": "line", "points": [["com_x", "com_y", "com_z"], ["com_x", "com_y", 0]], "color": BLUE})
+    items += marks(["icp_x", "icp_y", 0.006], 0.032, ORANGE, "capture point", {"height": 0.006})
+    if "step_plans" in summary and "plans" in run.tables:
+        tables["step plans"], count = step_plans(run.tables["plans"])
+        for i in range(1, count + 1):
+            items.append({"shape": "point", "table": "step plans", "at": [f"other_{i}_x", f"other_{i}_y", 0.007], "size": 0.016,
+                          "color": VIOLET})
+        items.append({"shape": "point", "table": "step plans", "at": ["place_x", "place_y", 0.008], "size": 0.036,
+                      "color": VIOLET, "legend": "planned step (small: considered)"})
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
-    engine = summary["plant"].split(",")[0]
-    title = f"{summary['robot']}, {events.impulse_in_words(summary)}, {engine}: {outcome}"
-    scene = {key: summary.get(key) for key in ("ground", "ground_boxes", "target", "touchdown_s", "push_body", "push_point")}
-    scene["unmet"] = [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]
-    scene["plans"] = step_plans(folder) if "step_plans" in summary else []
-    motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}
-    with open(os.path.join(HERE, "replay_template.html"), encoding="utf-8") as file:
-        text = file.read()
-    parts = {"TITLE": html.escape(title), "LICENCE": licence(), "THREE": library,
-             "CONTROLS": controls, "PROGRAM": script(os.path.join(HERE, "replay.js")),
-             "MESHES": json_text(meshes), "MESHDATA": mesh_data,
-             "ROBOT": json_text(robot), "SCENE": json_text(scene),
-             "MOTION": json_text(motion), "DATA": data}
-    return re.sub(r"@@([A-Z]+)@@", lambda match: parts[match.group(1)], text)
+    return {"title": f"{summary['robot']}, {events.impulse_in_words(summary)}, {summary['plant'].split(',')[0]}: {outcome}",
+            "ground": ground, "follow": "centre of mass", "items": items, "tables": tables, "panels": PANELS,
+            "events": sorted([[push["start_s"], "push"] for push in events.pushes(summary)] +
+                             [[t, "landing"] for t in events.landings(summary)]),
+            "notes": [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]}

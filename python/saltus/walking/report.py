@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Writes a report of a push recovery run, and a replay for runs on the whole body.
+"""Writes a report of a push recovery run, and the view of runs on the whole body.
 
 Usage: python3 -m saltus.walking.report RESULTS, a folder with summary.json and the pictures of plot_run.py; writes
-report.html and, for a run on the whole body (body.csv, robot.json), replay.html. Both open without a network.
+report.html and, for a run on the whole body (body.csv, robot.json), view.html. Both open without a network.
 """
 
 import base64
 import html
 import json
 import os
-import sys
 
-from . import events, ground, replay
+from . import events, ground
+from .. import viewer
 from ..on_folder import on_folder
 from ..whole_file import write_text
 
@@ -227,14 +227,14 @@ def banner(is_good, good, bad):
     return f'<p class="verdict {"good" if is_good else "bad"}">{html.escape(good if is_good else bad)}</p>'
 
 
-def report(folder, summary, with_replay):
+def report(folder, summary, with_view):
     summary = summary | {"stood_on": ground.stood_at_first(summary)}
     verdicts = banner(summary["recovered"], "Recovered", "Not recovered: " + summary["reason"])
     if summary.get("hardware_safe") is not None:
         unsafe = "Not hardware-safe: " + summary["hardware_reason"]
         verdicts += banner(summary["hardware_safe"], "Hardware-safe", unsafe)
     title = f"Push recovery: {events.impulse_in_words(summary)}"
-    link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
+    link = '<p><a href="view.html">Watch the robot move</a></p>' if with_view else ""
     first, *others = FIGURES
     details = "".join(figure_group(summary, *group) for group in others)
     drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
@@ -267,16 +267,8 @@ def report(folder, summary, with_replay):
 def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
-    page = None
-    if "body" in summary:  # otherwise body.csv belongs to an older run
-        try:
-            page = replay.page(folder, summary)
-        except FileNotFoundError as error:
-            print(f"no replay: {error.filename} is missing (package libjs-three has three.js)",
-                  file=sys.stderr)
-    if page is not None:
-        write_text(os.path.join(folder, "replay.html"), page)
-    write_text(os.path.join(folder, "report.html"), report(folder, summary, page is not None))
+    has_view = "body" in summary and viewer.write(folder)  # otherwise body.csv belongs to an older run
+    write_text(os.path.join(folder, "report.html"), report(folder, summary, has_view))
 
 
 if __name__ == "__main__":
