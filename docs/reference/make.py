@@ -45,7 +45,8 @@ GROUPS = {
     "Getting started": ("Install Saltus, solve a first problem and run the programs.", {
         "docs/install.md": "compilers, components and packages, and how a project uses the library",
         "docs/tutorial.md": "six short programs, from one phase to a closed loop",
-        "docs/running.md": "runs, settings, results, pictures, and Python"}),
+        "docs/running.md": "runs, settings, results, pictures, and Python",
+        "docs/viewer.md": "the page about a run: curves, scene, comparison, live runs"}),
     "Problem formulation": ("The problem class as equations, and its terms.", {
         "docs/formulation.md": "every symbol of the optimal control problem with its call",
         "docs/concepts.md": "modes, windows and events in pictures",

@@ -135,6 +135,8 @@ class Browser:
         self.session = None
         self.call("Browser.close")
         self.process.wait(10)
+        self.answers.close()
+        os.close(self.out)
 
 
 def main(folder, names, pictures):

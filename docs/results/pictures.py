@@ -27,7 +27,7 @@ def both_controllers(programs):
 
 
 def moving(programs):
-    """The replay of the demo from just before the push until the robot stands again, at half its speed. It shows the
+    """The scene of the demo from just before the push until the robot stands again, at half its speed. It shows the
     meshes of icub-models, so that the picture has their licence, CC BY-SA 4.0 (.reuse/dep5)."""
     sys.path.insert(0, PACKAGE)
     from PIL import Image
@@ -39,7 +39,7 @@ def moving(programs):
     begin, end = movie.span(run)
     rate = 15  # pictures per second of the run
     try:
-        drawn = movie.pictures_of(os.path.join(run, "replay.html"), begin + 0.3, end - 0.6, rate)
+        drawn = movie.pictures_of(os.path.join(run, "view.html"), begin + 0.3, end - 0.6, rate)
     except SystemExit as why:  # Chromium is missing or draws nothing
         raise NotHere(str(why)) from None
     pictures = [Image.open(io.BytesIO(picture)) for picture in drawn]

@@ -1,4 +1,4 @@
-"""Saltus in Python: define and solve problems, run control loops, load and draw runs.
+"""Saltus in Python: define and solve problems, run control loops, load, draw and view runs.
 
     import saltus as sl
     from saltus import *                                 # the names of C++: Phase, solve, exactly, ...
@@ -7,6 +7,7 @@
     run = saltus.load("results/demo")                    # the folder of a run
     run = saltus.run("push_recovery", push__impulse=6)   # runs the program and loads the result
     height = run.trajectory["height"]                    # arrays by name, with or without the unit
+    saltus.view(run)                                     # a page with curves and scene, inline in Jupyter
     run.to_mat("demo.mat")                               # robot-log-visualizer, MATLAB
     run.to_mcap("demo.mcap")                             # Foxglove, PlotJuggler
 
@@ -37,8 +38,10 @@ def _modelling():
 def __getattr__(name):
     if name in _OF_RESULTS:  # numpy is needed from here on
         return getattr(importlib.import_module(".results", __name__), name)
+    if name == "view":
+        return importlib.import_module(".viewer", __name__).view
     if name == "__all__":
-        return sorted({*_OF_RESULTS, *_modelling().__all__} - {*_BUILTINS})
+        return sorted({*_OF_RESULTS, "view", *_modelling().__all__} - {*_BUILTINS})
     if not name.startswith("_") and importlib.util.find_spec(f"{__name__}.{name}") is None:
         value = getattr(_modelling(), name, None)
         if value is not None:
@@ -47,4 +50,4 @@ def __getattr__(name):
 
 
 def __dir__():
-    return sorted({*_OF_RESULTS, *_modelling().__all__})
+    return sorted({*_OF_RESULTS, "view", *_modelling().__all__})

@@ -16,6 +16,7 @@ import os
 import re
 import sys
 import time
+import webbrowser
 
 from .on_folder import NOT_WRITTEN, SAID
 
@@ -26,7 +27,7 @@ except ModuleNotFoundError:
           file=sys.stderr)
     sys.exit(SAID)
 
-from .results import Table, load  # noqa: E402
+from .results import load  # noqa: E402
 from .whole_file import write_text  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -296,14 +297,15 @@ def _columns(value):
 
 def _plots_folder():
     """The folder with uPlot: of the package uplot-python, or of the set-up."""
-    places = [os.path.join(SHARE, "uplot")]
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    places = [os.path.join(SHARE, "uplot"), os.path.join(cache, "saltus", "uplot")]
     found = importlib.util.find_spec("uplot")
     if found and found.submodule_search_locations:
         places += [os.path.join(place, "static") for place in found.submodule_search_locations]
     for place in places:
         if os.path.isfile(os.path.join(place, "uPlot.iife.js")):
             return place
-    raise ViewError("uPlot is not installed: ./saltus setup, or pip install --no-deps uplot-python")
+    raise ViewError(f"uPlot is not installed: {os.path.join(HERE, 'fetch_uplot')} {os.path.join(cache, 'saltus')}")
 
 
 def _read(*parts):
@@ -465,22 +467,21 @@ def main(words):
     parser.add_argument("--live", action="store_true")
     given = parser.parse_args(words)
     path = os.path.join(given.folder, "view.html")
-    is_open = []
+    is_open = False
 
     def write(is_over=True):
+        nonlocal is_open
         runs = [load(folder) for folder in (given.folder, *given.others)]
-        if not is_over and is_open:
-            write_text(os.path.join(given.folder, "view_live.js"), f"saltus_live({_json(_data(runs, {}))});\n")
-            return
-        write_text(path, page(runs, given.scene, live=not is_over))
+        if given.live:  # before the page, which reads it
+            news = _json(_data(runs, {}))
+            write_text(os.path.join(given.folder, "view_live.js"), f"saltus_live({news}, {_json(is_over)});\n")
+        if is_over or not is_open:
+            write_text(path, page(runs, given.scene, live=not is_over))
         if not is_open:
             print(path, flush=True)
             if given.open:
-                import webbrowser
                 webbrowser.open("file://" + os.path.abspath(path))
-        elif os.path.exists(os.path.join(given.folder, "view_live.js")):
-            write_text(os.path.join(given.folder, "view_live.js"), f"saltus_live({_json(_data(runs, {}))}, true);\n")
-        is_open.append(True)
+        is_open = True
 
     try:
         if given.live:

@@ -218,9 +218,12 @@ class Stopped(unittest.TestCase):
         tree, tools = pathlib.Path(self.temporary.name, "tree"), pathlib.Path(self.temporary.name, "tools")
         tools.mkdir()
         (tree / "robots/icub").mkdir(parents=True)
+        (tree / "python/saltus").mkdir(parents=True)
         shutil.copy(ROOT / "saltus", tree / "saltus")
+        fetch = 'if [ "$1" = --version ]; then echo 1.0; exit; fi\nsleep 0.2; exit 1\n'
         stubs = {
-            tree / "robots/icub/fetch_icub_model": 'if [ "$1" = --version ]; then echo 1.0; exit; fi\nsleep 0.2; exit 1\n',
+            tree / "robots/icub/fetch_icub_model": fetch,
+            tree / "python/saltus/fetch_uplot": fetch,
             tools / "dpkg-query": 'shift 3; shift 0; for p in "$@"; do echo "installed $p"; done\n',
             tools / "cmake": 'while [ $# -gt 0 ]; do [ "$1" = -B ] && build=$2; shift; done\nsleep 0.2; echo "# rules" > "$build/build.ninja"; sleep 0.2\n',
             tools / "ninja": 'build=$2\ncase " $* " in *" -n "*) if [ -x "$build/saltus" ]; then echo "no work to do"; else echo "[1/1] work"; fi; exit;; esac\n'

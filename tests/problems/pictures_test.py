@@ -7,7 +7,6 @@ names a file, and on the centroidal model. Exits with 77, "skipped", if matplotl
 
 import json
 import os
-import re
 import resource
 import shutil
 import subprocess
@@ -17,47 +16,9 @@ import unittest
 
 SKIPPED = 77
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
-THREE = "/usr/share/javascript/three/three.min.js"
 URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 LEAST_PICTURE = 5000  # bytes: an empty page of this size compresses to less
 PNG = b"\x89PNG\r\n\x1a\n"
-
-# Stub of the browser functions that the replay page uses.
-NO_BROWSER = """
-const nothing = () => {};
-const element = () => ({ style: {}, dataset: {}, clientWidth: 400, clientHeight: 300, appendChild: nothing,
-                         append: nothing, addEventListener: nothing, setAttribute: nothing, getContext: () => null,
-                         getRootNode: () => ({ addEventListener: nothing }) });
-const elements = {};
-globalThis.self = globalThis.window = globalThis;
-globalThis.document = { createElement: element, createElementNS: element, body: element(),
-                        getElementById: name => elements[name] ||= element(), addEventListener: nothing };
-globalThis.addEventListener = globalThis.requestAnimationFrame = nothing;
-globalThis.location = { hash: "#t=0" };
-globalThis.devicePixelRatio = 1;
-globalThis.module = globalThis.exports = globalThis.require = undefined;
-"""
-NOTHING_DRAWN = """
-THREE.WebGLRenderer = function () {
-  return { domElement: element(), shadowMap: {}, render: nothing, setPixelRatio: nothing, setSize: nothing };
-};
-"""
-WALK = """
-const seen = () => vector("com_", 0).project(camera);
-const check = (what, holds) => { if (!holds) throw new Error(what); };
-for (const [axis, way] of [["x", 10], ["y", -3]]) channel["com_" + axis].low += way;
-go(0);
-camera.updateMatrixWorld();
-check("the CoM has left the picture", Math.abs(seen().x) < 0.8 && Math.abs(seen().y) < 0.8);
-check("the grid has left the robot", Math.hypot(grid.position.x - 10, grid.position.y + 3) < 1);
-check("the light has left the robot", Math.hypot(sun.target.position.x - 10, sun.target.position.y + 3) < 0.5);
-look_from("front");
-camera.updateMatrixWorld();
-check("another view leaves the robot", Math.abs(seen().x) < 0.8 && Math.abs(seen().y) < 0.8);
-channel.com_x.low -= 10;
-go(0);
-check("it does not come back", Math.abs(orbit.target.x) < 0.5);
-"""
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
 sys.path.insert(0, os.path.join(source, "python"))
@@ -145,7 +106,7 @@ class Pictures(unittest.TestCase):
         self.assertRegex(page, r"Saltus \d+\.\d+\.\d+, commit \w+")
         self.assertIn("Planned vertical force, left foot", page)
         self.assertNotIn("Measured vertical force", page)
-        self.assertFalse(os.path.exists(path("baseline", "replay.html")))
+        self.assertFalse(os.path.exists(path("baseline", "view.html")))
 
     # A first push of zero does not count as a push. Old results contain only the first push.
     def test_pushes_match_the_given_ones(self):
@@ -259,36 +220,11 @@ class Pictures(unittest.TestCase):
         for text in ("Error of the estimate", "Measured vertical force", "Largest slip of the left sole", "Largest tilt",
                      "Smallest distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)
-        self.is_replay()
 
-    def is_replay(self):
-        if not os.path.exists(THREE):
-            self.skipTest("three.js is missing (package libjs-three): no replay")
-        with open(path("body", "replay.html"), encoding="utf-8") as file:
-            page = file.read()
-        self.assertIsNone(re.search("@@[A-Z]+@@", page))
-        scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
-        self.assertEqual(len(scripts), 4)  # three.js, its controls, the data, the program
-        node = shutil.which("node")
-        if node is None:
-            self.skipTest("node is missing: the programs of the replay are not checked")
-        for index, text in enumerate(scripts):
-            name = path(f"script{index}.js")
-            with open(name, "w", encoding="utf-8") as file:
-                file.write(text)
-            done = subprocess.run([node, "--check", name], capture_output=True, text=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-        # A robot that walks ten metres stays in view. The page runs without a browser.
-        with open(path("walk.js"), "w", encoding="utf-8") as file:
-            file.write("\n".join([NO_BROWSER, scripts[0], NOTHING_DRAWN, *scripts[1:], WALK]))
-        as_a_page = "require('vm').runInThisContext(require('fs').readFileSync(process.argv[1], 'utf8'))"
-        done = subprocess.run([node, "-e", as_a_page, path("walk.js")], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
-
-    def test_movie_needs_a_replay(self):
+    def test_movie_needs_a_view(self):
         done = subprocess.run([program, "movie", path("baseline")], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("/replay.html; a run with", done.stderr)
+        self.assertIn("/view.html; a run with", done.stderr)
 
     def test_comparison_of_two_runs(self):
         other = "body" if os.path.exists(URDF) else "baseline"

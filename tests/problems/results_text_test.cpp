@@ -26,17 +26,17 @@ TEST(ResultsText, ListsFilesOfThisRunOnly) {
   EXPECT_TRUE(contains(alone, "  trajectory.csv, ticks.csv "));
   EXPECT_TRUE(contains(alone, "report on one page"));
   EXPECT_TRUE(contains(alone, "needs no network: xdg-open " + (folder / "report.html").string()));
-  EXPECT_FALSE(contains(alone, "replay"));
+  EXPECT_FALSE(contains(alone, "view"));
 
   leave("estimate.png", std::chrono::seconds(1));
   EXPECT_TRUE(contains(results_text(folder.path(), begin), "  com.png, estimate.png\n"));
 
   leave("body.csv", std::chrono::seconds(1));
-  leave("replay.html", std::chrono::seconds(1));
+  leave("view.html", std::chrono::seconds(1));
   const std::string both = results_text(folder.path(), begin);
   EXPECT_TRUE(contains(both, "  trajectory, body, ticks (.csv) "));
-  EXPECT_TRUE(contains(both, "  replay.html "));
-  EXPECT_TRUE(contains(both, "needs no network and links to the replay: xdg-open "));
+  EXPECT_TRUE(contains(both, "  view.html "));
+  EXPECT_TRUE(contains(both, "needs no network and links to view.html: xdg-open "));
 }
 
 TEST(ResultsText, OmitsAMissingReport) {

@@ -2,7 +2,7 @@
 """Checks that the pages made by Saltus open in a browser without console messages and with the expected contents.
 
 Usage: browser_test.py PROGRAM SOURCE_DIR. Makes the documentation (if Doxygen and its theme are installed), a report
-and, if SALTUS_ICUB_URDF names a file, a replay, and opens them in a headless Chromium. Exits with 77, "skipped",
+and, if SALTUS_ICUB_URDF names a file, a view, and opens them in a headless Chromium. Exits with 77, "skipped",
 without one.
 """
 
@@ -15,7 +15,7 @@ import tempfile
 import unittest
 
 SKIPPED = 77
-PATIENCE = 300  # s for a page; a replay is drawn without a graphics card
+PATIENCE = 300  # s for a page; a scene is drawn without a graphics card
 PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
 URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 BROWSER = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
@@ -66,12 +66,12 @@ class Browser(unittest.TestCase):
         self.assertIn("Recovered", page)
 
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
-    def test_report_and_replay_of_the_whole_body(self):
+    def test_report_and_view_of_the_whole_body(self):
         push("body", "--plant", "dart")
-        self.assertIn("replay.html", self.opened(path("body", "report.html")))
-        if not os.path.exists(path("body", "replay.html")):
-            self.skipTest("no replay was made: libjs-three is missing")
-        page = self.opened(path("body", "replay.html"), "#movie=5&from=0.100&to=0.300")
+        self.assertIn("view.html", self.opened(path("body", "report.html")))
+        if not os.path.exists(path("body", "view.html")):
+            self.skipTest("no view was made: libjs-three or uPlot is missing")
+        page = self.opened(path("body", "view.html"), "#movie=5&from=0.100&to=0.300")
         self.assertTrue(re.search(r'<pre id="film">\s*[A-Za-z0-9+/]{1000}', page), "nothing was drawn")
 
     @unittest.skipUnless(shutil.which("doxygen") and os.path.isdir("/usr/share/doxygen-awesome-css"),
