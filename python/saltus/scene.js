@@ -8,7 +8,7 @@ function make_world() {
   legend.id = "legend";
   view.append(legend);
   document.querySelector("main").prepend(view);
-  const none = { show() {}, look_from() {}, resize() {}, picture: () => "", sun: {} };
+  const none = { show() {}, look_from() {}, resize() {}, picture: () => "", trace() {}, sun: {}, named: {} };
   let renderer;
   try {
     renderer = new THREE.WebGLRenderer({ antialias: true });
@@ -270,18 +270,23 @@ function make_world() {
   const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3());
   const radius = Math.max(size.length() / 2, 1e-6);
 
-  // Ways of items are computed once, from the places that they pass.
-  for (const { item, line } of trails) {
-    const points = [], count = 800;
+  // Paths of items, from the places that they pass in the whole run.
+  const count = trails.length > 0 ? 800 : 0;
+  function trace() {
+    const points = trails.map(() => []);
     for (let i = 0; i <= count; ++i) {
-      pose(begin + (end - begin) * i / count);
-      const point = where(named[item.of]);
-      if (item.height !== undefined) point.z = item.height;
-      points.push(point);
+      pose(begin + (end - begin) * i / (count || 1));
+      trails.forEach(({ item }, k) => {
+        const point = where(named[item.of]);
+        if (item.height !== undefined) point.z = item.height;
+        points[k].push(point);
+      });
     }
-    line.geometry.setFromPoints(points);
-    updates.push(t => line.geometry.setDrawRange(0, 1 + Math.round(count * (t - begin) / (end - begin || 1))));
+    trails.forEach(({ line }, k) => line.geometry.setFromPoints(points[k]));
   }
+  updates.push(t => trails.forEach(({ line }) =>
+    line.geometry.setDrawRange(0, 1 + Math.round(count * (t - begin) / (end - begin || 1)))));
+  trace();
   pose(begin);
 
   if (scene_data.ground) {
@@ -345,7 +350,7 @@ function make_world() {
 
   const note_lasts = 1.5;  // s
   return {
-    look_from, camera, named, sun,
+    look_from, camera, named, sun, trace, renderer,
     show(t) {
       pose(t);
       if (target) follow();

@@ -167,7 +167,7 @@ function show_panel(spec) {
   const series = series_of(spec);
   if (series.length === 0) return;
   const box = element("div", plots, "", "panel"), head = element("div", box, "", "head");
-  const prefix = spec.table === "trajectory" ? "" : spec.table + ": ";
+  const prefix = spec.table === view_data.main ? "" : spec.table + ": ";
   element("b", head, prefix + spec.title + (spec.unit ? ` [${spec.unit}]` : ""));
   const labels = series.map(s => Object.assign(element("span", head), { style: `color: ${s.color}` }));
   const panel = { spec, series, box, labels };
@@ -210,7 +210,7 @@ function show_values(panel, t) {
 }
 function move_line(panel) {
   const x = panel.plot.valToPos(time, "x");
-  panel.line.style.display = x >= 0 && x <= panel.plot.over.clientWidth ? "" : "none";
+  panel.line.style.display = x >= 0 && x <= panel.plot.bbox.width / devicePixelRatio ? "" : "none";
   panel.line.style.transform = `translateX(${x - 0.75}px)`;
 }
 function build_panels() {
@@ -365,6 +365,7 @@ function saltus_live(data, is_over) {
     panel.plot.setData(join(panel.series));
   }
   make_keys();
+  if (world_of_scene) world_of_scene.trace();
   go(at_end ? end : time);
   is_live = !is_over;
 }

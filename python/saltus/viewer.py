@@ -95,8 +95,8 @@ def pack_table(table, hold=False):
         name: pack(table[name][rows], fine) for name in table if name not in ("t", "made at")}}
     for name in ("mode", "phase"):
         if name in table:
-            texts = [f"{value:g}" if table[name].dtype.kind == "f" else value for value in table[name]]
-            packed["modes"] = spans(table.time, [f"phase {x}" if name == "phase" else x for x in texts])
+            is_number = table[name].dtype.kind == "f"
+            packed["modes"] = spans(table.time, [f"{name} {x:g}" if is_number else x for x in table[name]])
             break
     return packed
 
@@ -108,6 +108,10 @@ def pack_plans(table):
     return {"time": _text(table.time.astype("<f8")),
             "columns": {name: pack(table[name], True) for name in table.numbers() if name != "made at"},
             "plans": [[float(table["made at"][i]), i, end - i] for i, end in zip(starts, ends)]}
+
+
+def _bare(name):
+    return re.sub(r" \[.*\]$", "", name)
 
 
 def panels_of(table_name, table):
@@ -135,7 +139,7 @@ def panels_of(table_name, table):
                 place = (pattern, before, after, unit)
                 break
         if place is None or place not in of_group:
-            title = name if place is None else (before + after).strip("_ ")
+            title = _bare(name) if place is None else f"{before.strip('_ ')} {after.strip('_ ')}".strip()
             panel = {"table": table_name, "title": title, "unit": unit, "series": []}
             panels.append(panel)
             if place:
@@ -151,16 +155,18 @@ def panels_of(table_name, table):
     return panels
 
 
+def main_table(tables):
+    return next((name for name in ("trajectory", "tracking") if name in tables), next(iter(tables), None))
+
+
 def choose(panels, summary, tables, wanted):
     """Marks the panels that are shown at first: `wanted` titles, or states and inputs, then solve times."""
-    main = next((name for name in ("trajectory", "tracking") if name in tables), next(iter(tables), None))
-    states = [re.sub(r" \[.*\]$", "", name) for name in summary.get("states", []) if isinstance(name, str)] \
-        if isinstance(summary.get("states"), list) else []
-    inputs = [re.sub(r" \[.*\]$", "", name) for name in summary.get("inputs", []) if isinstance(name, str)] \
-        if isinstance(summary.get("inputs"), list) else []
+    main = main_table(tables)
+    states, inputs = ([_bare(name) for name in summary[key]] if isinstance(summary.get(key), list) else []
+                      for key in ("states", "inputs"))
     left = PANELS
     for panel in panels:
-        columns = [series["column"] for series in panel["series"]]
+        columns = [_bare(series["column"]) for series in panel["series"]]
         panel["stepped"] = "ticks" in tables and panel["table"] == main and all(c in inputs for c in columns)
         if wanted:
             shown = f"{panel['table']}:{panel['title']}" in wanted or panel["title"] in wanted
@@ -342,13 +348,13 @@ def _data(runs, scene):
                for panel in panels_of(name, table)]
         choose(own, run.summary, tables, wanted)
         for panel in own:
-            panels.setdefault((panel["table"], panel["title"]), panel)
+            panels.setdefault((panel["table"], panel["title"], panel["unit"]), panel)
         shown.append({"name": os.path.basename(run.folder),
                       "tables": {name: pack_table(table, name in scene.get("tables", {})) for name, table in tables.items()},
                       "events": scene.get("events") or events_of(run)})
         if plans is not None:
             shown[-1]["plans"] = pack_plans(plans)
-    return {"runs": shown, "panels": list(panels.values()), "notes": notes_of(runs),
+    return {"runs": shown, "panels": list(panels.values()), "notes": notes_of(runs), "main": main_table(runs[0].timed_tables()),
             "logarithmic": bool(runs[0].summary.get("logarithmic_time"))}
 
 

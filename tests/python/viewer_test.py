@@ -98,10 +98,11 @@ class Data(Folder):
     def test_vectors_share_a_panel_and_planned_columns_join_the_real_ones(self):
         t = np.linspace(0, 1, 5)
         table = Table({"t [s]": t, "com_x [m]": t, "com_y [m]": t, "com_z [m]": t, "planned com_x [m]": t, "l_hip_roll [rad]": t,
-                       "l_hip_pitch [rad]": t, "left force [N]": t, "right force [N]": t, "x": t, "mass [kg]": t})
-        panels = {panel["title"]: [s["column"] for s in panel["series"]] for panel in viewer.panels_of("body", table)}
-        self.assertEqual(panels, {"com": ["com_x", "planned com_x", "com_y", "com_z"], "l_hip": ["l_hip_roll", "l_hip_pitch"],
-                                  "force": ["left force", "right force"], "x": ["x"], "mass": ["mass"]})
+                       "l_hip_pitch [rad]": t, "left force [N]": t, "right force [N]": t, "x": t, "mass [kg]": t, "cart [m]": t, "cart [m/s]": t})
+        panels = {f"{panel['title']} [{panel['unit']}]": [s["column"] for s in panel["series"]] for panel in viewer.panels_of("body", table)}
+        self.assertEqual(panels, {"com [m]": ["com_x", "planned com_x", "com_y", "com_z"], "l_hip [rad]": ["l_hip_roll", "l_hip_pitch"],
+                                  "force [N]": ["left force", "right force"], "x []": ["x"], "mass [kg]": ["mass"],
+                                  "cart [m]": ["cart [m]"], "cart [m/s]": ["cart [m/s]"]})
 
     def test_columns_keep_their_values(self):
         import base64
