@@ -1,8 +1,8 @@
 """Writes one page about a run: plots over time, and a scene that moves with them.
 
 Usage: python3 -m saltus.viewer FOLDER [--with=FOLDER]... [--scene=FILE] [--open] [--live]; writes FOLDER/view.html,
-which opens without a network or a server. With --live the page follows a run that continues: it reads FOLDER/view_live.js
-again, which this program rewrites until the run writes its summary or is interrupted.
+which opens without a network or a server. With --live the page follows a run that continues: it reads
+FOLDER/view_live.js again, which this program rewrites until the run writes its summary or is interrupted.
 
 docs/viewer.md describes the page and the scene.
 """
@@ -499,7 +499,7 @@ def main(words):
     except (ViewError, FileNotFoundError) as error:
         print(f"no page: {error}", file=sys.stderr)
         return SAID
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
         print(f"{given.folder}: its tables are damaged and cannot be shown: {error}", file=sys.stderr)
         return SAID
     except OSError as error:
