@@ -65,6 +65,16 @@ class Browser(unittest.TestCase):
         page = self.opened(path("centroidal", "report.html"))
         self.assertIn("Recovered", page)
 
+    def test_view_of_two_runs(self):
+        for name in ("first", "second"):
+            push(name, "--pictures", "false")
+        done = subprocess.run([program, "view", path("first"), "--with", path("second")], capture_output=True, text=True,
+                              check=False)
+        if "uPlot is not installed" in done.stderr:
+            self.skipTest(done.stderr)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(self.opened(path("first", "view.html")), r"<b>com \[m\]</b>.*first.*second")
+
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_report_and_view_of_the_whole_body(self):
         push("body", "--plant", "dart")

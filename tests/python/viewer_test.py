@@ -150,6 +150,11 @@ class Data(Folder):
         for wanted in ("src=", "href=", "@import"):
             self.assertNotIn(wanted, text.split("<script>")[0])
 
+    def test_scene_in_the_documentation_is_that_of_the_library(self):
+        with open(os.path.join(source, "docs", "viewer.md"), encoding="utf-8") as page, \
+                open(viewer.find_scene(self.folder.name, "c03_pendulum_on_cart"), encoding="utf-8") as scene:
+            self.assertIn(scene.read(), page.read())
+
     def test_scene_of_a_project_and_of_the_library(self):
         os.makedirs(self.path("project"))
         write(self.path("project"), "scene.json", SCENE)

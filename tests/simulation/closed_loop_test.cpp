@@ -1,12 +1,17 @@
 // The closed loop matches the discrete system, and its log contains the result.
 #include "saltus/simulation/closed_loop.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/LU>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
+#include <thread>
 #include <type_traits>
 #include <vector>
 
@@ -597,6 +602,22 @@ TEST(ClosedLoop, NanInputEndsTheRun) {
   EXPECT_FALSE(log.completed);
   EXPECT_EQ(log.message, "the controller's input at t = 0.3 s is not finite");
   EXPECT_NEAR(log.final_state()[0], 1.3, 1e-12);
+}
+
+TEST(ClosedLoop, WritesItsTablesDuringTheRun) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("saltus-live-{}", ::getpid());
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 0.05, .live_folder = folder.string()};
+  bool is_written = false;
+  options.before_tick = [&](double t, const VectorRef&) {
+    is_written = is_written || std::filesystem::exists(folder / "trajectory.csv");
+    if (t == 0.0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(600));  // more than the pause
+  };
+  simulate_closed_loop(down, plant, options);
+  EXPECT_TRUE(is_written);
+  EXPECT_GT(std::filesystem::remove_all(folder), 1u);
 }
 
 TEST(ClosedLoop, RejectsMismatchedSizes) {
