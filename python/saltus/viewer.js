@@ -16,6 +16,7 @@ class Table {
   constructor(packed) {
     Object.assign(this, packed);
     this.time = new Float64Array(bytes(packed.time));
+    if (view_data.logarithmic && !(this.time[0] > 0)) this.time[0] = this.time[1] / 10;  // zero has no logarithm
     this.unpacked = {};
   }
   column(name) { return this.unpacked[name] ||= unpack(this.columns[name]); }
@@ -99,8 +100,11 @@ function range(u, low, high) {
   return [low - room, high + room];
 }
 
-function shade(u) {
-  const { ctx, bbox } = u, run = runs[0], names = mode_names(run), modes = names.length > 1 ? modes_of(run) : [];
+// Modes are those of the table of the panel, if it has any; events belong to the first table.
+function shade(u, spec) {
+  const { ctx, bbox } = u, run = runs[0], own = (run.tables[spec.table] || {}).modes || modes_of(run);
+  const names = [...new Set(own.map(m => m[2]))], modes = names.length > 1 ? own : [];
+  const events = spec.table.startsWith("trajectory_") && spec.table !== view_data.main ? [] : run.events;
   ctx.save();
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
@@ -115,7 +119,7 @@ function shade(u) {
   ctx.strokeStyle = "#555";
   ctx.lineWidth = devicePixelRatio;
   ctx.setLineDash([5, 4]);
-  for (const [t] of few(run.events.filter(([at]) => visible(at, at)))) {
+  for (const [t] of few(events.filter(([at]) => visible(at, at)))) {
     const x = u.valToPos(t, "x", true);
     ctx.beginPath();
     ctx.moveTo(x, bbox.top);
@@ -185,7 +189,7 @@ function show_panel(spec) {
              ...(names ? { splits: names.map((_, i) => i), values: (u, at) => at.map(i => names[i]) }  : { values: ticks }) }],
     series: [{}, ...series.map(s => ({ stroke: s.color, width: 1.5, dash: s.dash, points: { show: false },
                                        paths: stepped ? uPlot.paths.stepped({ align: 1 }) : undefined }))],
-    hooks: { drawClear: [shade], draw: [u => draw_plans(u, panel)], setScale: [zoom],
+    hooks: { drawClear: [u => shade(u, spec)], draw: [u => draw_plans(u, panel)], setScale: [zoom],
              setCursor: [u => show_values(panel, u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : time)] },
   }, join(series), box);
   panel.line = element("div", panel.plot.over, "", "now");
@@ -298,9 +302,11 @@ const play = document.getElementById("play"), scrub = document.getElementById("s
 const clock = document.getElementById("clock"), speed = document.getElementById("speed");
 let begin = 0, end = 1, time = 0, playing = false, last = null, drawn = 0, world_of_scene = null, plans_shown = [];
 
+const curve = t => view_data.logarithmic ? Math.log(t) : t;  // along the slider
+
 function refresh() {
-  scrub.value = Math.round((time - begin) / (end - begin || 1) * scrub.max);
-  clock.textContent = `${time.toFixed(end - begin < 100 ? 2 : 1)} s`;
+  scrub.value = Math.round((curve(time) - curve(begin)) / (curve(end) - curve(begin) || 1) * scrub.max);
+  clock.textContent = `${view_data.logarithmic ? time.toExponential(2) : time.toFixed(end - begin < 100 ? 2 : 1)} s`;
   play.textContent = playing ? "Pause" : "Play";
   const plans = runs.map(run => plan_at(run, time));
   if (plans.some((plan, i) => plan !== plans_shown[i])) {
@@ -401,7 +407,11 @@ function start_viewer() {
   make_keys();
   if (!asked.has("movie")) build_panels();
   play.onclick = () => set_playing(!playing);
-  scrub.oninput = () => { playing = false; go(begin + scrub.value / scrub.max * (end - begin)); };
+  scrub.oninput = () => {
+    const at = curve(begin) + scrub.value / scrub.max * (curve(end) - curve(begin));
+    playing = false;
+    go(view_data.logarithmic ? Math.exp(at) : at);
+  };
   onhashchange = from_address;
   onkeydown = e => {
     if (["SELECT", "INPUT"].includes(e.target.tagName) && e.target !== scrub) return;

@@ -156,7 +156,9 @@ def panels_of(table_name, table):
 
 
 def main_table(tables):
-    return next((name for name in ("trajectory", "tracking") if name in tables), next(iter(tables), None))
+    """The table whose curves are shown first."""
+    names = ["trajectory", "tracking", *(name for name in tables if not name.startswith("events"))]
+    return next((name for name in names if name in tables), None)
 
 
 def choose(panels, summary, tables, wanted):
@@ -170,7 +172,7 @@ def choose(panels, summary, tables, wanted):
         panel["stepped"] = "ticks" in tables and panel["table"] == main and all(c in inputs for c in columns)
         if wanted:
             shown = f"{panel['table']}:{panel['title']}" in wanted or panel["title"] in wanted
-        elif panel["table"] == main:
+        elif panel["table"] == main or panel["table"].startswith("trajectory"):
             shown = left > 0 and (not states or any(c in states + inputs for c in columns))
         else:
             shown = left > 0 and panel["table"] == "ticks" and panel["title"] == "solve time"
@@ -394,6 +396,9 @@ def _title(run):
 def page(runs, scene=None, live=False):
     """The text of the page about these runs. `scene` is the path of a description. Raises ViewError if it is wrong, or if a library
     is missing."""
+    for run in runs:
+        if not main_table(run.timed_tables()):
+            raise ViewError(f"{run.folder} has no table with a column t and rows")
     described = _scene_of(runs[0], scene)
     libraries = [_script(_plots_folder(), "uPlot.iife.js")]
     licences = ["uPlot, copyright Leon Sorokin"]

@@ -17,7 +17,7 @@ TEST(NewProject, IsCompleteWithoutPlaceholders) {
     const fs::path project = folder / kind.name;
     make_project(project, kind);
     for (const char* file : {"CMakeLists.txt", "README.md", ".clang-format", "main.cpp", "plot.py",
-                             "problem.cpp", "problem.hpp", "test.cpp"}) {
+                             "problem.cpp", "problem.hpp", "scene.json", "test.cpp"}) {
       const std::string text = file_content(project / file);
       EXPECT_FALSE(text.empty()) << file;
       for (const char* mark : {"@NAME@", "@VERSION@", "@SUMMARY@"})

@@ -135,6 +135,8 @@ class Data(Folder):
     def test_folder_without_tables(self):
         done = run_module(self.folder.name)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
+        write(self.folder.name, "map.csv", "impulse [N s],recovered\n1,1\n")
+        self.assertIn("no table with a column t", run_module(self.folder.name).stderr)
 
     @unittest.skipUnless(HAS_THREE, "three.js is missing (package libjs-three)")
     def test_page_is_small_and_needs_no_network(self):
@@ -228,6 +230,14 @@ class Page(Folder):
             text = browser.evaluate("panels[0].box.innerText")
             self.assertIn("first 2.250", text)
             self.assertIn("second 4.500", text)
+
+    def test_logarithmic_time(self):
+        folder = make_run(self.path("run"), scene=False)
+        write(folder, "summary.json", {"logarithmic_time": True})
+        saltus.view(folder).save(self.path("view.html"))
+        with self.opened(self.path("view.html")) as browser:
+            browser.evaluate("scrub.value = 0.5 * scrub.max; scrub.dispatchEvent(new Event('input')); 0")
+            self.assertAlmostEqual(browser.evaluate("time"), math.sqrt(0.001 * LENGTH), places=4)
 
     def test_page_follows_a_run_that_continues(self):
         folder = make_run(self.path("run"))
