@@ -50,7 +50,7 @@ const all_tables = () => runs.flatMap(run => Object.values(run.tables));
 const span = () => [Math.min(...all_tables().map(t => t.time[0])), Math.max(...all_tables().map(t => t.time.at(-1)))];
 const modes_of = run => (run.tables.trajectory || Object.values(run.tables).find(t => t.modes) || {}).modes || [];
 
-const mode_names = run => [...new Set(modes_of(run).map(m => m[2]))];
+const mode_names = run => [...new Set(Object.values(run.tables).flatMap(t => t.modes || []).map(m => m[2]))];
 
 // ---- Panels -----------------------------------------------------------------------------------
 const SHADES = ["#dbe9f6", "#fde6cf", "#dff0d8", "#f3dcef", "#fff3bf", "#e2e2e2", "#d5f0f0", "#f6d8d8"];
@@ -73,7 +73,7 @@ function digits(v, { min, max }) {
 }
 
 // Labels of an axis: 250, 0.05, 2.5e6.
-const ticks = (u, at) => at.map(v => v !== 0 && (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3)
+const ticks = (u, at) => at.map(v => v === null ? "" : v !== 0 && (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3)
   ? v.toExponential(2).replace(/\.?0+e/, "e").replace("e+", "e") : String(Number(v.toPrecision(6))));
 
 // Series of all runs in one panel, each with its own times.
@@ -103,7 +103,7 @@ function range(u, low, high) {
 // Modes are those of the table of the panel, if it has any; events belong to the first table.
 function shade(u, spec) {
   const { ctx, bbox } = u, run = runs[0], own = (run.tables[spec.table] || {}).modes || modes_of(run);
-  const names = [...new Set(own.map(m => m[2]))], modes = names.length > 1 ? own : [];
+  const names = mode_names(run), modes = own.some(m => m[2] !== own[0][2]) ? own : [];
   const events = spec.table.startsWith("trajectory_") && spec.table !== view_data.main ? [] : run.events;
   ctx.save();
   ctx.beginPath();
@@ -184,7 +184,7 @@ function show_panel(spec) {
                       filters: { pub: kind => kind === "mousemove" || kind === "mouseleave", sub: () => true } },
               drag: { x: true, y: false }, points: { show: false } },
     scales: { x: { time: false, distr: view_data.logarithmic ? 3 : 1 }, y: { range } },
-    axes: [{ size: 26, font: "11px system-ui", labelSize: 0, grid: { stroke: "#0001" } },
+    axes: [{ size: 26, font: "11px system-ui", values: ticks, grid: { stroke: "#0001" } },
            { size: names ? 76 : 58, space: 24, font: "11px system-ui", grid: { stroke: "#0001" },
              ...(names ? { splits: names.map((_, i) => i), values: (u, at) => at.map(i => names[i]) }  : { values: ticks }) }],
     series: [{}, ...series.map(s => ({ stroke: s.color, width: 1.5, dash: s.dash, points: { show: false },
