@@ -333,7 +333,7 @@ def _licence():
     return found.group(0).replace("--", "- -") if found else ""
 
 
-def _json(value):
+def json_text(value):
     """JSON for a script element. NaN becomes null."""
     text = json.dumps(value, separators=(",", ":"))
     return re.sub(r"\b(NaN|-?Infinity)\b(?=[,\]}])", "null", text).replace("<", "\\u003c")
@@ -414,7 +414,7 @@ def page(runs, scene=None, live=False):
     parts = {"TITLE": html.escape(title), "LICENCES": "; ".join(licences) + "; MIT licence\n" + _licence(),
              "STYLE": _read(_plots_folder(), "uPlot.min.css"),
              "LIBRARIES": "\n".join(f"<script>{text}</script>" for text in libraries),
-             "DATA": _json(data), "SCENE": _json(drawn),
+             "DATA": json_text(data), "SCENE": json_text(drawn),
              "PROGRAM": _script(HERE, "viewer.js") + "\n" + (_script(HERE, "scene.js") if described else "")}
     return re.sub(r"@@([A-Z]+)@@", lambda match: parts[match.group(1)], _read(HERE, "viewer.html"))
 
@@ -484,8 +484,8 @@ def main(words):
         nonlocal is_open
         runs = [load(folder) for folder in (given.folder, *given.others)]
         if given.live:  # before the page, which reads it
-            news = _json(_data(runs, {}))
-            write_text(os.path.join(given.folder, "view_live.js"), f"saltus_live({news}, {_json(is_over)});\n")
+            news = json_text(_data(runs, {}))
+            write_text(os.path.join(given.folder, "view_live.js"), f"saltus_live({news}, {json_text(is_over)});\n")
         if is_over or not is_open:
             write_text(path, page(runs, given.scene, live=not is_over))
         if not is_open:

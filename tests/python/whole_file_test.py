@@ -13,7 +13,7 @@ import unittest
 PACKAGE = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "python"))
 sys.path.insert(0, PACKAGE)
 from saltus.tables import read_table  # noqa: E402
-from saltus.walking.replay import json_text  # noqa: E402
+from saltus.viewer import json_text  # noqa: E402
 from saltus.whole_file import whole_file, write_text  # noqa: E402
 
 
