@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
   const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(),
                                         saltus::push_recovery::robot_verb(),
+                                        saltus::push_recovery::control_verb(),
                                         saltus::robots::walking::movie_verb(),
                                         saltus::plot_verb(),
                                         saltus::view_verb(),

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "problems/biped/control/control_verb.hpp"
 #include "problems/biped/report/run_biped.hpp"
 #include "problems/biped/survey/robot_verb.hpp"
 #include "problems/biped/survival/map.hpp"
@@ -104,5 +105,6 @@ Verb map_verb() {
   return walking::map_verb(PushRecovery(config));
 }
 Verb robot_verb() { return survey::robot_verb("push_recovery", PushRecovery{}); }
+Verb control_verb() { return walking::control_verb(PushRecovery{}); }
 
 }  // namespace saltus::push_recovery

@@ -32,9 +32,10 @@ class PushRecovery final : public ConfigurableBiped {
   Config config_;
 };
 
-/// Entry for `saltus run push_recovery`, `saltus map` and `saltus robot`.
+/// Entry for `saltus run push_recovery`, `saltus map`, `saltus robot` and `saltus control`.
 ProblemEntry entry();
 Verb map_verb();
 Verb robot_verb();
+Verb control_verb();
 
 }  // namespace saltus::push_recovery

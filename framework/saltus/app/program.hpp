@@ -31,6 +31,8 @@ enum class ExitStatus {
   solver_failed = 3,   ///< a solver failed; the results written so far name it and the reason
   not_applicable = 4,  ///< not applicable to this problem; a message explains why
   differs = 5,         ///< a comparison found a difference, or a check found a defect
+  robot_lost = 6,      ///< a robot in another process sends no messages
+  soft_stop = 7,       ///< a robot in another process was stopped after a fault
 };
 
 // Command line of `saltus run`.

@@ -9,18 +9,10 @@
 #include <exception>
 #include <utility>
 
-#include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/whole_body/ground.hpp"
+#include "saltus/robots/mujoco/mjcf.hpp"
 
 namespace saltus::robots::mujoco_engine {
 namespace {
-
-// Contacts are springs and dampers at the acceleration level: time constant (s) and damping ratio
-// of the penetration. Friction is stiffer by a factor, so that a loaded foot does not creep.
-constexpr double contact_time = 0.005, contact_damping = 1.0, friction_stiffness = 10.0;
-
-// Second limit of a joint that is limited on one side only, rad.
-constexpr double no_limit = 1e4;
 
 // ---- errors ------------------------------------------------------------------------------------
 
@@ -53,96 +45,6 @@ bool guarded(const Call& call) {
   throw InputError(fmt::format("MuJoCo rejects the robot {}: {}", robot.name, reason));
 }
 
-// ---- MJCF --------------------------------------------------------------------------------------
-
-std::string numbers(const char* attribute, const Eigen::Ref<const VectorXd>& values) {
-  std::string text = fmt::format(" {}=\"", attribute);
-  for (const double v : values) text += fmt::format("{:.17g} ", v);
-  text.back() = '"';
-  return text;
-}
-
-std::string pose_xml(const Eigen::Isometry3d& pose) {
-  const Eigen::Quaterniond q(pose.linear());
-  return numbers("pos", pose.translation()) +
-         numbers("quat", Vec<double, 4>(q.w(), q.x(), q.y(), q.z()));
-}
-
-bool is_foot(const FloatingRobot& robot, int body) {
-  return body == robot.left_sole.body || body == robot.right_sole.body;
-}
-
-// Collision bits: 1 for the ground, 2 for limbs among each other.
-std::string capsule_xml(const Capsule& capsule, bool is_of_foot) {
-  constexpr double shortest = 1e-4;  // m; MuJoCo requires a positive length
-  Vec<double, 6> ends;
-  ends << capsule.from, capsule.to;
-  if (capsule.length() < shortest) ends[5] += shortest;
-  return fmt::format(
-      "<geom type=\"capsule\" contype=\"{}\" conaffinity=\"2\" size=\"{:.17g}\"{}/>\n",
-      is_of_foot ? 2 : 3, capsule.radius, numbers("fromto", ends));
-}
-
-// Excludes pairs of bodies that may touch. MuJoCo itself excludes a body and its parent.
-std::string exclusions_xml(const FloatingRobot& robot) {
-  std::string text = "<contact>\n";
-  const int bodies = static_cast<int>(robot.bodies.size());
-  for (int a = 0; a < bodies; ++a)
-    for (int b = a + 1; b < bodies; ++b)
-      if (robot.bodies[static_cast<std::size_t>(b)].parent != a &&
-          std::find(robot.apart.begin(), robot.apart.end(), std::pair(a, b)) == robot.apart.end())
-        text += fmt::format("<exclude body1=\"{}\" body2=\"{}\"/>\n", a, b);
-  return text + "</contact>\n";
-}
-
-std::string body_xml(const FloatingRobot& robot, int i, const Plant::Options& options) {
-  const FloatingRobot::Body& b = robot.bodies[i];
-  const Mat<double, 3, 3>& I = b.inertia;
-  std::string text = fmt::format("<body name=\"{}\"{}>\n", i, pose_xml(b.origin));
-  if (b.parent < 0) {
-    text += "<freejoint name=\"0\"/>\n";
-  } else {
-    const bool limited = b.position.lower > -infinity || b.position.upper < infinity;
-    text += fmt::format(
-        "<joint name=\"{}\" type=\"hinge\"{} damping=\"{:.17g}\" armature=\"{:.17g}\" "
-        "limited=\"{}\"",
-        i, numbers("axis", b.axis), options.joint_friction, b.drive.rotor_inertia, limited);
-    if (limited)
-      text += numbers("range", Vec<double, 2>(std::max(b.position.lower, -no_limit),
-                                              std::min(b.position.upper, no_limit)));
-    text += "/>\n";
-  }
-  Vec<double, 6> inertia;
-  inertia << I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
-  text += fmt::format("<inertial mass=\"{:.17g}\"{}{}/>\n", b.mass, numbers("pos", b.com),
-                      numbers("fullinertia", inertia));
-  for (const UrdfModel::Box& box : b.boxes)
-    text += fmt::format("<geom type=\"box\" contype=\"1\" conaffinity=\"0\"{}{}/>\n",
-                        numbers("size", 0.5 * box.size), pose_xml(box.pose));
-  if (options.self_collision)
-    for (const RobotDescription::LinkCapsule& c : b.capsules)
-      text += capsule_xml(c.capsule, is_foot(robot, i));
-  for (int child = i + 1; child < static_cast<int>(robot.bodies.size()); ++child)
-    if (robot.bodies[child].parent == i) text += body_xml(robot, child, options);
-  return text + "</body>\n";
-}
-
-// Level ground is a plane: it has no edges and the cheapest collisions. The priority of boxes makes
-// their friction that of the contact.
-std::string ground_xml(const Plant::Options& options) {
-  if (options.ground.is_level())
-    return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
-  std::string text;
-  for (const GroundBox& box : ground_boxes(options)) {
-    if (box.is_soft) continue;
-    text +=
-        fmt::format("<geom type=\"box\" contype=\"0\" conaffinity=\"1\" priority=\"1\"{}{}{}/>\n",
-                    numbers("friction", Vec<double, 3>(box.friction, 0.0, 0.0)),
-                    numbers("size", 0.5 * box.size), pose_xml(box.pose));
-  }
-  return text;
-}
-
 std::unique_ptr<mjVFS> file_in_memory(const char* name, const std::string& text) {
   auto files = std::make_unique<mjVFS>();  // 2 MB
   mj_defaultVFS(files.get());
@@ -158,22 +60,6 @@ Mat<double, 3, 3> rotation(const mjtNum* quaternion) {
 }
 
 }  // namespace
-
-std::string to_mjcf(const FloatingRobot& robot, const Plant::Options& options) {
-  // Inertias are taken as given.
-  return fmt::format(
-             "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" "
-             "balanceinertia=\"false\"/>\n"
-             "<option timestep=\"{:.17g}\" gravity=\"0 0 {:.17g}\" cone=\"elliptic\" "
-             "impratio=\"{}\"/>\n"
-             "<default><joint armature=\"0\"/><geom condim=\"3\" solref=\"{} {}\" "
-             "friction=\"{:.17g} 0 0\"/></default>\n"
-             "<worldbody>\n",
-             options.step, -standard_gravity, friction_stiffness, contact_time, contact_damping,
-             options.friction) +
-         ground_xml(options) + body_xml(robot, 0, options) + "</worldbody>\n" +
-         (options.self_collision ? exclusions_xml(robot) : "") + "</mujoco>\n";
-}
 
 Model::Model(const FloatingRobot& robot, const Plant::Options& options) {
   mju_user_error = on_error;

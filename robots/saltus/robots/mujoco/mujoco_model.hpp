@@ -11,10 +11,6 @@
 
 namespace saltus::robots::mujoco_engine {
 
-/// The robot above the ground in MJCF, the format of MuJoCo. Names are numbers: body i of the robot
-/// and the joint to its parent are both named "i".
-std::string to_mjcf(const FloatingRobot& robot, const Plant::Options& options);
-
 /// Model and data of MuJoCo in the order of the FloatingRobot. Warnings and errors of MuJoCo are
 /// neither printed nor fatal: warnings are counted in data(), errors throw InputError in the
 /// constructor and return `false` later.

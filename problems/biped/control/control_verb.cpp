@@ -1,0 +1,263 @@
+#include "problems/biped/control/control_verb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "saltus/app/defer_signals.hpp"
+#include "saltus/app/option_parser.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/control/control_process.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/mujoco/mjcf.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
+
+namespace saltus::robots::walking {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using control::ControlLog;
+using control::ProcessResult;
+using control::RobotControl;
+
+constexpr const char* summary = "balances a robot in another process, through UDP or shared memory";
+
+struct Request {
+  std::string link, mjcf;
+  std::optional<std::filesystem::path> config;
+  std::filesystem::path out = "results/control";
+  std::vector<Assignment> assignments;
+  control::ControlOptions control;
+  control::ProcessOptions process;
+  control::RealTimeOptions real_time;
+  int log_every = 5;
+  bool is_help = false;
+};
+
+double number(const std::string& flag, const std::string& text, double least) {
+  std::size_t used = 0;
+  double value = NAN;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+  }
+  if (used != text.size() || !(value >= least) || !std::isfinite(value))
+    throw InputError(
+        fmt::format("control: {} is '{}'; use a number of at least {}", flag, text, least));
+  return value;
+}
+
+Request parse(std::span<const std::string> arguments) {
+  Request r;
+  OptionParser parser("control", summary);
+  const auto seconds = [&parser](const char* flag, const char* doc, double& field) {
+    parser.option(flag, "SECONDS", doc, [flag, &field](const std::string& text) {
+      field = number(flag, text, 0.0);
+    });
+  };
+  const auto integer = [&parser](const char* flag, const char* doc, double least, auto& field) {
+    parser.option(flag, "N", doc, [flag, least, &field](const std::string& text) {
+      field = static_cast<int>(number(flag, text, least));
+    });
+  };
+  parser.option("--link", "LINK", "udp:PORT, udp:ADDRESS:PORT or shm:NAME", r.link)
+      .option("--mjcf", "FILE", "write the model of the robot for MuJoCo instead", r.mjcf)
+      .option("--config", "FILE", "settings of push_recovery as YAML",
+              [&](const std::string& file) { r.config = file; })
+      .repeated("--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
+                [&](const std::string& text) { r.assignments.push_back(parse_set_argument(text)); })
+      .option("--out", "DIR", "folder of the log; default results/control",
+              [&](const std::string& folder) { r.out = folder; });
+  seconds("--duration", "time in balance after which it stops; default: none", r.control.balance);
+  seconds("--stand", "time in which the joints move to the first posture; default 2",
+          r.control.stand);
+  seconds("--hold", "soft stop: time in which it holds the posture; default 0.3", r.control.hold);
+  seconds("--damp", "soft stop: time in which torques fade; default 1", r.control.damp);
+  seconds("--silence", "time without messages after which it stops; default 0.1",
+          r.process.silence);
+  seconds("--wait", "time to wait for the first message; default 60", r.process.arrival);
+  integer("--log-every", "log one of N commands; default 5", 1, r.log_every);
+  integer("--priority", "real-time priority, 1 to 99", 1, r.real_time.priority);
+  integer("--cpu", "the only processor to use", 0, r.real_time.cpu);
+  parser.flag("--lock-memory", "keep all memory in RAM", r.real_time.lock_memory)
+      .others([&](const std::string& flag, const std::optional<std::string>& value) {
+        r.assignments.push_back(value ? flag_assignment(flag, *value)
+                                      : bare_flag_assignment(flag));
+      });
+  r.is_help = parser.prints_help(arguments);
+  if (!r.is_help && r.link.empty() == r.mjcf.empty())
+    throw InputError("control needs either --link udp:PORT, --link shm:NAME or --mjcf FILE");
+  return r;
+}
+
+// The robot as simulated by others, the model of the controller, and the state at the start.
+struct Model {
+  FloatingRobot body, nominal;
+  WholeBodyState start;
+};
+
+Model make_model(const BipedProblem& problem, const RobotDescription& robot) {
+  const BipedSettings& settings = problem.settings();
+  const UrdfModel urdf = UrdfModel::read(urdf_of_body(settings.robot));
+  FloatingRobot described = floating_robot(urdf, robot);
+  if (settings.control.self_collision || !robot.capsules.empty())
+    add_capsules(described, urdf, robot);
+  DriveFactors drives = settings.robot.drives;
+  drives.torque_speed_line = settings.plant.drives.torque_speed_line;
+  FloatingRobot body = with_drives_scaled(described, settings.plant.drives);
+  WholeBodyState start = standing_state(body, urdf, robot, problem.posture(robot));
+  return {std::move(body), with_drives_scaled(std::move(described), drives), std::move(start)};
+}
+
+std::vector<std::string> joints_of(const FloatingRobot& body) {
+  std::vector<std::string> names;
+  for (const FloatingRobot::Body& b : body.bodies)
+    if (b.parent >= 0) names.push_back(b.joint);
+  return names;
+}
+
+Json to_json(const LatencyHistogram& times) {
+  return {{"count", times.count()},
+          {"median_us", 1e6 * times.median()},
+          {"p99_us", 1e6 * times.p99()},
+          {"p999_us", 1e6 * times.p999()},
+          {"max_us", 1e6 * times.max()}};
+}
+
+void print_times(const char* what, const LatencyHistogram& times) {
+  if (times.count() == 0) return;
+  fmt::print("{}: median {:.0f} us, 99 % {:.0f} us, 99.9 % {:.0f} us, largest {:.0f} us\n", what,
+             1e6 * times.median(), 1e6 * times.p99(), 1e6 * times.p999(), 1e6 * times.max());
+}
+
+struct Outcome {
+  ExitStatus status;
+  const char* name;
+  std::string sentence;
+};
+Outcome outcome(const ProcessResult& result, const RobotControl& robot) {
+  switch (result.end) {
+    case ProcessResult::End::no_robot:
+      if (robot.counts().refused > 0)
+        return {ExitStatus::bad_input, "refused",
+                fmt::format("{} messages arrived and all were refused: {}; use the model that "
+                            "`saltus control --mjcf` writes with the same settings",
+                            robot.counts().refused, control::describe(robot.last_refusal()))};
+      return {ExitStatus::robot_lost, "no robot",
+              "no message arrived; start the robot with the address of --link"};
+    case ProcessResult::End::silence:
+      return {ExitStatus::robot_lost, "silence", robot.fault()};
+    case ProcessResult::End::fault:
+      return {ExitStatus::soft_stop, "fault", robot.fault()};
+    case ProcessResult::End::request:
+      break;
+  }
+  return {ExitStatus::ok, "request", {}};
+}
+
+ExitStatus drive(const Request& request, const BipedProblem& problem, const std::string& config) {
+  const BipedSettings& settings = problem.settings();
+  if (settings.plant.sensors != PlantSettings::Sensors::measured)
+    throw InputError("control: a robot in another process has no ideal sensors; leave out "
+                     "--sensors, or use --sensors measured");
+  const RobotDescription robot = robot_of(settings);
+  const Model model = make_model(problem, robot);
+  control::ControlOptions options = request.control;
+  options.period = settings.plant.engine.step;
+  BalanceController controller =
+      make_balance_controller(problem, robot, model.nominal, make_dart_dynamics(model.nominal),
+                              initial_scene(problem, robot), options.period);
+  RobotControl robot_control(controller, model.body, model.start, options);
+  control::Codec codec(joints_of(model.body));
+  const std::unique_ptr<control::RobotLink> link =
+      control::open_link(request.link, control::LinkSide::controller);
+  OutputFolder output(request.out);
+  replace_earlier_run(output);
+  output.write("config.yaml", std::string_view(config));
+  ProcessResult result;
+  long dropped = 0;
+  {
+    ControlLog log(output.path() / "trajectory.csv", model.body, request.log_every);
+    apply(request.real_time);
+    const int port = control::port_of(*link);
+    fmt::print("robot: {}, {} joints, period {} s; listening at {}\n", model.body.name,
+               codec.joints(), options.period,
+               port > 0 ? fmt::format("UDP port {}", port) : request.link);
+    std::fflush(stdout);
+    const DeferSignals note;
+    result = run_control(*link, codec, robot_control, request.process,
+                         [] { return DeferSignals::received() != 0; }, &log);
+    dropped = log.dropped();
+  }
+  const control::LinkCounts& counts = robot_control.counts();
+  const Outcome end = outcome(result, robot_control);
+  output.write("summary.json",
+               Json{{"end", end.name},
+                    {"fault", end.sentence},
+                    {"balanced_s", robot_control.balanced()},
+                    {"wall_s", result.seconds},
+                    {"messages",
+                     {{"received", counts.received},
+                      {"used", counts.used},
+                      {"lost", robot_control.lost()},
+                      {"late", counts.late},
+                      {"duplicate", counts.duplicate},
+                      {"refused", counts.refused},
+                      {"readings_replaced", counts.replaced}}},
+                    {"torques_cut", robot_control.cut()},
+                    {"log_rows_dropped", dropped},
+                    {"page_faults", result.page_faults},
+                    {"answer", to_json(result.answer)},
+                    {"stamp_to_command", to_json(result.stamp)}});
+  write_run_file(output, "control");
+  fmt::print("balanced for {:.3f} s; messages: {} received, {} lost, {} late, {} duplicate, {} "
+             "refused; {} readings replaced\n",
+             robot_control.balanced(), counts.received, robot_control.lost(), counts.late,
+             counts.duplicate, counts.refused, counts.replaced);
+  print_times("from arrival to command", result.answer);
+  print_times("from time stamp to command", result.stamp);
+  if (!end.sentence.empty()) fmt::print(stderr, "saltus: control: {}\n", end.sentence);
+  return end.status;
+}
+
+ExitStatus run(const Request& request, ConfigurableBiped& problem) {
+  Settings settings;
+  problem.declare(settings);
+  std::vector<Assignment> assignments = request.assignments;
+  if (std::ranges::find(assignments, "plant", &Assignment::key) == assignments.end())
+    assignments.push_back(flag_assignment("plant", "dart"));  // the whole body
+  settings.apply(request.config, assignments);
+  for (const std::string& warning : settings.warnings())
+    fmt::print(stderr, "saltus: {}\n", warning);
+  if (request.mjcf.empty()) return drive(request, problem, settings.to_yaml());
+  const RobotDescription robot = robot_of(problem.settings());
+  const Model model = make_model(problem, robot);
+  const OutputFolder output = folder_of_file("--mjcf", request.mjcf);
+  Plant::Options engine = problem.settings().plant.engine;
+  engine.self_collision = problem.settings().control.self_collision;
+  output.write(std::filesystem::path(request.mjcf).filename().string(),
+               std::string_view(mujoco_engine::to_mjcf(model.body, engine, model.start)));
+  fmt::print("Written: {}\n", request.mjcf);
+  return ExitStatus::ok;
+}
+
+}  // namespace
+
+Verb control_verb(const ConfigurableBiped& defaults) {
+  const std::shared_ptr<const ConfigurableBiped> shared = defaults.clone();
+  return {"control", summary, [shared](std::span<const std::string> arguments) {
+            const Request request = parse(arguments);
+            if (request.is_help) return ExitStatus::ok;
+            return run(request, *shared->clone());
+          }};
+}
+
+}  // namespace saltus::robots::walking

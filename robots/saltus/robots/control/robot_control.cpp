@@ -1,0 +1,301 @@
+#include "saltus/robots/control/robot_control.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus::robots::control {
+namespace {
+
+// Smooth motion from 0 to 1 with zero speed at both ends.
+double smooth(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+void resize(SensorMessage& readings, Eigen::Index n) {
+  readings.q = VectorXd::Zero(n);
+  readings.dq = VectorXd::Zero(n);
+}
+
+}  // namespace
+
+long LinkCounts::lost(std::uint64_t span) const {
+  return static_cast<long>(span) - (received - duplicate);
+}
+
+RobotControl::RobotControl(walking::BalanceController& controller, const FloatingRobot& body,
+                           WholeBodyState posture, ControlOptions options)
+    : controller_(controller), body_(body), posture_(std::move(posture)), options_(options) {
+  const int n = body.joints();
+  if (posture_.q.size() != n)
+    throw DefinitionError(fmt::format("robot control: the posture has {} joints, the robot {}",
+                                      posture_.q.size(), n));
+  effort_.resize(n);
+  speed_.resize(n);
+  lower_.resize(n);
+  upper_.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const FloatingRobot::Body& b = body.bodies[static_cast<std::size_t>(i) + 1];
+    if (!(b.effort < infinity))
+      throw InputError(fmt::format(
+          "the joint {} has no largest torque; a robot in another process needs one in its URDF",
+          b.joint));
+    effort_[i] = b.effort;
+    speed_[i] = b.velocity;
+    lower_[i] = b.position.lower;
+    upper_[i] = b.position.upper;
+  }
+  resize(last_, n);
+  from_ = held_torques_ = readings_.q = VectorXd::Zero(n);
+  Robot::Commands& c = command_.commands;
+  for (VectorXd* part : {&c.torques, &c.positions, &c.velocities, &c.stiffness, &c.damping})
+    *part = VectorXd::Zero(n);
+}
+
+long RobotControl::lost() const {
+  return has_readings_ ? counts_.lost(last_.sequence - first_ + 1) : 0;
+}
+
+void RobotControl::note_refused(Refusal refusal) {
+  ++counts_.refused;
+  refusal_ = refusal;
+}
+
+// Counts the message. False if it is old. Bit i of the window: last_.sequence - i has arrived.
+bool RobotControl::is_new(std::uint64_t sequence) {
+  ++counts_.received;
+  if (!has_readings_) {
+    first_ = sequence;
+    window_ = 1;
+    return true;
+  }
+  if (sequence > last_.sequence) {
+    const std::uint64_t ahead = sequence - last_.sequence;
+    window_ = (ahead < 64 ? window_ << ahead : 0) | 1U;
+    return true;
+  }
+  const std::uint64_t age = last_.sequence - sequence;
+  const std::uint64_t bit = age < 64 ? std::uint64_t{1} << age : 0;
+  if (sequence < first_ || (window_ & bit) != 0) {
+    ++counts_.duplicate;
+  } else {
+    ++counts_.late;
+    window_ |= bit;
+  }
+  return false;
+}
+
+// One sentence on readings that cannot be true, or empty. `elapsed`: periods since the last ones, s.
+std::string RobotControl::implausible(const SensorMessage& r, double elapsed) const {
+  for (Eigen::Index i = 0; i < r.q.size(); ++i) {
+    const std::string& joint = body_.bodies[static_cast<std::size_t>(i) + 1].joint;
+    if (!std::isfinite(r.q[i]) || !std::isfinite(r.dq[i]))
+      return fmt::format("the encoder of {} reads NaN; check this sensor", joint);
+    if (r.q[i] < lower_[i] - options_.beyond_limit || r.q[i] > upper_[i] + options_.beyond_limit)
+      return fmt::format(
+          "{} is at {:.3f} rad, beyond its limits {:.3f} to {:.3f}; check its encoder", joint,
+          r.q[i], lower_[i], upper_[i]);
+    const double moved = std::abs(r.q[i] - last_.q[i]);
+    if (has_readings_ && moved > options_.speed_factor * speed_[i] * elapsed)
+      return fmt::format("{} has jumped by {:.3f} rad in {:.0f} ms; check its encoder", joint,
+                         moved, 1e3 * elapsed);
+  }
+  if (!r.is_finite())
+    return "the inertial or force sensors read NaN; check these sensors";
+  if (has_readings_) {
+    const double passed = r.time - last_.time;
+    if (std::abs(passed - elapsed) > options_.clock_error * elapsed)
+      return fmt::format(
+          "the robot's clock has advanced by {:.1f} ms in {:.1f} ms of readings; check its clock",
+          1e3 * passed, 1e3 * elapsed);
+  }
+  return {};
+}
+
+void RobotControl::stop(std::string fault) {
+  if (is_stopping()) return;
+  fault_ = std::move(fault);
+  stopped_for_ = 0.0;
+  from_ = last_.q;
+  held_torques_ = command_.commands.torques;
+  // A robot that was never driven needs no hold.
+  command_.state =
+      command_.state == ControlState::start ? ControlState::release : ControlState::hold;
+}
+
+const CommandMessage* RobotControl::update(const SensorMessage& readings) {
+  if (!is_new(readings.sequence)) return nullptr;
+  ++counts_.used;
+  const std::uint64_t periods = has_readings_ ? readings.sequence - last_.sequence : 1;
+  const double elapsed = static_cast<double>(periods) * options_.period;
+  std::string reason = implausible(readings, elapsed);
+  if (reason.empty() && command_.state == ControlState::balance &&
+      periods > static_cast<std::uint64_t>(options_.most_missing) + 1)
+    reason = fmt::format("{} consecutive messages of the robot were lost; check the connection",
+                         periods - 1);
+  if (!reason.empty()) {
+    stop(std::move(reason));
+    last_.sequence = readings.sequence;  // the other readings stay the last plausible ones
+    has_readings_ = true;
+    command_.answers = readings.sequence;
+    return &continue_stop(elapsed);
+  }
+  if (readings.requests_stop) stop();
+  switch (command_.state) {
+    case ControlState::start:
+      stood_for_ = 0.0;
+      from_ = readings.q;
+      command_.state = ControlState::stand;
+      [[fallthrough]];
+    case ControlState::stand:
+      if ((readings.q - posture_.q).cwiseAbs().maxCoeff() < options_.near) {
+        begin_balance(readings);
+        balance(readings, 1);
+      } else {
+        stand(readings, elapsed);
+      }
+      break;
+    case ControlState::balance:
+      balance(readings, static_cast<long>(periods));
+      break;
+    case ControlState::hold:
+    case ControlState::damp:
+    case ControlState::release:
+      continue_stop(elapsed);
+      break;
+  }
+  last_ = readings;
+  has_readings_ = true;
+  command_.answers = readings.sequence;
+  command_.time = readings.time;
+  return &command_;
+}
+
+void RobotControl::stand(const SensorMessage&, double elapsed) {
+  stood_for_ += elapsed;
+  if (stood_for_ > options_.stand + 2.0) {
+    Eigen::Index worst = 0;
+    const double left = (last_.q - posture_.q).cwiseAbs().maxCoeff(&worst);
+    stop(fmt::format("{} stays {:.3f} rad away from the posture of the start; check whether it is "
+                     "blocked",
+                     body_.bodies[static_cast<std::size_t>(worst) + 1].joint, left));
+    continue_stop(0.0);
+    return;
+  }
+  const double s = smooth(stood_for_ / options_.stand);
+  command_.commands.torques.setZero();
+  readings_.q.noalias() = from_ + s * (posture_.q - from_);
+  spring_to(readings_.q);
+  answer();
+}
+
+void RobotControl::spring_to(const VectorXd& positions) {
+  Robot::Commands& c = command_.commands;
+  c.positions = positions;
+  c.velocities.setZero();
+  c.stiffness = options_.stiffness * effort_;
+  c.damping = options_.damping * effort_;
+}
+
+void RobotControl::begin_balance(const SensorMessage& r) {
+  command_.state = ControlState::balance;
+  balanced_ = 0.0;
+  readings_.time = 0.0;
+  readings_.q = r.q;
+  readings_.has_new_positions = true;
+  readings_.angular_velocity = r.angular_velocity;
+  readings_.specific_force = r.specific_force;
+  readings_.left = r.left;
+  readings_.right = r.right;
+  last_ = r;
+  controller_.start(posture_, readings_);
+}
+
+// The controller expects readings in every period. Missing ones are interpolated.
+void RobotControl::balance(const SensorMessage& r, long periods) {
+  for (long i = 1; i <= periods; ++i) {
+    const double s = static_cast<double>(i) / static_cast<double>(periods);
+    if (balanced_ > 0.0) readings_.time += options_.period;
+    balanced_ += options_.period;
+    readings_.q.noalias() = (1.0 - s) * last_.q + s * r.q;
+    readings_.angular_velocity = (1.0 - s) * last_.angular_velocity + s * r.angular_velocity;
+    readings_.specific_force = (1.0 - s) * last_.specific_force + s * r.specific_force;
+    readings_.left = (1.0 - s) * last_.left + s * r.left;
+    readings_.right = (1.0 - s) * last_.right + s * r.right;
+    controller_.update(readings_);
+  }
+  counts_.replaced += periods - 1;
+  const Robot::Commands& computed = controller_.commands();
+  Robot::Commands& c = command_.commands;
+  c.torques = computed.torques;
+  if (computed.positions.size() == c.positions.size()) {
+    c.positions = computed.positions;
+    c.velocities = computed.velocities;
+    c.stiffness = computed.stiffness;
+    c.damping = computed.damping;
+  } else {
+    c.positions = r.q;
+    for (VectorXd* part : {&c.velocities, &c.stiffness, &c.damping}) part->setZero();
+  }
+  const Eigen::Isometry3d& base = controller_.estimate().state.base;
+  const double tilt = std::acos(
+      std::clamp(base.linear().col(2).dot(posture_.base.linear().col(2)), -1.0, 1.0));
+  if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite()) {
+    c.torques.setZero();
+    stop("the controller computed NaN; please report it with the folder of this run");
+  } else if (!(tilt < options_.largest_tilt)) {
+    stop(fmt::format("the robot has fallen: its base is inclined by {:.2f} rad", tilt));
+  } else if (balanced_ >= options_.balance) {
+    stop();
+  }
+  if (command_.state != ControlState::balance)
+    continue_stop(0.0);
+  else
+    answer();
+}
+
+const CommandMessage& RobotControl::continue_stop(double seconds) {
+  stopped_for_ += seconds;
+  Robot::Commands& c = command_.commands;
+  if (command_.state == ControlState::release) {
+    for (VectorXd* part : {&c.torques, &c.velocities, &c.stiffness, &c.damping}) part->setZero();
+    return answer();
+  }
+  const double faded = (stopped_for_ - options_.hold) / options_.damp;
+  spring_to(from_);
+  c.torques = held_torques_;
+  if (faded >= 1.0) {
+    command_.state = ControlState::release;
+    for (VectorXd* part : {&c.torques, &c.stiffness, &c.damping}) part->setZero();
+  } else if (faded > 0.0) {
+    command_.state = ControlState::damp;
+    c.torques *= 1.0 - faded;
+    c.stiffness *= 1.0 - faded;
+  }
+  return answer();
+}
+
+// Torques within the limits, also those that only the springs could exceed later.
+void RobotControl::guard_torques() {
+  VectorXd& torques = command_.commands.torques;
+  bool is_cut = false;
+  for (Eigen::Index i = 0; i < torques.size(); ++i) {
+    const double within = std::clamp(torques[i], -effort_[i], effort_[i]);
+    is_cut = is_cut || within != torques[i];
+    torques[i] = within;
+  }
+  if (is_cut) ++cut_;
+}
+
+const CommandMessage& RobotControl::answer() {
+  guard_torques();
+  ++command_.sequence;
+  return command_;
+}
+
+}  // namespace saltus::robots::control

@@ -1,0 +1,109 @@
+// Drives a robot in another process with a BalanceController: states, guards and the soft stop. No
+// sockets and no clock, so that every reaction can be tested.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "saltus/robots/control/protocol.hpp"
+#include "saltus/robots/walking/balance_controller.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
+
+namespace saltus::robots::control {
+
+/// Options of RobotControl. Springs and dampers are multiples of the largest torque of each joint.
+struct ControlOptions {
+  double period = 0.001;                  ///< period of the readings, s
+  double balance = infinity;              ///< duration of the state `balance`, s
+  double stand = 2.0;                     ///< duration of the state `stand`, s
+  double hold = 0.3, damp = 1.0;          ///< durations of these states, s
+  double stiffness = 5.0, damping = 0.2;  ///< springs of `stand`, `hold` and `damp`: 1/rad, s/rad
+  double near = 0.03;        ///< rad, distance of joints from the posture at which it is reached
+  int most_missing = 30;     ///< consecutive readings that are replaced if they are lost or late
+  double beyond_limit = 0.05;  ///< rad, by which a joint may be beyond its limits
+  double speed_factor = 3.0;   ///< largest speed of a joint, as a multiple of its limit
+  double clock_error = 0.5;    ///< relative difference of time stamps from the period
+  double largest_tilt = 0.8;   ///< rad, inclination of the base at which the robot has fallen
+};
+
+/// Counts of messages.
+struct LinkCounts {
+  long received = 0;                      ///< valid messages
+  long used = 0;                          ///< messages with the latest readings at that time
+  long late = 0;                          ///< messages that arrived after a later one
+  long duplicate = 0;                     ///< messages that had arrived before
+  long refused = 0;                       ///< messages that the codec refused
+  long replaced = 0;                      ///< readings that were interpolated
+  long lost(std::uint64_t span) const;    ///< of `span` consecutive messages
+};
+
+/// Turns readings into commands. After construction nothing allocates, except for the sentence
+/// about a fault.
+class RobotControl {
+ public:
+  /// `controller` and `body` must outlive this object. `posture`: state at the start of balancing.
+  RobotControl(walking::BalanceController& controller, const FloatingRobot& body,
+               WholeBodyState posture, ControlOptions options);
+
+  /// Processes readings. Returns the command that answers them, or null if they are old.
+  const CommandMessage* update(const SensorMessage& readings);
+  /// Begins the soft stop. Without a fault the reason is a request.
+  void stop(std::string fault = {});
+  /// Command without new readings, `seconds` after the last command: continues the soft stop.
+  const CommandMessage& continue_stop(double seconds);
+  /// Counts a refused message.
+  void note_refused(Refusal refusal);
+
+  /// State that the last command belongs to.
+  ControlState state() const { return command_.state; }
+  /// True during and after the soft stop.
+  bool is_stopping() const { return command_.state >= ControlState::hold; }
+  /// True after the soft stop.
+  bool is_over() const { return command_.state == ControlState::release; }
+  /// One sentence on the reason of a soft stop; empty for a request.
+  const std::string& fault() const { return fault_; }
+  /// Result of the last update().
+  const CommandMessage& command() const { return command_; }
+  /// Counts of messages.
+  const LinkCounts& counts() const { return counts_; }
+  /// Reason of the last refusal.
+  Refusal last_refusal() const { return refusal_; }
+  /// Messages lost since the first one.
+  long lost() const;
+  /// Number of commands that exceeded the largest torque and were cut.
+  long cut() const { return cut_; }
+  /// Time in the state `balance`, s.
+  double balanced() const { return balanced_; }
+
+ private:
+  bool is_new(std::uint64_t sequence);
+  std::string implausible(const SensorMessage& readings, double elapsed) const;
+  void begin_balance(const SensorMessage& readings);
+  void balance(const SensorMessage& readings, long periods);
+  void stand(const SensorMessage& readings, double elapsed);
+  void spring_to(const VectorXd& positions);
+  void guard_torques();
+  const CommandMessage& answer();
+
+  walking::BalanceController& controller_;
+  const FloatingRobot& body_;
+  WholeBodyState posture_;
+  ControlOptions options_;
+  VectorXd effort_, speed_, lower_, upper_;
+  SensorMessage last_;       // latest valid readings
+  Robot::Readings readings_;  // of the controller
+  VectorXd from_;            // joints at the start of `stand`, or at the start of the soft stop
+  VectorXd held_torques_;
+  bool has_readings_ = false;
+  std::uint64_t first_ = 0, window_ = 0;
+  double stopped_for_ = 0.0, stood_for_ = 0.0, balanced_ = 0.0;
+  std::string fault_;
+  Refusal refusal_ = Refusal::none;
+  LinkCounts counts_;
+  long cut_ = 0;
+  CommandMessage command_;
+};
+
+}  // namespace saltus::robots::control
