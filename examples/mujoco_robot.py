@@ -190,7 +190,7 @@ def main():
     limit, chest = body.model.actuator_ctrlrange[:, 1], body.model.body(o.push_body).id
     force = o.push / o.push_for * np.array([math.cos(math.radians(o.angle)), math.sin(math.radians(o.angle)), 0.0])
     command, newest, commanded_at, guarded, on_stand, state, is_alive = (zeros,) * 5, 0, 0.0, 0, True, START, True
-    begin, k, sequence = time.perf_counter(), 0, 0
+    begin, k, sequence, delivered, answered = time.perf_counter(), 0, 0, -1, -1
     waiting_since = begin
     while k < steps:
         now = sequence * period  # the clock of the robot runs on the stand, too
@@ -203,19 +203,19 @@ def main():
                 stamp = now - (t - o.fault_at)
         if not (o.fault == "silence" and t >= o.fault_at):
             out.put(now, sequence, (sequence, protocol.sensors(sequence, stamp, o.pace, False, readings)))
-        delivered = -1
-        for delivered, message in out.take(now):
+        before = delivered
+        for number, message in out.take(now):
+            delivered = max(delivered, number)
             link.send(message)
         # Lock-step: waits for the answer to what was delivered. Otherwise until the end of the period.
         until = time.perf_counter() + 2.0 if o.pace == 0.0 else begin + o.pace * (sequence + 1) * period
-        answered = -1
-        while (o.pace > 0.0 or (answered < delivered and is_alive)) and time.perf_counter() < until:
+        while (o.pace > 0.0 or (answered < delivered and delivered > before and is_alive)) and time.perf_counter() < until:
             data = link.receive(min(until - time.perf_counter(), 0.1))
             one = protocol.command(data) if data else None
             if one:
                 answered, waiting_since = max(answered, one[1]), time.perf_counter()
                 back.put(now if o.pace == 0.0 else now + period, one[0], one)
-        if o.pace == 0.0 and not on_stand and answered < delivered:
+        if o.pace == 0.0 and not on_stand and answered < delivered and delivered > before:
             is_alive = False  # do not wait for a controller that has gone
         for one in back.take(now):
             if one[0] > newest:

@@ -81,11 +81,13 @@ bool RobotControl::is_new(std::uint64_t sequence) {
   }
   const std::uint64_t age = last_.sequence - sequence;
   const std::uint64_t bit = age < 64 ? std::uint64_t{1} << age : 0;
-  if (sequence < first_ || (window_ & bit) != 0) {
+  // Of messages older than the window, only those before the first one are known to be new.
+  if ((window_ & bit) != 0 || (bit == 0 && sequence >= first_)) {
     ++counts_.duplicate;
   } else {
     ++counts_.late;
     window_ |= bit;
+    first_ = std::min(first_, sequence);
   }
   return false;
 }
