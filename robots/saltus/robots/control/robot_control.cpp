@@ -141,11 +141,12 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
     reason = fmt::format("{} consecutive messages of the robot were lost; check the connection",
                          periods - 1);
   if (!reason.empty()) {
+    const bool began = is_stopping();
     stop(std::move(reason));
     last_.sequence = readings.sequence;  // the other readings stay the last plausible ones
     has_readings_ = true;
     command_.answers = readings.sequence;
-    return &continue_stop(elapsed);
+    return &continue_stop(began ? elapsed : 0.0);
   }
   if (readings.requests_stop) stop();
   switch (command_.state) {
@@ -206,7 +207,7 @@ void RobotControl::spring_to(const VectorXd& positions) {
 
 void RobotControl::begin_balance(const SensorMessage& r) {
   command_.state = ControlState::balance;
-  balanced_ = 0.0;
+  balance_periods_ = 0;
   readings_.time = 0.0;
   readings_.q = r.q;
   readings_.has_new_positions = true;
@@ -222,8 +223,7 @@ void RobotControl::begin_balance(const SensorMessage& r) {
 void RobotControl::balance(const SensorMessage& r, long periods) {
   for (long i = 1; i <= periods; ++i) {
     const double s = static_cast<double>(i) / static_cast<double>(periods);
-    if (balanced_ > 0.0) readings_.time += options_.period;
-    balanced_ += options_.period;
+    readings_.time = static_cast<double>(balance_periods_++) * options_.period;
     readings_.q.noalias() = (1.0 - s) * last_.q + s * r.q;
     readings_.angular_velocity = (1.0 - s) * last_.angular_velocity + s * r.angular_velocity;
     readings_.specific_force = (1.0 - s) * last_.specific_force + s * r.specific_force;
@@ -252,7 +252,7 @@ void RobotControl::balance(const SensorMessage& r, long periods) {
     stop("the controller computed NaN; please report it with the folder of this run");
   } else if (!(tilt < options_.largest_tilt)) {
     stop(fmt::format("the robot has fallen: its base is inclined by {:.2f} rad", tilt));
-  } else if (balanced_ >= options_.balance) {
+  } else if (balanced() >= options_.balance) {
     stop();
   }
   if (command_.state != ControlState::balance)

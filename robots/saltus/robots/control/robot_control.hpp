@@ -75,7 +75,7 @@ class RobotControl {
   /// Number of commands that exceeded the largest torque and were cut.
   long cut() const { return cut_; }
   /// Time in the state `balance`, s.
-  double balanced() const { return balanced_; }
+  double balanced() const { return static_cast<double>(balance_periods_) * options_.period; }
 
  private:
   bool is_new(std::uint64_t sequence);
@@ -98,7 +98,8 @@ class RobotControl {
   VectorXd held_torques_;
   bool has_readings_ = false;
   std::uint64_t first_ = 0, window_ = 0;
-  double stopped_for_ = 0.0, stood_for_ = 0.0, balanced_ = 0.0;
+  double stopped_for_ = 0.0, stood_for_ = 0.0;
+  long balance_periods_ = 0;
   std::string fault_;
   Refusal refusal_ = Refusal::none;
   LinkCounts counts_;

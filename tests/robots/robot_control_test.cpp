@@ -1,0 +1,583 @@
+// The link to a robot in another process: messages, transports, and the reactions of the
+// controller. The fake robot replays recorded sensor data, so no simulator is linked.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/control/control_process.hpp"
+#include "tests/robots/recorded_run.hpp"
+#include "tests/robots/synthetic_balance.hpp"
+#include "tests/robots/tree_dynamics.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus::robots::control {
+namespace {
+
+using namespace std::chrono_literals;
+using walking::BalanceController;
+
+const std::vector<std::string> names{"hip", "knee", "ankle"};
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+SensorMessage some_readings() {
+  SensorMessage m;
+  m.sequence = 0x123456789abcdef0;
+  m.time = 12.345678901;
+  m.pace = 2.5;
+  m.requests_stop = true;
+  m.angular_velocity << 0.1, -0.2, 0.3;
+  m.specific_force << 0.4, 0.5, 9.81;
+  m.orientation << 1.0, 0.0, -0.0, 1e-300;
+  m.left << 1, 2, 3, 4, 5, 6;
+  m.right << -1, -2, -3, -4, -5, -6;
+  m.q = Vec<double, 3>(0.7, 0.8, 0.9);
+  m.dq = Vec<double, 3>(7.0, 8.0, 9.0);
+  return m;
+}
+
+std::vector<std::byte> copy_of(std::span<const std::byte> bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+// ---- messages ------------------------------------------------------------------------------------
+
+// The check value of CRC-32 in the catalogue of CRC algorithms.
+TEST(Protocol, ChecksumIsCrc32) {
+  EXPECT_EQ(crc32(std::as_bytes(std::span("123456789", 9))), 0xcbf43926U);
+}
+
+TEST(Protocol, SensorsComeBackUnchanged) {
+  Codec codec(names);
+  const SensorMessage sent = some_readings();
+  SensorMessage got;
+  const auto bytes = codec.encode(sent);
+  ASSERT_EQ(bytes.size(), 40u + 8 * 24 + 16 * 3);
+  ASSERT_EQ(codec.decode(bytes, got), Refusal::none);
+  EXPECT_EQ(got.sequence, sent.sequence);
+  EXPECT_NEAR(got.time, sent.time, 1e-9);
+  EXPECT_EQ(got.pace, sent.pace);
+  EXPECT_TRUE(got.requests_stop);
+  EXPECT_EQ(got.angular_velocity, sent.angular_velocity);
+  EXPECT_EQ(got.specific_force, sent.specific_force);
+  EXPECT_EQ(got.orientation, sent.orientation);
+  EXPECT_EQ(got.left, sent.left);
+  EXPECT_EQ(got.right, sent.right);
+  EXPECT_EQ(got.q, sent.q);
+  EXPECT_EQ(got.dq, sent.dq);
+}
+
+TEST(Protocol, CommandsComeBackUnchanged) {
+  Codec codec(names);
+  CommandMessage sent, got;
+  sent.sequence = 7;
+  sent.answers = 5;
+  sent.time = -0.25;
+  sent.state = ControlState::damp;
+  Robot::Commands& c = sent.commands;
+  double value = 1.0;
+  for (VectorXd* part : {&c.torques, &c.positions, &c.velocities, &c.stiffness, &c.damping})
+    *part = VectorXd::Constant(3, value *= -1.5);
+  const auto bytes = codec.encode(sent);
+  ASSERT_EQ(bytes.size(), 40u + 16 + 40 * 3);
+  ASSERT_EQ(codec.decode(bytes, got), Refusal::none);
+  EXPECT_EQ(got.sequence, 7u);
+  EXPECT_EQ(got.answers, 5u);
+  EXPECT_EQ(got.time, -0.25);
+  EXPECT_EQ(got.state, ControlState::damp);
+  EXPECT_EQ(got.commands.torques, c.torques);
+  EXPECT_EQ(got.commands.positions, c.positions);
+  EXPECT_EQ(got.commands.velocities, c.velocities);
+  EXPECT_EQ(got.commands.stiffness, c.stiffness);
+  EXPECT_EQ(got.commands.damping, c.damping);
+}
+
+// The beginning of a message as docs/robot_link.md specifies it.
+TEST(Protocol, HeaderIsLittleEndian) {
+  Codec codec(names);
+  const auto bytes = codec.encode(some_readings());
+  const std::vector<int> expected{0x53, 0x4c, 0x54, 0x4c, 1, 0, 1, 0, 0x18, 1, 0, 0};
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_EQ(std::to_integer<int>(bytes[i]), expected[i]) << i;
+  EXPECT_EQ(codec.robot(), crc32(std::as_bytes(std::span("hip\nknee\nankle\n", 15))));
+  EXPECT_EQ(std::to_integer<int>(bytes[20]), 3);
+  EXPECT_EQ(std::to_integer<int>(bytes[24]), 0xf0);
+}
+
+TEST(Protocol, RefusesShortAndLongMessages) {
+  Codec codec(names);
+  SensorMessage got;
+  std::vector<std::byte> bytes = copy_of(codec.encode(some_readings()));
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_EQ(codec.decode(std::span(bytes).first(size), got), Refusal::truncated) << size;
+  bytes.emplace_back();
+  EXPECT_EQ(codec.decode(bytes, got), Refusal::truncated);
+  EXPECT_EQ(got.sequence, 0u);
+}
+
+TEST(Protocol, RefusesEveryChangedByte) {
+  Codec codec(names);
+  SensorMessage got;
+  std::vector<std::byte> bytes = copy_of(codec.encode(some_readings()));
+  for (std::byte& byte : bytes) {
+    byte ^= std::byte{0x10};
+    EXPECT_NE(codec.decode(bytes, got), Refusal::none) << &byte - bytes.data();
+    byte ^= std::byte{0x10};
+  }
+  EXPECT_EQ(got.sequence, 0u);
+  EXPECT_EQ(codec.decode(bytes, got), Refusal::none);
+}
+
+TEST(Protocol, NamesTheReasonOfARefusal) {
+  Codec codec(names);
+  SensorMessage got;
+  const std::vector<std::byte> bytes = copy_of(codec.encode(some_readings()));
+  std::vector<std::byte> other = bytes;
+  other[0] = std::byte{0};
+  EXPECT_EQ(codec.decode(other, got), Refusal::foreign);
+  other = bytes;
+  other[4] = std::byte{2};
+  EXPECT_EQ(codec.decode(other, got), Refusal::version);
+  other = bytes;
+  other[50] ^= std::byte{1};
+  EXPECT_EQ(codec.decode(other, got), Refusal::checksum);
+  CommandMessage command;
+  EXPECT_EQ(codec.decode(bytes, command), Refusal::type);
+  const std::vector<std::string> two{"hip", "knee"}, swapped{"knee", "hip", "ankle"};
+  EXPECT_EQ(Codec(two).decode(bytes, got), Refusal::joint_count);
+  EXPECT_EQ(Codec(swapped).decode(bytes, got), Refusal::robot);
+}
+
+// NaN is a reading, on which the controller decides.
+TEST(Protocol, PassesNanOn) {
+  Codec codec(names);
+  SensorMessage sent = some_readings(), got;
+  sent.q[1] = nan;
+  ASSERT_EQ(codec.decode(codec.encode(sent), got), Refusal::none);
+  EXPECT_TRUE(std::isnan(got.q[1]));
+  EXPECT_FALSE(got.is_finite());
+}
+
+// ---- transports ----------------------------------------------------------------------------------
+
+class Transport : public ::testing::TestWithParam<const char*> {
+ protected:
+  Transport() {
+    const std::string kind = GetParam();
+    if (kind == "udp") {
+      controller = open_link("udp:0", LinkSide::controller);
+      robot = open_link("udp:" + std::to_string(port_of(*controller)), LinkSide::robot);
+    } else {
+      name = "saltus_test_" + std::to_string(::getpid());
+      controller = open_link("shm:" + name, LinkSide::controller);
+      robot = open_link("shm:" + name, LinkSide::robot);
+    }
+  }
+  ~Transport() override {
+    if (!name.empty()) ::unlink(("/dev/shm/" + name).c_str());
+  }
+  static WallClock::time_point soon() { return WallClock::now() + 5s; }
+
+  std::string name;
+  std::unique_ptr<RobotLink> controller, robot;
+};
+
+TEST_P(Transport, CarriesMessagesBothWays) {
+  Codec codec(names);
+  SensorMessage readings = some_readings(), got;
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    readings.sequence = i;
+    robot->send(codec.encode(readings));
+    ASSERT_EQ(codec.decode(controller->receive(soon()), got), Refusal::none);
+    ASSERT_EQ(got.sequence, i);
+    controller->accept_sender();
+    CommandMessage command, answer;
+    command.answers = i;
+    for (VectorXd* part : {&command.commands.torques, &command.commands.positions,
+                           &command.commands.velocities, &command.commands.stiffness,
+                           &command.commands.damping})
+      *part = VectorXd::Zero(3);
+    controller->send(codec.encode(command));
+    ASSERT_EQ(codec.decode(robot->receive(soon()), answer), Refusal::none);
+    ASSERT_EQ(answer.answers, i);
+  }
+}
+
+TEST_P(Transport, WaitsUntilTheDeadlineWithoutAMessage) {
+  const WallClock::time_point begin = WallClock::now();
+  EXPECT_TRUE(controller->receive(begin + 20ms).empty());
+  EXPECT_GE(WallClock::now() - begin, 20ms);
+}
+
+TEST_P(Transport, DoesNotAllocate) {
+  Codec codec(names);
+  const SensorMessage readings = some_readings();
+  SensorMessage got = readings;
+  const saltus::testing::AllocationCount count;
+  robot->send(codec.encode(readings));
+  const Refusal refusal = codec.decode(controller->receive(soon()), got);
+  EXPECT_EQ(count.made(), 0);
+  EXPECT_EQ(refusal, Refusal::none);
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, Transport, ::testing::Values("udp", "shm"),
+                         [](const auto& one) { return std::string(one.param); });
+
+TEST(SharedMemory, ReadersNeverSeeAPartOfAMessage) {
+  const std::string name = "saltus_torn_" + std::to_string(::getpid());
+  const auto controller = open_link("shm:" + name, LinkSide::controller);
+  const auto robot = open_link("shm:" + name, LinkSide::robot);
+  ::unlink(("/dev/shm/" + name).c_str());
+  std::atomic<bool> ends{false};
+  std::thread writer([&] {
+    std::vector<std::byte> message(4096);
+    for (unsigned i = 0; !ends; ++i) {
+      std::fill(message.begin(), message.end(), static_cast<std::byte>(i));
+      robot->send(message);
+      std::this_thread::sleep_for(5us);
+    }
+  });
+  for (int i = 0; i < 1000; ++i) {
+    const std::span<const std::byte> got = controller->receive(WallClock::now() + 5s);
+    if (got.size() != 4096u || std::count(got.begin(), got.end(), got[0]) != 4096) {
+      ADD_FAILURE() << "a mixture of two messages";
+      break;
+    }
+  }
+  ends = true;
+  writer.join();
+}
+
+TEST(Links, RejectBadAddresses) {
+  for (const char* address : {"tcp:1", "udp:", "udp:70000", "udp:1x", "udp:nowhere:1", "udp:-1",
+                              "shm:", "shm:a/b", ""})
+    EXPECT_THROW(open_link(address, LinkSide::controller), InputError) << address;
+  EXPECT_THROW(open_link("udp:0", LinkSide::robot), InputError);
+  EXPECT_THROW(open_link("shm:saltus_does_not_exist", LinkSide::robot), InputError);
+  const auto first = open_link("udp:0", LinkSide::controller);
+  EXPECT_THROW(open_link("udp:" + std::to_string(port_of(*first)), LinkSide::controller),
+               InputError);
+}
+
+// ---- reactions -----------------------------------------------------------------------------------
+
+class Reactions : public ::testing::Test {
+ protected:
+  Reactions()
+      : lines(read_recorded_run(SALTUS_RECORDED_RUN, biped.robot.joints())),
+        controller(new_controller()),
+        control(controller, biped.robot, biped.start, options()) {}
+
+  BalanceController new_controller() const {
+    return biped.controller(std::make_unique<TreeDynamics>(biped.robot),
+                            biped.sensor_estimator());
+  }
+  static ControlOptions options() {
+    ControlOptions o;
+    o.hold = 0.01;
+    o.damp = 0.02;
+    return o;
+  }
+  SensorMessage message(std::size_t k) const {
+    const Robot::Readings& r = lines.at(k).readings;
+    SensorMessage m;
+    m.sequence = 100 + k;
+    m.time = r.time;
+    m.angular_velocity = r.angular_velocity;
+    m.specific_force = r.specific_force;
+    m.left = r.left;
+    m.right = r.right;
+    m.q = r.q;
+    m.dq = VectorXd::Zero(r.q.size());
+    return m;
+  }
+  void balance_until(std::size_t end) {
+    for (std::size_t k = 0; k < end; ++k) ASSERT_NE(control.update(message(k)), nullptr) << k;
+    ASSERT_EQ(control.state(), ControlState::balance) << control.fault();
+  }
+  // The soft stop after line k: springs around the last positions, then less and less, then nothing.
+  void expect_soft_stop(std::size_t k) {
+    const VectorXd held = lines.at(k).readings.q;
+    ASSERT_EQ(control.state(), ControlState::hold);
+    EXPECT_EQ(control.command().commands.positions, held);
+    EXPECT_GT(control.command().commands.stiffness.minCoeff(), 0.0);
+    double stiffness = infinity;
+    bool has_damped = false;
+    for (int i = 0; i < 40 && !control.is_over(); ++i) {
+      const Robot::Commands& c = control.continue_stop(1e-3).commands;
+      ASSERT_TRUE(c.torques.allFinite() && c.positions.allFinite());
+      EXPECT_LE(c.stiffness[0], stiffness);
+      stiffness = c.stiffness[0];
+      if (control.state() == ControlState::damp) {
+        has_damped = true;
+        EXPECT_GT(c.damping.minCoeff(), 0.0);
+      }
+    }
+    EXPECT_TRUE(has_damped);
+    ASSERT_TRUE(control.is_over());
+    const Robot::Commands& c = control.command().commands;
+    for (const VectorXd* part : {&c.torques, &c.velocities, &c.stiffness, &c.damping})
+      EXPECT_TRUE(part->isZero(0.0));
+  }
+
+  walking::SyntheticBalance biped;
+  std::vector<RecordedLine> lines;
+  BalanceController controller;
+  RobotControl control;
+};
+
+// The commands are those of the BalanceController without a link, bit for bit.
+TEST_F(Reactions, BalancesAsWithoutALinkAndDoesNotAllocate) {
+  BalanceController alone = new_controller();
+  alone.start(biped.start, lines.front().readings);
+  control.update(message(0));
+  alone.update(lines.front().readings);
+  for (std::size_t k = 1; k < lines.size(); ++k) {
+    const SensorMessage readings = message(k);
+    const saltus::testing::AllocationCount count;
+    const CommandMessage* command = control.update(readings);
+    ASSERT_EQ(count.made(), 0) << k;
+    ASSERT_NE(command, nullptr);
+    EXPECT_EQ(command->answers, readings.sequence);
+    Robot::Readings same = lines[k].readings;
+    same.has_new_positions = true;
+    same.time = 1e-3 * static_cast<double>(k);
+    EXPECT_EQ(command->commands.torques, alone.update(same).torques) << k;
+  }
+  EXPECT_EQ(control.counts().replaced, 0);
+  EXPECT_EQ(control.lost(), 0);
+}
+
+TEST_F(Reactions, CountsLostLateAndDuplicateMessages) {
+  balance_until(20);
+  ASSERT_NE(control.update(message(23)), nullptr);  // 20, 21 and 22 are missing
+  EXPECT_EQ(control.counts().replaced, 3);
+  EXPECT_EQ(control.lost(), 3);
+  EXPECT_EQ(control.update(message(21)), nullptr);  // late
+  EXPECT_EQ(control.update(message(21)), nullptr);  // and again
+  EXPECT_EQ(control.update(message(23)), nullptr);
+  EXPECT_EQ(control.counts().late, 1);
+  EXPECT_EQ(control.counts().duplicate, 2);
+  EXPECT_EQ(control.lost(), 2);
+  EXPECT_NEAR(control.balanced(), 0.024, 1e-12);
+  EXPECT_EQ(control.state(), ControlState::balance);
+}
+
+// With interpolated readings the torques stay close to those with all readings.
+TEST_F(Reactions, BridgesLostReadings) {
+  BalanceController alone = new_controller();
+  alone.start(biped.start, lines.front().readings);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < 40; ++k) {
+    const VectorXd& torques = alone.update(lines[k].readings).torques;
+    if (k % 7 == 3) continue;
+    const CommandMessage* command = control.update(message(k));
+    ASSERT_NE(command, nullptr);
+    worst = std::max(worst, (command->commands.torques - torques).lpNorm<Eigen::Infinity>());
+  }
+  EXPECT_GT(worst, 0.0);
+  EXPECT_LT(worst, 5.0);  // Nm, of limits of 80 to 120 Nm
+}
+
+TEST_F(Reactions, StopsSoftlyAtNan) {
+  for (const bool encoder : {true, false}) {
+    BalanceController fresh = new_controller();
+    RobotControl one(fresh, biped.robot, biped.start, options());
+    for (std::size_t k = 0; k < 10; ++k) one.update(message(k));
+    SensorMessage bad = message(10);
+    (encoder ? bad.q[2] : bad.specific_force[1]) = nan;
+    ASSERT_NE(one.update(bad), nullptr);
+    EXPECT_EQ(one.state(), ControlState::hold);
+    EXPECT_NE(one.fault().find("NaN"), std::string::npos) << one.fault();
+  }
+  balance_until(10);
+  SensorMessage bad = message(10);
+  bad.q[2] = nan;
+  control.update(bad);
+  expect_soft_stop(9);
+}
+
+TEST_F(Reactions, StopsSoftlyWhenTheClockStops) {
+  balance_until(10);
+  SensorMessage bad = message(10);
+  bad.time = lines[9].readings.time;
+  control.update(bad);
+  EXPECT_NE(control.fault().find("clock"), std::string::npos) << control.fault();
+  expect_soft_stop(9);
+}
+
+TEST_F(Reactions, StopsSoftlyAtAJumpAndBeyondALimit) {
+  balance_until(10);
+  SensorMessage bad = message(10);
+  bad.q[0] += 0.1;  // rad in 1 ms, with a limit of 10 rad/s
+  control.update(bad);
+  EXPECT_NE(control.fault().find("jumped"), std::string::npos) << control.fault();
+  expect_soft_stop(9);
+
+  BalanceController fresh = new_controller();
+  RobotControl one(fresh, biped.robot, biped.start, options());
+  for (std::size_t k = 0; k < 10; ++k) one.update(message(k));
+  bad = message(10);
+  bad.q[0] = biped.robot.bodies[1].position.upper + 0.1;
+  one.update(bad);
+  EXPECT_NE(one.fault().find("beyond its limits"), std::string::npos) << one.fault();
+}
+
+TEST_F(Reactions, StopsSoftlyAfterALongGap) {
+  balance_until(10);
+  ASSERT_NE(control.update(message(10 + 31 + 1)), nullptr);
+  EXPECT_NE(control.fault().find("lost"), std::string::npos) << control.fault();
+  expect_soft_stop(9);
+}
+
+TEST_F(Reactions, StopsSoftlyOnRequestWithoutAFault) {
+  balance_until(10);
+  SensorMessage last = message(10);
+  last.requests_stop = true;
+  control.update(last);
+  EXPECT_EQ(control.fault(), "");
+  ASSERT_EQ(control.state(), ControlState::hold);
+}
+
+// A robot that is never driven needs no hold.
+TEST_F(Reactions, ReleasesAtOnceBeforeTheStart) {
+  control.stop();
+  EXPECT_TRUE(control.is_over());
+}
+
+TEST_F(Reactions, MovesIntoThePostureBeforeItBalances) {
+  SensorMessage m = message(0);
+  m.q[0] += 0.3;
+  m.sequence = 0;
+  m.time = 0.0;
+  ASSERT_NE(control.update(m), nullptr);
+  ASSERT_EQ(control.state(), ControlState::stand);
+  for (int k = 1; k < 3000 && control.state() == ControlState::stand; ++k) {
+    m.sequence = static_cast<std::uint64_t>(k);
+    m.time = 1e-3 * k;
+    m.q = control.command().commands.positions;  // a robot that follows exactly
+    control.update(m);
+  }
+  EXPECT_EQ(control.state(), ControlState::balance) << control.fault();
+}
+
+TEST_F(Reactions, NamesAJointThatDoesNotReachThePosture) {
+  SensorMessage m = message(0);
+  m.q[0] += 0.3;
+  for (int k = 0; k < 5000 && !control.is_stopping(); ++k) {
+    m.sequence = static_cast<std::uint64_t>(k);
+    m.time = 1e-3 * k;
+    control.update(m);
+  }
+  EXPECT_NE(control.fault().find(biped.robot.bodies[1].joint), std::string::npos)
+      << control.fault();
+}
+
+// ---- the loop ------------------------------------------------------------------------------------
+
+// The fake robot in its own process. `answers`: false for one that stops without a word.
+class Loop : public Reactions {
+ protected:
+  Loop() : codec(joints()), link(open_link("udp:0", LinkSide::controller)) {}
+  ~Loop() override {
+    if (robot > 0) ::kill(robot, SIGKILL);
+    if (robot > 0) ::waitpid(robot, nullptr, 0);
+  }
+  std::vector<std::string> joints() const {
+    std::vector<std::string> all;
+    for (const FloatingRobot::Body& b : biped.robot.bodies)
+      if (b.parent >= 0) all.push_back(b.joint);
+    return all;
+  }
+  void start_robot(double pace, bool requests_stop) {
+    const std::string address = "udp:" + std::to_string(port_of(*link));
+    robot = ::fork();
+    if (robot != 0) return;
+    const auto side = open_link(address, LinkSide::robot);
+    Codec own(joints());
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      SensorMessage m = message(k);
+      m.pace = pace;
+      m.requests_stop = requests_stop && k + 60 > lines.size();
+      side->send(own.encode(m));
+      side->receive(WallClock::now() + 5s);
+    }
+    ::_exit(0);
+  }
+  ProcessResult run(const ProcessOptions& options) {
+    return run_control(*link, codec, control, options, [] { return false; }, nullptr);
+  }
+
+  Codec codec;
+  std::unique_ptr<RobotLink> link;
+  pid_t robot = 0;
+};
+
+TEST_F(Loop, EndsAtTheRequestOfTheRobot) {
+  start_robot(0.0, true);
+  const ProcessResult result = run({});
+  EXPECT_EQ(result.end, ProcessResult::End::request);
+  EXPECT_EQ(control.fault(), "");
+  EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()) - 59 + 30);
+  EXPECT_EQ(result.answer.count(), control.counts().used);
+}
+
+TEST_F(Loop, StopsWhenTheRobotIsSilent) {
+  start_robot(0.0, false);
+  const ProcessResult result = run({.silence = 0.05, .patience = 0.05});
+  EXPECT_EQ(result.end, ProcessResult::End::silence);
+  EXPECT_NE(control.fault().find("no message"), std::string::npos) << control.fault();
+  EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()));
+}
+
+TEST_F(Loop, EndsWithoutARobot) {
+  EXPECT_EQ(run({.arrival = 0.02}).end, ProcessResult::End::no_robot);
+}
+
+TEST_F(Loop, CountsForeignMessages) {
+  const auto stranger = open_link("udp:" + std::to_string(port_of(*link)), LinkSide::robot);
+  const std::vector<std::byte> noise(100);
+  stranger->send(noise);
+  EXPECT_EQ(run({.arrival = 0.2}).end, ProcessResult::End::no_robot);
+  EXPECT_EQ(control.counts().refused, 1);
+  EXPECT_EQ(control.last_refusal(), Refusal::foreign);
+}
+
+// Every row of the log is complete.
+TEST_F(Loop, LogsWhileItRuns) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("saltus_log_" + std::to_string(::getpid()));
+  {
+    ControlLog log(file, biped.robot, 2);
+    for (std::size_t k = 0; k < 100; ++k) {
+      control.update(message(k));
+      const SensorMessage readings = message(k);
+      const saltus::testing::AllocationCount count;
+      log.add(readings, control.command(), 1e-4, 0);
+      ASSERT_EQ(count.made_by_this_thread(), 0);
+    }
+    EXPECT_EQ(log.dropped(), 0);
+  }
+  std::ifstream table(file);
+  std::string line;
+  long columns = -1, rows = 0;
+  while (std::getline(table, line)) {
+    const long commas = std::count(line.begin(), line.end(), ',');
+    if (columns < 0) columns = commas;
+    EXPECT_EQ(commas, columns);
+    ++rows;
+  }
+  std::filesystem::remove(file);
+  EXPECT_EQ(rows, 51);
+}
+
+}  // namespace
+}  // namespace saltus::robots::control
