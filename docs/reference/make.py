@@ -66,6 +66,7 @@ GROUPS = {
         "benchmarks/measured.md": "results of single campaigns"}),
     "Robots": ("Models, simulation and control of robots, and two applications.", {
         "robots/README.md": "robot models, simulators, estimation and whole-body control",
+        "docs/robot_link.md": "a robot in another process: usage, messages, reactions to faults",
         "problems/push_recovery/README.md": "the user guide of the reference problem",
         "problems/push_recovery/theory.md": "its optimal control problem and the rules for steps",
         "problems/push_recovery/step_planning.md": "number, foot, times and places of steps by optimal control",

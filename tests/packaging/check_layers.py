@@ -27,7 +27,8 @@ FORBIDDEN = {
 }
 # Files that must not include these folders and headers, even indirectly: a robot's computer runs them without a
 # simulator and without the application.
-CONTROLLER = ("robots/saltus/robots/walking/balance_controller.cpp", "robots/saltus/robots/whole_body/sensor_estimator.cpp",
+CONTROLLER = ("robots/saltus/robots/control/control_process.cpp", "robots/saltus/robots/walking/balance_controller.cpp",
+              "robots/saltus/robots/whole_body/sensor_estimator.cpp",
               "robots/saltus/robots/whole_body/inverse_dynamics_controller.cpp",
               "robots/saltus/robots/whole_body/momentum_controller.cpp")
 NOT_FOR_CONTROLLERS = ("framework/app", "framework/simulation", "robots/dart", "robots/mujoco", "robots/simulation",

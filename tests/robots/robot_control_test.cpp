@@ -48,7 +48,8 @@ std::vector<std::byte> copy_of(std::span<const std::byte> bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-// ---- messages ------------------------------------------------------------------------------------
+// ---- messages
+// ------------------------------------------------------------------------------------
 
 // The check value of CRC-32 in the catalogue of CRC algorithms.
 TEST(Protocol, ChecksumIsCrc32) {
@@ -166,7 +167,8 @@ TEST(Protocol, PassesNanOn) {
   EXPECT_FALSE(got.is_finite());
 }
 
-// ---- transports ----------------------------------------------------------------------------------
+// ---- transports
+// ----------------------------------------------------------------------------------
 
 class Transport : public ::testing::TestWithParam<const char*> {
  protected:
@@ -201,9 +203,9 @@ TEST_P(Transport, CarriesMessagesBothWays) {
     controller->accept_sender();
     CommandMessage command, answer;
     command.answers = i;
-    for (VectorXd* part : {&command.commands.torques, &command.commands.positions,
-                           &command.commands.velocities, &command.commands.stiffness,
-                           &command.commands.damping})
+    for (VectorXd* part :
+         {&command.commands.torques, &command.commands.positions, &command.commands.velocities,
+          &command.commands.stiffness, &command.commands.damping})
       *part = VectorXd::Zero(3);
     controller->send(codec.encode(command));
     ASSERT_EQ(codec.decode(robot->receive(soon()), answer), Refusal::none);
@@ -257,8 +259,8 @@ TEST(SharedMemory, ReadersNeverSeeAPartOfAMessage) {
 }
 
 TEST(Links, RejectBadAddresses) {
-  for (const char* address : {"tcp:1", "udp:", "udp:70000", "udp:1x", "udp:nowhere:1", "udp:-1",
-                              "shm:", "shm:a/b", ""})
+  for (const char* address :
+       {"tcp:1", "udp:", "udp:70000", "udp:1x", "udp:nowhere:1", "udp:-1", "shm:", "shm:a/b", ""})
     EXPECT_THROW(open_link(address, LinkSide::controller), InputError) << address;
   EXPECT_THROW(open_link("udp:0", LinkSide::robot), InputError);
   EXPECT_THROW(open_link("shm:saltus_does_not_exist", LinkSide::robot), InputError);
@@ -267,7 +269,8 @@ TEST(Links, RejectBadAddresses) {
                InputError);
 }
 
-// ---- reactions -----------------------------------------------------------------------------------
+// ---- reactions
+// -----------------------------------------------------------------------------------
 
 class Reactions : public ::testing::Test {
  protected:
@@ -277,8 +280,7 @@ class Reactions : public ::testing::Test {
         control(controller, biped.robot, biped.start, options()) {}
 
   BalanceController new_controller() const {
-    return biped.controller(std::make_unique<TreeDynamics>(biped.robot),
-                            biped.sensor_estimator());
+    return biped.controller(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
   }
   static ControlOptions options() {
     ControlOptions o;
@@ -303,7 +305,8 @@ class Reactions : public ::testing::Test {
     for (std::size_t k = 0; k < end; ++k) ASSERT_NE(control.update(message(k)), nullptr) << k;
     ASSERT_EQ(control.state(), ControlState::balance) << control.fault();
   }
-  // The soft stop after line k: springs around the last positions, then less and less, then nothing.
+  // The soft stop after line k: springs around the last positions, then less and less, then
+  // nothing.
   void expect_soft_stop(std::size_t k) {
     const VectorXd held = lines.at(k).readings.q;
     ASSERT_EQ(control.state(), ControlState::hold);
@@ -481,7 +484,8 @@ TEST_F(Reactions, NamesAJointThatDoesNotReachThePosture) {
       << control.fault();
 }
 
-// ---- the loop ------------------------------------------------------------------------------------
+// ---- the loop
+// ------------------------------------------------------------------------------------
 
 // The fake robot in its own process. `answers`: false for one that stops without a word.
 class Loop : public Reactions {
@@ -513,7 +517,8 @@ class Loop : public Reactions {
     ::_exit(0);
   }
   ProcessResult run(const ProcessOptions& options) {
-    return run_control(*link, codec, control, options, [] { return false; }, nullptr);
+    return run_control(
+        *link, codec, control, options, [] { return false; }, nullptr);
   }
 
   Codec codec;

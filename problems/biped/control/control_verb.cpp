@@ -59,9 +59,8 @@ Request parse(std::span<const std::string> arguments) {
   Request r;
   OptionParser parser("control", summary);
   const auto seconds = [&parser](const char* flag, const char* doc, double& field) {
-    parser.option(flag, "SECONDS", doc, [flag, &field](const std::string& text) {
-      field = number(flag, text, 0.0);
-    });
+    parser.option(flag, "SECONDS", doc,
+                  [flag, &field](const std::string& text) { field = number(flag, text, 0.0); });
   };
   const auto integer = [&parser](const char* flag, const char* doc, double least, auto& field) {
     parser.option(flag, "N", doc, [flag, least, &field](const std::string& text) {
@@ -89,8 +88,7 @@ Request parse(std::span<const std::string> arguments) {
   integer("--cpu", "the only processor to use", 0, r.real_time.cpu);
   parser.flag("--lock-memory", "keep all memory in RAM", r.real_time.lock_memory)
       .others([&](const std::string& flag, const std::optional<std::string>& value) {
-        r.assignments.push_back(value ? flag_assignment(flag, *value)
-                                      : bare_flag_assignment(flag));
+        r.assignments.push_back(value ? flag_assignment(flag, *value) : bare_flag_assignment(flag));
       });
   r.is_help = parser.prints_help(arguments);
   if (!r.is_help && r.link.empty() == r.mjcf.empty())
@@ -166,8 +164,9 @@ Outcome outcome(const ProcessResult& result, const RobotControl& robot) {
 ExitStatus drive(const Request& request, const BipedProblem& problem, const std::string& config) {
   const BipedSettings& settings = problem.settings();
   if (settings.plant.sensors != PlantSettings::Sensors::measured)
-    throw InputError("control: a robot in another process has no ideal sensors; leave out "
-                     "--sensors, or use --sensors measured");
+    throw InputError(
+        "control: a robot in another process has no ideal sensors; leave out "
+        "--sensors, or use --sensors measured");
   const RobotDescription robot = robot_of(settings);
   const Model model = make_model(problem, robot);
   control::ControlOptions options = request.control;
@@ -193,35 +192,36 @@ ExitStatus drive(const Request& request, const BipedProblem& problem, const std:
                port > 0 ? fmt::format("UDP port {}", port) : request.link);
     std::fflush(stdout);
     const DeferSignals note;
-    result = run_control(*link, codec, robot_control, request.process,
-                         [] { return DeferSignals::received() != 0; }, &log);
+    result = run_control(
+        *link, codec, robot_control, request.process, [] { return DeferSignals::received() != 0; },
+        &log);
     dropped = log.dropped();
   }
   const control::LinkCounts& counts = robot_control.counts();
   const Outcome end = outcome(result, robot_control);
-  output.write("summary.json",
-               Json{{"end", end.name},
-                    {"fault", end.sentence},
-                    {"balanced_s", robot_control.balanced()},
-                    {"wall_s", result.seconds},
-                    {"messages",
-                     {{"received", counts.received},
-                      {"used", counts.used},
-                      {"lost", robot_control.lost()},
-                      {"late", counts.late},
-                      {"duplicate", counts.duplicate},
-                      {"refused", counts.refused},
-                      {"readings_replaced", counts.replaced}}},
-                    {"torques_cut", robot_control.cut()},
-                    {"log_rows_dropped", dropped},
-                    {"page_faults", result.page_faults},
-                    {"answer", to_json(result.answer)},
-                    {"stamp_to_command", to_json(result.stamp)}});
+  output.write("summary.json", Json{{"end", end.name},
+                                    {"fault", end.sentence},
+                                    {"balanced_s", robot_control.balanced()},
+                                    {"wall_s", result.seconds},
+                                    {"messages",
+                                     {{"received", counts.received},
+                                      {"used", counts.used},
+                                      {"lost", robot_control.lost()},
+                                      {"late", counts.late},
+                                      {"duplicate", counts.duplicate},
+                                      {"refused", counts.refused},
+                                      {"readings_replaced", counts.replaced}}},
+                                    {"torques_cut", robot_control.cut()},
+                                    {"log_rows_dropped", dropped},
+                                    {"page_faults", result.page_faults},
+                                    {"answer", to_json(result.answer)},
+                                    {"stamp_to_command", to_json(result.stamp)}});
   write_run_file(output, "control");
-  fmt::print("balanced for {:.3f} s; messages: {} received, {} lost, {} late, {} duplicate, {} "
-             "refused; {} readings replaced\n",
-             robot_control.balanced(), counts.received, robot_control.lost(), counts.late,
-             counts.duplicate, counts.refused, counts.replaced);
+  fmt::print(
+      "balanced for {:.3f} s; messages: {} received, {} lost, {} late, {} duplicate, {} "
+      "refused; {} readings replaced\n",
+      robot_control.balanced(), counts.received, robot_control.lost(), counts.late,
+      counts.duplicate, counts.refused, counts.replaced);
   print_times("from arrival to command", result.answer);
   print_times("from time stamp to command", result.stamp);
   if (!end.sentence.empty()) fmt::print(stderr, "saltus: control: {}\n", end.sentence);

@@ -37,7 +37,8 @@ long page_faults() {
 
 }  // namespace
 
-// ---- log -----------------------------------------------------------------------------------------
+// ---- log
+// -----------------------------------------------------------------------------------------
 
 struct ControlLog::Writer {
   static constexpr std::size_t rows = 4096;
@@ -81,8 +82,7 @@ ControlLog::ControlLog(const std::filesystem::path& file, const FloatingRobot& b
                            unit);
   for (const char* quantity : {"angular_velocity", "specific_force"})
     for (const char* axis : {"x", "y", "z"})
-      names += fmt::format(",{}_{} [{}]", quantity, axis,
-                           quantity[0] == 'a' ? "rad/s" : "m/s^2");
+      names += fmt::format(",{}_{} [{}]", quantity, axis, quantity[0] == 'a' ? "rad/s" : "m/s^2");
   for (const char* foot : {"left", "right"})
     for (const char* part : {"fx [N]", "fy [N]", "fz [N]", "mx [Nm]", "my [Nm]", "mz [Nm]"})
       names += fmt::format(",{}_{}", foot, part);
@@ -125,7 +125,8 @@ void ControlLog::add(const SensorMessage& r, const CommandMessage& command, doub
   writer_->added.store(i + 1, std::memory_order_release);
 }
 
-// ---- operating system ----------------------------------------------------------------------------
+// ---- operating system
+// ----------------------------------------------------------------------------
 
 void apply(const RealTimeOptions& options) {
   if (options.cpu) {
@@ -149,12 +150,13 @@ void apply(const RealTimeOptions& options) {
         "--lock-memory: {}; allow it (ulimit -l unlimited) or leave it out", std::strerror(errno)));
 }
 
-// ---- loop ----------------------------------------------------------------------------------------
+// ---- loop
+// ----------------------------------------------------------------------------------------
 
 ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
                           const ProcessOptions& options, const std::function<bool()>& stops,
                           ControlLog* log) {
-  constexpr double look = 0.05;        // s, between two looks at `stops`
+  constexpr double look = 0.05;         // s, between two looks at `stops`
   constexpr double stop_period = 5e-3;  // s, between two commands without a robot
   ProcessResult result;
   SensorMessage readings;
@@ -170,8 +172,7 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
     const double wait = is_silent ? stop_period : look;
     const std::span<const std::byte> bytes = link.receive(WallClock::now() + of_seconds(wait));
     const WallClock::time_point arrival = WallClock::now();
-    const Refusal refusal =
-        bytes.empty() ? Refusal::truncated : codec.decode(bytes, readings);
+    const Refusal refusal = bytes.empty() ? Refusal::truncated : codec.decode(bytes, readings);
     if (!bytes.empty() && refusal != Refusal::none) control.note_refused(refusal);
     if (refusal != Refusal::none) {
       const double silent = seconds_between(last, arrival);
@@ -180,12 +181,14 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
         continue;
       }
       const bool waits = pace == 0.0 && !control.is_stopping();
-      if (!is_silent && silent > (waits ? options.patience : std::max(pace, 1.0) * options.silence)) {
+      if (!is_silent &&
+          silent > (waits ? options.patience : std::max(pace, 1.0) * options.silence)) {
         is_silent = true;
         is_lost = !control.is_stopping();
-        control.stop(fmt::format("no message from the robot for {:.3f} s; check its process and "
-                                 "the connection",
-                                 silent));
+        control.stop(
+            fmt::format("no message from the robot for {:.3f} s; check its process and "
+                        "the connection",
+                        silent));
       }
       if (is_silent) link.send(codec.encode(control.continue_stop(stop_period)));
       continue;
@@ -210,7 +213,8 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
       offset = std::min(offset, seconds_between(begin, arrival) - stamp);
       result.stamp.add(std::max(0.0, seconds_between(begin, sent) - stamp - offset));
     }
-    if (log != nullptr) log->add(readings, *command, answered, control.counts().replaced - replaced);
+    if (log != nullptr)
+      log->add(readings, *command, answered, control.counts().replaced - replaced);
   }
   result.page_faults = page_faults() - faults;
   result.seconds = seconds_between(begin, WallClock::now());

@@ -50,8 +50,8 @@ void apply(const RealTimeOptions& options);
 struct ProcessOptions {
   /// Time without a valid message after which the controller stops, s of the robot's clock.
   double silence = 0.1;
-  double patience = 10.0;   ///< the same for a robot that waits for answers, s of our clock
-  double arrival = 60.0;    ///< waiting time for the first message, s of our clock
+  double patience = 10.0;  ///< the same for a robot that waits for answers, s of our clock
+  double arrival = 60.0;   ///< waiting time for the first message, s of our clock
 };
 
 /// Result of run_control().

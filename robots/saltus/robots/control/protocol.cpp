@@ -176,9 +176,9 @@ Codec::Codec(std::span<const std::string> joints)
 }
 
 std::span<const std::byte> Codec::encode(const SensorMessage& m) {
-  std::byte* at = begin(
-      bytes_, sensors, robot_, joints_,
-      {m.requests_stop ? stop_flag : std::uint16_t{0}, m.sequence, stamp(m.time)});
+  std::byte* at =
+      begin(bytes_, sensors, robot_, joints_,
+            {m.requests_stop ? stop_flag : std::uint16_t{0}, m.sequence, stamp(m.time)});
   store(at, m.pace);
   store(at, 0.0);  // reserved
   store_all(at, m.angular_velocity);
@@ -192,8 +192,7 @@ std::span<const std::byte> Codec::encode(const SensorMessage& m) {
 }
 
 std::span<const std::byte> Codec::encode(const CommandMessage& m) {
-  std::byte* at =
-      begin(bytes_, command, robot_, joints_, {0, m.sequence, stamp(m.time)});
+  std::byte* at = begin(bytes_, command, robot_, joints_, {0, m.sequence, stamp(m.time)});
   store(at, m.answers);
   store(at, static_cast<std::uint32_t>(m.state));
   store(at, std::uint32_t{0});

@@ -66,7 +66,8 @@ void RobotControl::note_refused(Refusal refusal) {
   refusal_ = refusal;
 }
 
-// Counts the message. False if it is old. Bit i of the window: last_.sequence - i has arrived.
+// Counts the message and returns false if it is old. Bit i of the window is set if the message with
+// number last_.sequence - i has arrived.
 bool RobotControl::is_new(std::uint64_t sequence) {
   ++counts_.received;
   if (!has_readings_) {
@@ -92,7 +93,8 @@ bool RobotControl::is_new(std::uint64_t sequence) {
   return false;
 }
 
-// One sentence on readings that cannot be true, or empty. `elapsed`: periods since the last ones, s.
+// One sentence on readings that cannot be true, or empty. `elapsed`: periods since the last ones,
+// s.
 std::string RobotControl::implausible(const SensorMessage& r, double elapsed) const {
   for (Eigen::Index i = 0; i < r.q.size(); ++i) {
     const std::string& joint = body_.bodies[static_cast<std::size_t>(i) + 1].joint;
@@ -107,8 +109,7 @@ std::string RobotControl::implausible(const SensorMessage& r, double elapsed) co
       return fmt::format("{} has jumped by {:.3f} rad in {:.0f} ms; check its encoder", joint,
                          moved, 1e3 * elapsed);
   }
-  if (!r.is_finite())
-    return "the inertial or force sensors read NaN; check these sensors";
+  if (!r.is_finite()) return "the inertial or force sensors read NaN; check these sensors";
   if (has_readings_) {
     const double passed = r.time - last_.time;
     if (std::abs(passed - elapsed) > options_.clock_error * elapsed)
@@ -184,9 +185,10 @@ void RobotControl::stand(const SensorMessage&, double elapsed) {
   if (stood_for_ > options_.stand + 2.0) {
     Eigen::Index worst = 0;
     const double left = (last_.q - posture_.q).cwiseAbs().maxCoeff(&worst);
-    stop(fmt::format("{} stays {:.3f} rad away from the posture of the start; check whether it is "
-                     "blocked",
-                     body_.bodies[static_cast<std::size_t>(worst) + 1].joint, left));
+    stop(
+        fmt::format("{} stays {:.3f} rad away from the posture of the start; check whether it is "
+                    "blocked",
+                    body_.bodies[static_cast<std::size_t>(worst) + 1].joint, left));
     continue_stop(0.0);
     return;
   }
@@ -245,8 +247,8 @@ void RobotControl::balance(const SensorMessage& r, long periods) {
     for (VectorXd* part : {&c.velocities, &c.stiffness, &c.damping}) part->setZero();
   }
   const Eigen::Isometry3d& base = controller_.estimate().state.base;
-  const double tilt = std::acos(
-      std::clamp(base.linear().col(2).dot(posture_.base.linear().col(2)), -1.0, 1.0));
+  const double tilt =
+      std::acos(std::clamp(base.linear().col(2).dot(posture_.base.linear().col(2)), -1.0, 1.0));
   if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite()) {
     c.torques.setZero();
     stop("the controller computed NaN; please report it with the folder of this run");

@@ -20,8 +20,8 @@ struct ControlOptions {
   double stand = 2.0;                     ///< duration of the state `stand`, s
   double hold = 0.3, damp = 1.0;          ///< durations of these states, s
   double stiffness = 5.0, damping = 0.2;  ///< springs of `stand`, `hold` and `damp`: 1/rad, s/rad
-  double near = 0.03;        ///< rad, distance of joints from the posture at which it is reached
-  int most_missing = 30;     ///< consecutive readings that are replaced if they are lost or late
+  double near = 0.03;          ///< rad, distance of joints from the posture at which it is reached
+  int most_missing = 30;       ///< consecutive readings that are replaced if they are lost or late
   double beyond_limit = 0.05;  ///< rad, by which a joint may be beyond its limits
   double speed_factor = 3.0;   ///< largest speed of a joint, as a multiple of its limit
   double clock_error = 0.5;    ///< relative difference of time stamps from the period
@@ -30,13 +30,13 @@ struct ControlOptions {
 
 /// Counts of messages.
 struct LinkCounts {
-  long received = 0;                      ///< valid messages
-  long used = 0;                          ///< messages with the latest readings at that time
-  long late = 0;                          ///< messages that arrived after a later one
-  long duplicate = 0;                     ///< messages that had arrived before
-  long refused = 0;                       ///< messages that the codec refused
-  long replaced = 0;                      ///< readings that were interpolated
-  long lost(std::uint64_t span) const;    ///< of `span` consecutive messages
+  long received = 0;                    ///< valid messages
+  long used = 0;                        ///< messages with the latest readings at that time
+  long late = 0;                        ///< messages that arrived after a later one
+  long duplicate = 0;                   ///< messages that had arrived before
+  long refused = 0;                     ///< messages that the codec refused
+  long replaced = 0;                    ///< readings that were interpolated
+  long lost(std::uint64_t span) const;  ///< of `span` consecutive messages
 };
 
 /// Turns readings into commands. After construction nothing allocates, except for the sentence
@@ -92,9 +92,9 @@ class RobotControl {
   WholeBodyState posture_;
   ControlOptions options_;
   VectorXd effort_, speed_, lower_, upper_;
-  SensorMessage last_;       // latest valid readings
+  SensorMessage last_;        // latest valid readings
   Robot::Readings readings_;  // of the controller
-  VectorXd from_;            // joints at the start of `stand`, or at the start of the soft stop
+  VectorXd from_;             // joints at the start of `stand`, or at the start of the soft stop
   VectorXd held_torques_;
   bool has_readings_ = false;
   std::uint64_t first_ = 0, window_ = 0;

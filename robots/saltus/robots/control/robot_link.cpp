@@ -45,7 +45,8 @@ class FileDescriptor {
   int number_;
 };
 
-// ---- UDP -----------------------------------------------------------------------------------------
+// ---- UDP
+// -----------------------------------------------------------------------------------------
 
 class UdpLink final : public RobotLink {
  public:
@@ -74,8 +75,8 @@ class UdpLink final : public RobotLink {
       const auto left = deadline - WallClock::now();
       if (left <= 0ns) return {};
       pollfd wanted{socket_.get(), POLLIN, 0};
-      const auto rest = std::chrono::duration_cast<std::chrono::nanoseconds>(std::min<
-          WallClock::duration>(left, 500ms));
+      const auto rest = std::chrono::duration_cast<std::chrono::nanoseconds>(
+          std::min<WallClock::duration>(left, 500ms));
       const timespec patience{0, static_cast<long>(rest.count())};
       ::ppoll(&wanted, 1, &patience, nullptr);
     }
@@ -118,7 +119,8 @@ std::unique_ptr<RobotLink> open_udp(const std::string& address, LinkSide side) {
   return std::make_unique<UdpLink>(address, place, side);
 }
 
-// ---- shared memory -------------------------------------------------------------------------------
+// ---- shared memory
+// -------------------------------------------------------------------------------
 
 // One message, which its writer replaces. The count is odd while it writes, so a reader that sees
 // the same even count before and after has read a complete message.
@@ -156,8 +158,8 @@ class SharedMemoryLink final : public RobotLink {
     struct stat status {};
     if (::fstat(file.get(), &status) != 0 || status.st_size != sizeof(Segment))
       refuse(address, fmt::format("/dev/shm{} has another size; remove it", name));
-    void* const memory = ::mmap(nullptr, sizeof(Segment), PROT_READ | PROT_WRITE, MAP_SHARED,
-                                file.get(), 0);
+    void* const memory =
+        ::mmap(nullptr, sizeof(Segment), PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
     if (memory == MAP_FAILED) refuse(address, std::strerror(errno));
     segment_ = static_cast<Segment*>(memory);
     in_ = creates ? &segment_->to_controller : &segment_->to_robot;
@@ -171,8 +173,7 @@ class SharedMemoryLink final : public RobotLink {
   std::span<const std::byte> receive(WallClock::time_point deadline) override {
     constexpr auto pause = 20us;
     for (;;) {
-      const std::uint32_t before =
-          std::atomic_ref(in_->count).load(std::memory_order_acquire);
+      const std::uint32_t before = std::atomic_ref(in_->count).load(std::memory_order_acquire);
       if (before % 2 == 0 && before != seen_) {
         const std::size_t size = std::min<std::size_t>(get(in_->size), most_bytes);
         for (std::size_t i = 0; i < (size + 7) / 8; ++i) buffer_[i] = get(in_->words[i]);

@@ -22,7 +22,7 @@ class RobotLink {
   virtual std::span<const std::byte> receive(WallClock::time_point deadline) = 0;
   /// Sends to the other side if it is known. A failed transmission counts as a lost message.
   virtual void send(std::span<const std::byte> message) = 0;
-  /// From now on send() goes to the sender of the last message received.
+  /// Makes send() address the sender of the last message received.
   virtual void accept_sender() {}
 };
 

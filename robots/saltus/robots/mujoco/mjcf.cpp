@@ -90,9 +90,8 @@ class BodyWriter {
   std::string body(int i) {
     const FloatingRobot::Body& b = robot_.bodies[static_cast<std::size_t>(i)];
     const Mat<double, 3, 3>& I = b.inertia;
-    std::string text = fmt::format("<body name=\"{}\"{}>\n",
-                                   names_ ? escaped(b.name) : std::to_string(i),
-                                   pose_xml(b.origin));
+    std::string text = fmt::format(
+        "<body name=\"{}\"{}>\n", names_ ? escaped(b.name) : std::to_string(i), pose_xml(b.origin));
     if (b.parent < 0) {
       text += fmt::format("<freejoint name=\"{}\"/>\n", names_ ? "floating_base" : "0");
     } else {
@@ -132,9 +131,10 @@ class BodyWriter {
  private:
   std::string sites(int i) const {
     std::string text = i == 0 ? "<site name=\"imu\"/>\n" : "";
-    for (const auto& [name, sole] : {std::pair{"left_sole", &robot_.left_sole},
-                                     std::pair{"right_sole", &robot_.right_sole}})
-      if (sole->body == i) text += fmt::format("<site name=\"{}\"{}/>\n", name, pose_xml(sole->pose));
+    for (const auto& [name, sole] :
+         {std::pair{"left_sole", &robot_.left_sole}, std::pair{"right_sole", &robot_.right_sole}})
+      if (sole->body == i)
+        text += fmt::format("<site name=\"{}\"{}/>\n", name, pose_xml(sole->pose));
     return text;
   }
 
