@@ -24,10 +24,6 @@ void resize(SensorMessage& readings, Eigen::Index n) {
 
 }  // namespace
 
-long LinkCounts::lost(std::uint64_t span) const {
-  return static_cast<long>(span) - (received - duplicate);
-}
-
 RobotControl::RobotControl(walking::BalanceController& controller, const FloatingRobot& body,
                            WholeBodyState posture, ControlOptions options)
     : controller_(controller), body_(body), posture_(std::move(posture)), options_(options) {
@@ -58,7 +54,9 @@ RobotControl::RobotControl(walking::BalanceController& controller, const Floatin
 }
 
 long RobotControl::lost() const {
-  return has_readings_ ? counts_.lost(last_.sequence - first_ + 1) : 0;
+  if (!has_readings_) return 0;
+  const auto sent = static_cast<long>(last_.sequence - first_ + 1);
+  return sent - (counts_.received - counts_.duplicate);
 }
 
 void RobotControl::note_refused(Refusal refusal) {
@@ -66,8 +64,8 @@ void RobotControl::note_refused(Refusal refusal) {
   refusal_ = refusal;
 }
 
-// Counts the message and returns false if it is old. Bit i of the window is set if the message with
-// number last_.sequence - i has arrived.
+// Counts the message and returns false if it is old. Bit i of the window belongs to the message
+// that is i messages older than the newest one. The bit is set once that message has arrived.
 bool RobotControl::is_new(std::uint64_t sequence) {
   ++counts_.received;
   if (!has_readings_) {

@@ -30,13 +30,12 @@ struct ControlOptions {
 
 /// Counts of messages.
 struct LinkCounts {
-  long received = 0;                    ///< valid messages
-  long used = 0;                        ///< messages with the latest readings at that time
-  long late = 0;                        ///< messages that arrived after a later one
-  long duplicate = 0;                   ///< messages that had arrived before
-  long refused = 0;                     ///< messages that the codec refused
-  long replaced = 0;                    ///< readings that were interpolated
-  long lost(std::uint64_t span) const;  ///< of `span` consecutive messages
+  long received = 0;   ///< valid messages
+  long used = 0;       ///< messages with the latest readings at that time
+  long late = 0;       ///< messages that arrived after a later one
+  long duplicate = 0;  ///< messages that had arrived before
+  long refused = 0;    ///< messages that the codec refused
+  long replaced = 0;   ///< readings that were interpolated
 };
 
 /// Turns readings into commands. After construction nothing allocates, except for the sentence
@@ -70,7 +69,7 @@ class RobotControl {
   const LinkCounts& counts() const { return counts_; }
   /// Reason of the last refusal.
   Refusal last_refusal() const { return refusal_; }
-  /// Messages lost since the first one.
+  /// Messages that were sent since the first one and have not arrived.
   long lost() const;
   /// Number of commands that exceeded the largest torque and were cut.
   long cut() const { return cut_; }
