@@ -64,8 +64,7 @@ void RobotControl::note_refused(Refusal refusal) {
   refusal_ = refusal;
 }
 
-// Counts the message and returns false if it is old. Bit i of the window belongs to the message
-// that is i messages older than the newest one. The bit is set once that message has arrived.
+// Counts the message. Returns false if it is old.
 bool RobotControl::is_new(std::uint64_t sequence) {
   ++counts_.received;
   if (!has_readings_) {

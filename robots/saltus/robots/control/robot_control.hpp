@@ -96,7 +96,8 @@ class RobotControl {
   VectorXd from_;             // joints at the start of `stand`, or at the start of the soft stop
   VectorXd held_torques_;
   bool has_readings_ = false;
-  std::uint64_t first_ = 0, window_ = 0;
+  std::uint64_t first_ = 0;   // sequence number of the first message
+  std::uint64_t window_ = 0;  // bit i is set if the message i before the latest one has arrived
   double stopped_for_ = 0.0, stood_for_ = 0.0;
   long balance_periods_ = 0;
   std::string fault_;
