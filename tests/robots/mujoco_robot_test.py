@@ -100,6 +100,11 @@ class Link(unittest.TestCase):
                 self.assertIn(sentence, control_text)
                 self.assertEqual(self.guarded(text), 0)  # commands continue: hold and damp
 
+    def test_a_joint_sticks(self):
+        """The other joints go on."""
+        status, text, control_status, control_text = self.pair("--time", "0.5", "--fault", "stuck", "--fault-at", "0.2")
+        self.assertEqual((status, control_status), (0, 0), text + control_text)
+
     def test_controller_killed(self):
         """The guard of the robot acts, once for all."""
         controller, link = self.controller()

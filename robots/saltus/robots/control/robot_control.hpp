@@ -97,7 +97,7 @@ class RobotControl {
   VectorXd held_torques_;
   bool has_readings_ = false;
   std::uint64_t first_ = 0;   // sequence number of the first message
-  std::uint64_t window_ = 0;  // bit i is set if the message i before the latest one has arrived
+  std::uint64_t window_ = 0;  // arrived messages: bit 0 is the latest one
   double stopped_for_ = 0.0, stood_for_ = 0.0;
   long balance_periods_ = 0;
   std::string fault_;
