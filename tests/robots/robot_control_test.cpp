@@ -413,7 +413,8 @@ TEST_F(Reactions, StopsSoftlyAtNan) {
     (encoder ? bad.q[2] : bad.specific_force[1]) = nan;
     ASSERT_NE(one.update(bad), nullptr);
     EXPECT_EQ(one.state(), ControlState::hold);
-    EXPECT_NE(one.fault().find("NaN"), std::string::npos) << one.fault();
+    EXPECT_NE(one.fault().find("NaN; check th"), std::string::npos) << one.fault();
+    EXPECT_EQ(one.fault().find(biped.robot.bodies[3].joint) != std::string::npos, encoder);
   }
   balance_until(10);
   SensorMessage bad = message(10);
