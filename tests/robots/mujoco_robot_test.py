@@ -122,7 +122,7 @@ class Link(unittest.TestCase):
         robot.send_signal(signal.SIGKILL)
         status, text = self.finish(controller)
         self.assertEqual(status, 6, text)
-        self.assertIn("no message from the robot", text)
+        self.assertIn("no new message from the robot", text)
 
     def test_link_cut(self):
         """Nothing arrives any more: both sides react."""

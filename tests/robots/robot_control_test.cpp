@@ -554,8 +554,33 @@ TEST_F(Loop, StopsWhenTheRobotIsSilent) {
   start_robot(0.0, false);
   const ProcessResult result = run({.silence = 0.05, .patience = 0.05});
   EXPECT_EQ(result.end, ProcessResult::End::silence);
-  EXPECT_NE(control.fault().find("no message"), std::string::npos) << control.fault();
+  EXPECT_NE(control.fault().find("no new message"), std::string::npos) << control.fault();
   EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()));
+}
+
+// A robot that has started again counts from zero, and its messages are old.
+TEST_F(Loop, StopsWhenTheRobotOnlyRepeatsItself) {
+  const auto side = open_link("udp:" + std::to_string(port_of(*link)), LinkSide::robot);
+  std::atomic<bool> ends{false};
+  std::thread again([&] {
+    Codec own(joints());
+    for (std::size_t k = 0; !ends; k = (k + 1) % 20) {
+      SensorMessage m = message(k);
+      m.pace = 1.0;
+      side->send(own.encode(m));
+      std::this_thread::sleep_for(1ms);
+    }
+  });
+  const ProcessResult result = run({.silence = 0.2});
+  ends = true;
+  again.join();
+  EXPECT_EQ(result.end, ProcessResult::End::silence);
+}
+
+TEST(RealTime, NamesAnImpossibleOption) {
+  EXPECT_NO_THROW(apply({}));
+  EXPECT_THROW(apply({.cpu = 100000}), InputError);
+  EXPECT_THROW(apply({.priority = 1000}), InputError);
 }
 
 TEST_F(Loop, EndsWithoutARobot) {

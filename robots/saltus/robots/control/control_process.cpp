@@ -160,7 +160,7 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
   constexpr double stop_period = 5e-3;  // s, between two commands without a robot
   ProcessResult result;
   SensorMessage readings;
-  WallClock::time_point begin = WallClock::now(), last = begin;
+  WallClock::time_point begin = WallClock::now(), last = begin, stop_sent = begin;
   double pace = 0.0, offset = infinity;
   long faults = page_faults();
   bool has_robot = false, is_silent = false, is_lost = false;
@@ -172,9 +172,16 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
     const double wait = is_silent ? stop_period : look;
     const std::span<const std::byte> bytes = link.receive(WallClock::now() + of_seconds(wait));
     const WallClock::time_point arrival = WallClock::now();
-    const Refusal refusal = bytes.empty() ? Refusal::truncated : codec.decode(bytes, readings);
-    if (!bytes.empty() && refusal != Refusal::none) control.note_refused(refusal);
-    if (refusal != Refusal::none) {
+    const CommandMessage* command = nullptr;
+    const long replaced = control.counts().replaced;
+    if (!bytes.empty()) {
+      const Refusal refusal = codec.decode(bytes, readings);
+      if (refusal == Refusal::none)
+        command = control.update(readings);
+      else
+        control.note_refused(refusal);
+    }
+    if (command == nullptr) {
       const double silent = seconds_between(last, arrival);
       if (!has_robot) {
         if (silent > options.arrival) break;
@@ -186,14 +193,16 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
         is_silent = true;
         is_lost = !control.is_stopping();
         control.stop(
-            fmt::format("no message from the robot for {:.3f} s; check its process and "
-                        "the connection",
+            fmt::format("no new message from the robot for {:.3f} s; check its process and the "
+                        "connection",
                         silent));
       }
-      if (is_silent) link.send(codec.encode(control.continue_stop(stop_period)));
+      if (is_silent && seconds_between(stop_sent, arrival) >= stop_period) {
+        link.send(codec.encode(control.continue_stop(stop_period)));
+        stop_sent = arrival;
+      }
       continue;
     }
-    link.accept_sender();
     if (!has_robot) {
       begin = arrival;
       faults = page_faults();
@@ -201,9 +210,7 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
     has_robot = true;
     last = arrival;
     pace = std::isfinite(readings.pace) ? std::max(readings.pace, 0.0) : 1.0;
-    const long replaced = control.counts().replaced;
-    const CommandMessage* command = control.update(readings);
-    if (command == nullptr) continue;
+    link.accept_sender();
     link.send(codec.encode(*command));
     const WallClock::time_point sent = WallClock::now();
     const double answered = seconds_between(arrival, sent);

@@ -158,7 +158,7 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
         begin_balance(readings);
         balance(readings, 1);
       } else {
-        stand(readings, elapsed);
+        stand(elapsed);
       }
       break;
     case ControlState::balance:
@@ -177,7 +177,7 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
   return &command_;
 }
 
-void RobotControl::stand(const SensorMessage&, double elapsed) {
+void RobotControl::stand(double elapsed) {
   stood_for_ += elapsed;
   if (stood_for_ > options_.stand + 2.0) {
     Eigen::Index worst = 0;

@@ -81,7 +81,7 @@ class RobotControl {
   std::string implausible(const SensorMessage& readings, double elapsed) const;
   void begin_balance(const SensorMessage& readings);
   void balance(const SensorMessage& readings, long periods);
-  void stand(const SensorMessage& readings, double elapsed);
+  void stand(double elapsed);
   void spring_to(const VectorXd& positions);
   void guard_torques();
   const CommandMessage& answer();
