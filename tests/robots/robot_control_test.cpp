@@ -326,16 +326,19 @@ class Reactions : public ::testing::Test {
     ASSERT_EQ(control.state(), ControlState::hold);
     EXPECT_EQ(control.command().commands.positions, held);
     EXPECT_GT(control.command().commands.stiffness.minCoeff(), 0.0);
-    double stiffness = infinity;
+    const Robot::Commands first = control.command().commands;
     bool has_damped = false;
     for (int i = 0; i < 40 && !control.is_over(); ++i) {
       const Robot::Commands& c = control.continue_stop(1e-3).commands;
       ASSERT_TRUE(c.torques.allFinite() && c.positions.allFinite());
-      EXPECT_LE(c.stiffness[0], stiffness);
-      stiffness = c.stiffness[0];
-      if (control.state() == ControlState::damp) {
+      if (control.state() == ControlState::hold) {
+        EXPECT_EQ(c.torques, first.torques);
+        EXPECT_EQ(c.stiffness, first.stiffness);
+      } else if (control.state() == ControlState::damp) {
         has_damped = true;
-        EXPECT_GT(c.damping.minCoeff(), 0.0);
+        EXPECT_EQ(c.damping, first.damping);
+        EXPECT_LT(c.stiffness[0], first.stiffness[0]);
+        EXPECT_LT(c.torques.norm(), first.torques.norm());
       }
     }
     EXPECT_TRUE(has_damped);
