@@ -452,6 +452,15 @@ TEST_F(Reactions, StopsSoftlyAtAJumpAndBeyondALimit) {
   EXPECT_NE(one.fault().find("beyond its limits"), std::string::npos) << one.fault();
 }
 
+TEST_F(Reactions, CutsTorquesToTheLimits) {
+  FloatingRobot weak = biped.robot;
+  for (FloatingRobot::Body& body : weak.bodies) body.effort = 1.0;
+  RobotControl one(controller, weak, biped.start, options());
+  ASSERT_NE(one.update(message(0)), nullptr);
+  EXPECT_EQ(one.command().commands.torques.lpNorm<Eigen::Infinity>(), 1.0);
+  EXPECT_EQ(one.cut(), 1);
+}
+
 TEST_F(Reactions, StopsSoftlyAfterALongGap) {
   balance_until(10);
   ASSERT_NE(control.update(message(10 + 31 + 1)), nullptr);
