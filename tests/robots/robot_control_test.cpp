@@ -555,7 +555,7 @@ class Loop : public Reactions {
 
 TEST_F(Loop, EndsAtTheRequestOfTheRobot) {
   start_robot(0.0, true);
-  const ProcessResult result = run({});
+  const ProcessResult result = run({.silence = 10.0});
   EXPECT_EQ(result.end, ProcessResult::End::request);
   EXPECT_EQ(control.fault(), "");
   EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()) - 59 + 30);
@@ -564,7 +564,7 @@ TEST_F(Loop, EndsAtTheRequestOfTheRobot) {
 
 TEST_F(Loop, StopsWhenTheRobotIsSilent) {
   start_robot(0.0, false);
-  const ProcessResult result = run({.silence = 0.05, .patience = 0.05});
+  const ProcessResult result = run({.silence = 1.0, .patience = 1.0});
   EXPECT_EQ(result.end, ProcessResult::End::silence);
   EXPECT_NE(control.fault().find("no new message"), std::string::npos) << control.fault();
   EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()));

@@ -39,9 +39,9 @@ class ControlLog {
 
 /// Settings of the operating system for the calling thread.
 struct RealTimeOptions {
-  bool lock_memory = false;     ///< keep all memory in RAM
-  std::optional<int> priority;  ///< SCHED_FIFO, 1 to 99
-  std::optional<int> cpu;       ///< the only processor
+  bool lock_memory = false;                    ///< keep all memory in RAM
+  std::optional<int> priority = std::nullopt;  ///< SCHED_FIFO, 1 to 99
+  std::optional<int> cpu = std::nullopt;       ///< the only processor
 };
 /// Applies the options. Throws InputError that names the option, the reason and the remedy.
 void apply(const RealTimeOptions& options);
