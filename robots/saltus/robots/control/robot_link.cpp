@@ -145,7 +145,7 @@ void put(Number& place, Number value) {
 class SharedMemoryLink final : public RobotLink {
  public:
   SharedMemoryLink(const std::string& address, LinkSide side) {
-    const std::string name = "/" + address.substr(4);
+    const std::string name = fmt::format("/{}", address.substr(4));
     if (name.size() < 2 || name.find('/', 1) != std::string::npos)
       refuse(address, "use shm:NAME with a name without a slash");
     const bool creates = side == LinkSide::controller;
