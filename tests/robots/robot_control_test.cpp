@@ -1,12 +1,15 @@
 // The link to a robot in another process: messages, transports, and the reactions of the
 // controller. The fake robot replays recorded sensor data, so no simulator is linked.
 #include <gtest/gtest.h>
-#include <signal.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -233,29 +236,46 @@ TEST_P(Transport, DoesNotAllocate) {
 INSTANTIATE_TEST_SUITE_P(Links, Transport, ::testing::Values("udp", "shm"),
                          [](const auto& one) { return std::string(one.param); });
 
+// A timer interrupts the reader at any instruction to write another message.
+RobotLink* interrupting = nullptr;
+volatile std::sig_atomic_t may_interrupt = 0, interruptions = 0;
+std::array<std::byte, RobotLink::most_bytes> interrupting_message;
+
+void interrupt(int) {
+  if (may_interrupt == 0) return;
+  interruptions = interruptions + 1;
+  interrupting->send(interrupting_message);
+}
+
 TEST(SharedMemory, ReadersNeverSeeAPartOfAMessage) {
   const std::string name = "saltus_torn_" + std::to_string(::getpid());
   const auto controller = open_link("shm:" + name, LinkSide::controller);
   const auto robot = open_link("shm:" + name, LinkSide::robot);
-  std::atomic<bool> ends{false};
-  std::thread writer([&] {
-    std::vector<std::byte> message(RobotLink::most_bytes);
-    for (unsigned i = 0; !ends; ++i) {
-      std::fill(message.begin(), message.end(), static_cast<std::byte>(i));
-      robot->send(message);
-    }
-  });
+  interrupting = robot.get();
+  interrupting_message.fill(std::byte{1});
+  const std::vector<std::byte> other(RobotLink::most_bytes, std::byte{2});
+  struct sigaction action {
+  }, before{};
+  action.sa_handler = interrupt;
+  ::sigaction(SIGALRM, &action, &before);
+  const itimerval often{{0, 50}, {0, 50}}, never{};
+  ::setitimer(ITIMER_REAL, &often, nullptr);
   long mixed = 0;
-  for (const auto end = WallClock::now() + 300ms; WallClock::now() < end;) {
-    const std::span<const std::byte> got = controller->receive(WallClock::now());
-    if (!got.empty() && std::count(got.begin(), got.end(), got[0]) != std::ssize(got)) ++mixed;
+  const auto end = WallClock::now() + 300ms;
+  while (WallClock::now() < end) {
+    robot->send(other);
+    may_interrupt = 1;
+    const std::span<const std::byte> got = controller->receive(WallClock::now() + 1s);
+    may_interrupt = 0;
+    if (std::count(got.begin(), got.end(), got[0]) != std::ssize(got)) ++mixed;
   }
-  ends = true;
-  writer.join();
+  ::setitimer(ITIMER_REAL, &never, nullptr);
+  ::sigaction(SIGALRM, &before, nullptr);
+  EXPECT_GT(interruptions, 0);
   EXPECT_EQ(mixed, 0);
 
   // A writer that has died in the middle leaves an odd count. The next one continues.
-  EXPECT_FALSE(controller->receive(WallClock::now() + 1s).empty());
+  controller->receive(WallClock::now());  // at most one message is left
   const std::string file = "/dev/shm/" + name;
   {
     std::fstream memory(file, std::ios::in | std::ios::out | std::ios::binary);
