@@ -258,7 +258,7 @@ TEST(SharedMemory, ReadersNeverSeeAPartOfAMessage) {
   }, before{};
   action.sa_handler = interrupt;
   ::sigaction(SIGALRM, &action, &before);
-  const itimerval often{{0, 50}, {0, 50}}, never{};
+  const itimerval often{{0, 2000}, {0, 2000}}, never{};
   ::setitimer(ITIMER_REAL, &often, nullptr);
   long mixed = 0;
   const auto end = WallClock::now() + 300ms;
