@@ -22,8 +22,8 @@ struct Stated {
 
 /// Ratios of new to old numbers.
 struct UnitFactors {
-  double time = 1.0;                       ///< of durations and times
-  std::vector<VectorXd> state{}, input{};  ///< per phase; empty: 1
+  double time = 1.0;                       ///< factor of durations and times
+  std::vector<VectorXd> state{}, input{};  ///< one vector per phase; empty: 1
 };
 
 /// A transformed problem and the changes that its answer must show.
