@@ -229,8 +229,6 @@ def main():
             if time.perf_counter() - waiting_since > 30.0:
                 print("robot: no controller balances within 30 s; start `saltus control` with the same --link")
                 return 3
-            if o.pace == 0.0 and answered < delivered:
-                waiting_since -= 2.0
             commanded_at = now
             continue
         silent = now - commanded_at

@@ -1,8 +1,8 @@
 """Saltus in Python: define and solve problems, run control loops, load, draw and view runs.
 
-    import saltus as sl
+    import saltus
     from saltus import *                                 # the names of C++: Phase, solve, exactly, ...
-    plan = sl.solve(problem, intervals_per_phase=50)     # docs/python.md
+    plan = saltus.solve(problem, intervals_per_phase=50)     # docs/python.md
 
     run = saltus.load("results/demo")                    # the folder of a run
     run = saltus.run("push_recovery", push__impulse=6)   # runs the program and loads the result

@@ -275,19 +275,22 @@ def check_scene(scene, tables):
         what = f"item {item.get('name', number)!r} of the scene"
         if item.get("shape", "frame") not in SHAPES:
             raise ViewError(f"{what} has the unknown shape {item['shape']!r}; the shapes are {', '.join(sorted(SHAPES))}")
-        for key in ("on", "of"):
-            if key in item and item[key] not in names and "." not in str(item[key]):
-                raise ViewError(f"{what} refers to {item[key]!r}, which is no item of the scene")
+        for key, known, kind in (("on", names[: number - 1], "earlier item"), ("of", names, "item")):
+            if key in item and item[key] not in known and "." not in str(item[key]):
+                raise ViewError(f"{what} refers to {item[key]!r}, which is no {kind} of the scene; add the item or "
+                                "correct the name")
         points = item.get("points", [])
         for point in points:
             if isinstance(point, str) and point not in names:
-                raise ViewError(f"{what} has a point at {point!r}, which is no item of the scene")
+                raise ViewError(f"{what} has a point at {point!r}, which is no item of the scene; name an item or "
+                                "give three values")
         values = [item[key] for key in VALUES if key in item] + [point for point in points if isinstance(point, list)]
         for column in _columns(values):
             table, _, name = column.rpartition(":")
             table = table or item.get("table") or scene.get("table") or "trajectory"
             if table not in tables or name not in tables[table]:
-                raise ViewError(f"{what} needs column {name!r} of table {table!r}, which the run does not have")
+                raise ViewError(f"{what} needs column {name!r} of table {table!r}, which the run does not have; the "
+                                f"first line of {table}.csv lists its columns")
 
 
 def _columns(value):
@@ -313,7 +316,8 @@ def _plots_folder():
     for place in places:
         if os.path.isfile(os.path.join(place, "uPlot.iife.js")):
             return place
-    raise ViewError(f"uPlot is not installed: {os.path.join(HERE, 'fetch_uplot')} {os.path.join(cache, 'saltus')}")
+    command = f"bash {os.path.join(HERE, 'fetch_uplot')} {os.path.join(cache, 'saltus')}"
+    raise ViewError(f"uPlot is not installed; run: {command}")
 
 
 def _read(*parts):
@@ -394,17 +398,18 @@ def _title(run):
 
 
 def page(runs, scene=None, live=False):
-    """The text of the page about these runs. `scene` is the path of a description. Raises ViewError if it is wrong, or if a library
-    is missing."""
+    """The text of the page about these runs. `scene` is the path of a scene file, see docs/viewer.md. Raises ViewError
+    if the scene is wrong or a library is missing."""
     for run in runs:
         if not main_table(run.timed_tables()):
-            raise ViewError(f"{run.folder} has no table with a column t and rows")
+            raise ViewError(f"{run.folder} has no table with a column t and rows; name the folder that "
+                            "contains trajectory.csv")
     described = _scene_of(runs[0], scene)
     libraries = [_script(_plots_folder(), "uPlot.iife.js")]
     licences = ["uPlot, copyright Leon Sorokin"]
     if described:
         if not os.path.exists(os.path.join(THREE, "three.min.js")):
-            raise ViewError("three.js is not installed: apt-get install libjs-three")
+            raise ViewError("three.js is not installed; run: apt-get install libjs-three")
         libraries += [_script(THREE, "three.min.js"), _script(THREE, "examples/js/controls/OrbitControls.js")]
         licences.append("three.js, copyright the three.js authors")
     data = _data(runs, described)
@@ -505,7 +510,7 @@ def main(words):
         print(f"no page: {error}", file=sys.stderr)
         return SAID
     except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
-        print(f"{given.folder}: its tables are damaged and cannot be shown: {error}", file=sys.stderr)
+        print(f"{given.folder}: its tables cannot be read: {error}; repeat the run", file=sys.stderr)
         return SAID
     except OSError as error:
         print(f"{error.filename or path}: {error.strerror}", file=sys.stderr)

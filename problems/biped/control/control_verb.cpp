@@ -80,7 +80,9 @@ Request parse(std::span<const std::string> arguments) {
           r.control.stand);
   seconds("--hold", "soft stop: time in which it holds the posture; default 0.3", r.control.hold);
   seconds("--damp", "soft stop: time in which torques fade; default 1", r.control.damp);
-  seconds("--silence", "time without messages after which it stops; default 0.1",
+  seconds("--silence",
+          "time without messages until the soft stop, on the robot's clock; default 0.1 "
+          "(in lock-step always 10 s of wall-clock time)",
           r.process.silence);
   seconds("--wait", "time to wait for the first message; default 60", r.process.arrival);
   integer("--log-every", "log one of N commands; default 5", 1, r.log_every);
@@ -92,7 +94,9 @@ Request parse(std::span<const std::string> arguments) {
       });
   r.is_help = parser.prints_help(arguments);
   if (!r.is_help && r.link.empty() == r.mjcf.empty())
-    throw InputError("control needs either --link udp:PORT, --link shm:NAME or --mjcf FILE");
+    throw InputError(
+        "control: give one of --link LINK and --mjcf FILE; LINK is udp:PORT, udp:ADDRESS:PORT or "
+        "shm:NAME");
   return r;
 }
 

@@ -20,7 +20,7 @@ inline constexpr std::uint16_t protocol_version = 1;
 struct SensorMessage {
   std::uint64_t sequence = 0;  ///< number of the period: one more in every period
   double time = 0.0;           ///< time of the readings on the robot's clock, s
-  /// Seconds that pass in one second of the robot's clock. 1: real time. 0: the robot waits for the
+  /// Wall-clock seconds per second of the robot's clock. 1: real time. 0: the robot waits for the
   /// answer to every message.
   double pace = 1.0;
   bool requests_stop = false;  ///< True if the controller shall stop softly.

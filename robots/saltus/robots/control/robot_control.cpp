@@ -250,7 +250,10 @@ void RobotControl::balance(const SensorMessage& r, long periods) {
     c.torques.setZero();
     stop("the controller computed NaN; please report it with the folder of this run");
   } else if (!(tilt < options_.largest_tilt)) {
-    stop(fmt::format("the robot has fallen: its base is inclined by {:.2f} rad", tilt));
+    stop(
+        fmt::format("the robot has fallen: its base is inclined by {:.2f} rad; put it into its "
+                    "first posture and start again",
+                    tilt));
   } else if (balanced() >= options_.balance) {
     stop();
   }
