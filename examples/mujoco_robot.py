@@ -220,7 +220,7 @@ def main():
         for one in back.take(now):
             if one[0] > newest:
                 newest, state, command, commanded_at = one[0], one[2], one[3:], now
-        on_stand = on_stand and state < BALANCE
+        on_stand = on_stand and state != BALANCE
         sequence += 1
         if on_stand:  # the joints follow the commands, the base does not move
             if state == STAND:

@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -108,6 +109,13 @@ void set_fields(const py::kwargs& keywords, Structs&... structs) {
   }
 }
 
+/// True if an assignment frees memory to which Python could still refer.
+template <class M>
+inline constexpr bool moves_memory =
+    py::detail::is_eigen_dense_plain<M>::value || requires { typename M::allocator_type; };
+template <class M>
+inline constexpr bool moves_memory<std::optional<M>> = true;
+
 /// Binds a struct whose fields can be read and written, with a constructor that takes keywords.
 template <class T>
 class Struct : public py::class_<T> {
@@ -116,7 +124,12 @@ class Struct : public py::class_<T> {
 
   template <class Member>
   Struct& field(const char* name, Member T::*member) {
-    this->def_readwrite(name, member);
+    if constexpr (moves_memory<Member>)  // Python gets a copy
+      this->def_property(
+          name, [member](const T& value) { return Member(value.*member); },
+          [member](T& value, const Member& to) { value.*member = to; });
+    else
+      this->def_readwrite(name, member);
     Fields<T>::instance().add(
         name, [member](T& value, py::handle to) { value.*member = to.cast<Member>(); });
     return *this;

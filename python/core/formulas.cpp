@@ -3,6 +3,7 @@
 #include <pybind11/operators.h>
 
 #include <algorithm>
+#include <atomic>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ namespace {
 
 // Number of the trace in progress; 0: none.
 thread_local long trace_in_progress = 0;
-thread_local long traces = 0;
+std::atomic<long> traces = 0;  // of all threads, so that a number identifies one trace
 
 // A number of a formula while it is traced.
 struct Expression {

@@ -192,10 +192,8 @@ void add_controllers(py::module_& m) {
            "Solver for full solves. Options: those of ControllerOptions.")
       .def_property_readonly("period", &Receding::period)
       .def_property_readonly("solver_name", &Receding::solver_name)
-      .def_property_readonly("problem", &Receding::problem,
-                             py::return_value_policy::reference_internal)
-      .def_property_readonly("shooting", &Receding::shooting,
-                             py::return_value_policy::reference_internal)
+      .def_property_readonly("problem",
+                             [](const Receding& c) { return OptimalControlProblem(c.problem()); })
       .def(
           "set_data",
           [](Receding& c, const std::string& name, const Numbers& values) {
@@ -221,7 +219,7 @@ void add_controllers(py::module_& m) {
             Release release;
             return ControlTick(c.tick(t, state));
           },
-          "t"_a, "state"_a, "Calls both.")
+          "t"_a, "state"_a, "Calls prepare(t) and feedback(state).")
       .def("follows_plan", &Receding::follows_plan)
       .def_property_readonly("statistics", &Receding::statistics,
                              py::return_value_policy::reference_internal)

@@ -471,11 +471,16 @@ void add_results(py::module_& m) {
       .def_readonly("rate", &Solution::GuardCrossing::rate)
       .def_readonly("grazes", &Solution::GuardCrossing::grazes)
       .def("is_as_declared", &Solution::GuardCrossing::is_as_declared);
-  py::class_<NlpPoint>(m, "PrimalDualPoint", "A point of a program with multipliers.")
-      .def(py::init<>())
-      .def_readwrite("w", &NlpPoint::w, "Variables.")
-      .def_readwrite("multipliers", &NlpPoint::lambda, "Multipliers of the rows.")
-      .def_readwrite("z", &NlpPoint::z, "Multipliers of the bounds.");
+  py::class_<NlpPoint> point(m, "PrimalDualPoint", "A point of a program with multipliers.");
+  point.def(py::init<>());
+  const auto copied = [&point](const char* name, VectorXd NlpPoint::*part, const char* doc) {
+    point.def_property(
+        name, [part](const NlpPoint& p) { return VectorXd(p.*part); },
+        [part](NlpPoint& p, const VectorXd& to) { p.*part = to; }, doc);
+  };
+  copied("w", &NlpPoint::w, "Variables.");
+  copied("multipliers", &NlpPoint::lambda, "Multipliers of the rows.");
+  copied("z", &NlpPoint::z, "Multipliers of the bounds.");
 
   py::class_<Verification> verification(m, "Verification", "Result of the verifier.");
   py::class_<Verification::Miss>(verification, "Miss", "The largest violation of one kind.")

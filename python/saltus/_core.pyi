@@ -1026,13 +1026,11 @@ class RecedingHorizonController:
     def set_schedule(self, schedule: Schedule) -> None:
         ...
     @property
-    def shooting(self) -> MultipleShooting: ...
-    @property
     def solver_name(self) -> str: ...
     @property
     def statistics(self) -> LoopStatistics: ...
     def tick(self, t: float, state: ArrayLike) -> ControlTick:
-        """Calls both."""
+        """Calls prepare(t) and feedback(state)."""
 
 class Recording:
     """A recorded run."""

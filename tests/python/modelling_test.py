@@ -34,6 +34,34 @@ def ride():
 
 
 class Formulas(unittest.TestCase):
+    def test_a_hessian_needs_all_weights(self):
+        f = sl.make_function(lambda t, x: [x[0] * x[0], x[0]], 1)
+        with self.assertRaisesRegex(ValueError, "2 outputs"):
+            f.hessian(np.zeros(2), np.zeros(1))
+
+    def test_expressions_of_another_thread_are_refused(self):
+        kept = []
+
+        def keep(t, x):
+            kept.append(x[0])
+            return [x[0]]
+
+        thread = threading.Thread(target=lambda: sl.make_function(keep, 1))
+        thread.start()
+        thread.join()
+        raised = []
+
+        def use():
+            try:
+                sl.make_function(lambda t, x: [kept[0] + x[0]], 1)
+            except Exception as error:
+                raised.append(error)
+
+        thread = threading.Thread(target=use)
+        thread.start()
+        thread.join()
+        self.assertEqual(len(raised), 1)
+
     def assert_formula(self, formula, of_numbers, z, nx, nu=0, np_=0):
         """Compares values with those of numpy, and derivatives with differences."""
         f = sl.make_function(formula, nx, nu, np_)
@@ -220,9 +248,15 @@ class Solves(unittest.TestCase):
         self.assertEqual(plan.trajectory.state(np.array([0.1, 0.2, 0.3])).shape, (3, 2))
         samples = plan.trajectory.samples(2)
         self.assertEqual((samples["t"].shape, samples["x"].shape, samples["u"].shape), ((61,), (61, 2), (61, 1)))
-        w = plan.point.w
-        self.assertFalse(w.flags.owndata)  # a view of the solution, not a copy
+        self.assertFalse(plan.start_multipliers.flags.owndata)  # a view of the solution, not a copy
         self.assertIs(type(plan.durations), np.ndarray)
+
+    def test_assignments_leave_earlier_arrays_valid(self):
+        point = sl.PrimalDualPoint()
+        point.w = np.ones(1000000)
+        before = point.w
+        point.w = np.zeros(1)
+        self.assertEqual(before.sum(), 1e6)
 
     def test_exports(self):
         plan = sl.solve(ride())

@@ -1,6 +1,8 @@
 // The link to a robot in another process: messages, transports, and the reactions of the
 // controller. The fake robot replays recorded sensor data, so no simulator is linked.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -290,6 +292,32 @@ TEST(SharedMemory, ReadersNeverSeeAPartOfAMessage) {
   robot->send(message);
   EXPECT_EQ(controller->receive(WallClock::now() + 1s).size(), 16u);
   ::unlink(file.c_str());
+}
+
+TEST(Links, BelongToOneController) {
+  const std::string name = "saltus_test_" + std::to_string(::getpid()), file = "/dev/shm/" + name;
+  auto first = open_link("shm:" + name, LinkSide::controller);
+  EXPECT_THROW(open_link("shm:" + name, LinkSide::controller), InputError);
+  first.reset();
+  EXPECT_NO_THROW(open_link("shm:" + name, LinkSide::controller));
+  ::unlink(file.c_str());
+}
+
+TEST(Links, LeaveOtherSegmentsAlone) {
+  const std::string name = "saltus_test_" + std::to_string(::getpid()), file = "/dev/shm/" + name;
+  const int other = ::open(file.c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_EQ(::ftruncate(other, 100), 0);
+  EXPECT_THROW(open_link("shm:" + name, LinkSide::controller), InputError);
+  struct stat status {};
+  ASSERT_EQ(::fstat(other, &status), 0);
+  EXPECT_EQ(status.st_size, 100);
+  ::close(other);
+  ::unlink(file.c_str());
+}
+
+TEST(Protocol, HasRoomForTheJoints) {
+  EXPECT_NO_THROW(Codec(std::vector<std::string>(203, "joint")));
+  EXPECT_THROW(Codec(std::vector<std::string>(204, "joint")), DefinitionError);
 }
 
 TEST(Links, RejectBadAddresses) {

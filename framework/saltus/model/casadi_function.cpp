@@ -83,7 +83,10 @@ class Generated {
     Workspace w{std::vector<const double*>(arguments_), std::vector<double*>(results_),
                 std::vector<Integer>(integers_),        std::vector<double>(reals_),
                 std::vector<double>(entries),           0};
-    if (checkout_ != nullptr) w.memory = checkout_();
+    if (checkout_ != nullptr && (w.memory = checkout_()) < 0)
+      throw InputError(fmt::format(
+          "'{}_checkout' has no memory left; compile the code with a larger CASADI_MAX_NUM_THREADS",
+          name_));
     return w;
   }
   // Writes NaN on failure.
@@ -253,6 +256,7 @@ Function load_casadi(const std::string& library, const std::string& name, const 
                            names[i], expected[i]));
   }
   for (int i = 0; i + 1 < count; ++i) starts.push_back(starts.back() + expected[i]);
+  if (value.outputs() < 1) refuse(library, value, "has no output");
   const int rows = value.output(0).rows(), inputs = starts.back() + expected[count - 1];
   check_output(library, value, 0, rows, 1);
   if (value.output(0).entries() != rows)

@@ -79,6 +79,10 @@ MatrixXd Function::dense_jacobian(const VectorRef& z) const {
 MatrixXd Function::dense_hessian(const VectorRef& z, const VectorRef& weights,
                                  Curvature curvature) const {
   check(*this, z);
+  if (weights.size() < outputs())
+    throw DefinitionError(
+        fmt::format("a Hessian needs one weight per output: {} weights, but {} outputs",
+                    weights.size(), outputs()));
   const VectorXd argument = z;
   const VectorXd row_weights = weights;
   std::vector<double> entries(hessian_pattern().entries());

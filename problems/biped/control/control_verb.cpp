@@ -64,7 +64,11 @@ Request parse(std::span<const std::string> arguments) {
   };
   const auto integer = [&parser](const char* flag, const char* doc, double least, auto& field) {
     parser.option(flag, "N", doc, [flag, least, &field](const std::string& text) {
-      field = static_cast<int>(number(flag, text, least));
+      const double value = number(flag, text, least);
+      if (value != std::floor(value) || value > 1e9)
+        throw InputError(fmt::format("control: {} is '{}'; use a whole number of at least {}", flag,
+                                     text, least));
+      field = static_cast<int>(value);
     });
   };
   parser.option("--link", "LINK", "udp:PORT, udp:ADDRESS:PORT or shm:NAME", r.link)

@@ -189,7 +189,9 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
       }
       const bool waits = pace == 0.0 && !control.is_stopping();
       if (!is_silent &&
-          silent > (waits ? options.patience : std::max(pace, 1.0) * options.silence)) {
+          silent > (waits ? options.patience
+                          : std::max(options.silence,
+                                     std::min(options.patience, pace * options.silence)))) {
         is_silent = true;
         is_lost = !control.is_stopping();
         control.stop(
@@ -198,7 +200,8 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
                         silent));
       }
       if (is_silent && seconds_between(stop_sent, arrival) >= stop_period) {
-        link.send(codec.encode(control.continue_stop(stop_period)));
+        link.send(
+            codec.encode(control.continue_stop(pace > 0.0 ? stop_period / pace : stop_period)));
         stop_sent = arrival;
       }
       continue;

@@ -1,11 +1,13 @@
 #include "saltus/robots/control/protocol.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <bit>
-#include <limits>
 #include <type_traits>
 
 #include "saltus/core/error.hpp"
+#include "saltus/robots/control/robot_link.hpp"
 
 namespace saltus::robots::control {
 namespace {
@@ -170,8 +172,10 @@ std::uint32_t crc32(std::span<const std::byte> bytes) { return ~continue_crc(~0U
 
 Codec::Codec(std::span<const std::string> joints)
     : joints_(static_cast<int>(joints.size())), robot_(identity(joints)) {
-  if (joints.empty() || joints.size() > std::numeric_limits<std::uint16_t>::max())
-    throw DefinitionError("robot link: a robot has at least one joint and at most 65535");
+  constexpr std::size_t most = (RobotLink::most_bytes - command_size) / 40;  // bytes of a joint
+  if (joints.empty() || joints.size() > most)
+    throw DefinitionError(
+        fmt::format("robot link: a robot has at least one joint and at most {}", most));
   bytes_.resize(std::max(size_of(sensors, joints_), size_of(command, joints_)));
 }
 

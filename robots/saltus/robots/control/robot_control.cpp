@@ -246,7 +246,8 @@ void RobotControl::balance(const SensorMessage& r, long periods) {
   const Eigen::Isometry3d& base = controller_.estimate().state.base;
   const double tilt =
       std::acos(std::clamp(base.linear().col(2).dot(posture_.base.linear().col(2)), -1.0, 1.0));
-  if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite()) {
+  if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite() ||
+      !c.stiffness.allFinite() || !c.damping.allFinite()) {
     c.torques.setZero();
     stop("the controller computed NaN; please report it with the folder of this run");
   } else if (!(tilt < options_.largest_tilt)) {

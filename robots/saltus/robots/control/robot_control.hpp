@@ -38,8 +38,8 @@ struct LinkCounts {
   long replaced = 0;   ///< readings that were interpolated
 };
 
-/// Turns readings into commands. After construction nothing allocates, except for the sentence
-/// about a fault.
+/// Turns readings into commands. Only the start of balancing and the sentence about a fault
+/// allocate.
 class RobotControl {
  public:
   /// `controller` and `body` must outlive this object. `posture`: state at the start of balancing.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -17,6 +18,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string_view>
 #include <thread>
 
@@ -149,14 +151,25 @@ class SharedMemoryLink final : public RobotLink {
     if (name.size() < 2 || name.find('/', 1) != std::string::npos)
       refuse(address, "use shm:NAME with a name without a slash");
     const bool creates = side == LinkSide::controller;
-    const FileDescriptor file(::shm_open(name.c_str(), creates ? O_RDWR | O_CREAT : O_RDWR, 0600));
+    const FileDescriptor& file =
+        file_.emplace(::shm_open(name.c_str(), creates ? O_RDWR | O_CREAT : O_RDWR, 0600));
     if (file.get() < 0)
       refuse(address, fmt::format("cannot open /dev/shm{}: {}{}", name, std::strerror(errno),
                                   creates ? "" : "; start `saltus control` first"));
-    if (creates && ::ftruncate(file.get(), sizeof(Segment)) != 0)
-      refuse(address, std::strerror(errno));
     struct stat status {};
-    if (::fstat(file.get(), &status) != 0 || status.st_size != sizeof(Segment))
+    if (::fstat(file.get(), &status) != 0) refuse(address, std::strerror(errno));
+    if (creates) {
+      if (status.st_uid != ::geteuid() || (status.st_mode & 077) != 0)
+        refuse(address, fmt::format("others can write to /dev/shm{}; remove it", name));
+      if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0)
+        refuse(address, "another controller uses it; choose another name");
+      if (status.st_size == 0) {
+        if (const int error = ::posix_fallocate(file.get(), 0, sizeof(Segment)); error != 0)
+          refuse(address, std::strerror(error));
+        status.st_size = sizeof(Segment);
+      }
+    }
+    if (status.st_size != sizeof(Segment))
       refuse(address, fmt::format("/dev/shm{} has another size; remove it", name));
     void* const memory =
         ::mmap(nullptr, sizeof(Segment), PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
@@ -202,6 +215,7 @@ class SharedMemoryLink final : public RobotLink {
   }
 
  private:
+  std::optional<FileDescriptor> file_;  // holds the lock of the controller
   Segment* segment_ = nullptr;
   Slot *in_ = nullptr, *out_ = nullptr;
   std::uint32_t seen_ = 0;
