@@ -86,8 +86,10 @@ TEST(StepsFunction, SeparateCopiesDoNotAllocate) {
 
 TEST(StepsFunction, ThreadsShareOneFunction) {
   const Function given = make_function<3, 1, 0>(Branches{}), made = function_of(*given.steps());
+  constexpr int count = 6;
   std::vector<std::thread> threads;
-  for (int k = 0; k < 6; ++k)
+  threads.reserve(count);
+  for (int k = 0; k < count; ++k)
     threads.emplace_back([&, k] {
       const VectorXd z{{0.1 * k, 0.2, 0.3, 0.4, 0.5}};
       for (int i = 0; i < 200; ++i) EXPECT_EQ(made.dense_jacobian(z), given.dense_jacobian(z));

@@ -83,7 +83,8 @@ class Generated {
     Workspace w{std::vector<const double*>(arguments_), std::vector<double*>(results_),
                 std::vector<Integer>(integers_),        std::vector<double>(reals_),
                 std::vector<double>(entries),           0};
-    if (checkout_ != nullptr && (w.memory = checkout_()) < 0)
+    if (checkout_ != nullptr) w.memory = checkout_();
+    if (w.memory < 0)
       throw InputError(fmt::format(
           "'{}_checkout' has no memory left; compile the code with a larger CASADI_MAX_NUM_THREADS",
           name_));
