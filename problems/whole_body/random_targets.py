@@ -8,12 +8,14 @@ solved, or if the robot falls.
 
 import argparse
 import json
-import math
 import pathlib
 import random
 import subprocess
 import sys
 import tempfile
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks/suite/scripts"))
+import campaign  # noqa: E402
 
 # Ranges of the targets of each task, in the units of the settings.
 TARGETS = {
@@ -24,14 +26,6 @@ TARGETS = {
     "turn": {"turn.angle_deg": (-45.0, 45.0), "step.width_m": (0.14, 0.2)},
     "hop": {"step.width_m": (0.14, 0.22)},
 }
-
-
-def wilson(successes, number, z=1.96):
-    """The interval of the rate, in percent."""
-    rate, square = successes / number, z * z / number
-    middle = (rate + square / 2) / (1 + square)
-    half = z / (1 + square) * math.sqrt(rate * (1 - rate) / number + square / (4 * number))
-    return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
 
 
 def solved(program, task, target, arguments, folder):
@@ -68,11 +62,11 @@ def main():
                 print(f"{task} {target}: {result['message']}", file=sys.stderr)
         good = [r for r in results if r["ok"]]
         tracked = sum(not r["tracking"]["fell"] for r in good if "tracking" in r)
-        low, high = wilson(len(good), len(results))
+        low, high = campaign.wilson(len(good), len(results))
         steps = sorted(r["iterations"] for r in good) or [0]
         standing = f"{tracked} of {len(good)}" if arguments.track else "-"
         print(
-            f"| {task} | {len(good)} of {len(results)} | {low:.0f} to {high:.0f} % | {standing} "
+            f"| {task} | {len(good)} of {len(results)} | {100 * low:.0f} to {100 * high:.0f} % | {standing} "
             f"| {steps[len(steps) // 2]}, {steps[-1]} |",
             flush=True,
         )

@@ -78,7 +78,7 @@ class Fields {
           setter(value, to);
         } catch (const py::cast_error&) {
           throw py::type_error(name + ": " + py::repr(to).cast<std::string>() +
-                               " has the wrong type");
+                               " has the wrong type; help() of this function lists the types");
         }
         return true;
       }

@@ -87,14 +87,16 @@ class Automaton {
     Function map;
     if (!reset.is_none())
       map = formulas_.erased("the reset of event", name, reset, formulas_.sizes.nx, rule_of_resets);
-    return add(name, from, to, std::move(crossing), direction, std::move(map));
+    system_.add_transition(name, from, to, std::move(crossing), direction, std::move(map));
+    return *this;
   }
   Automaton& surface(const std::string& name, const std::string& below, const std::string& above,
                      const py::object& guard) {
     const Function crossing =
         formulas_.erased("the guard of surface", name, guard, 1, rule_of_guards);
-    add(name, below, above, crossing, Crossing::rising, {});
-    return add(name, above, below, crossing, Crossing::falling, {});
+    system_.add_transition(name, below, above, crossing, Crossing::rising, {});
+    system_.add_transition(name, above, below, crossing, Crossing::falling, {});
+    return *this;
   }
   Automaton& store_mode_in(int i) {
     system_.memory = i;
@@ -105,19 +107,6 @@ class Automaton {
   const Formulas& formulas() const { return formulas_; }
 
  private:
-  Automaton& add(const std::string& name, const std::string& from, const std::string& to,
-                 Function guard, Crossing direction, Function reset) {
-    system_.transitions.push_back(
-        {name, find(name, from), find(name, to), std::move(guard), direction, std::move(reset)});
-    return *this;
-  }
-  int find(const std::string& event, const std::string& name) const {
-    const int index = system_.mode_index(name);
-    if (index < 0)
-      throw DefinitionError("event '" + event + "': there is no mode '" + name + "' yet.");
-    return index;
-  }
-
   Formulas formulas_;
   SwitchingSystem system_;
 };
@@ -421,30 +410,23 @@ void add_phase(py::module_& m) {
       },
       "event"_a, "guard"_a, "crossing"_a, "reset"_a,
       "Resets the state where the guard crosses zero. The phase continues.");
-  chained(
-      "bound_input",
-      [](Phase& p, int i, const Bounds& bounds, Window window,
-         std::optional<Penalty> penalty) -> Phase& {
-        if (penalty)
-          add_soft_bounds(p.d, "input", p.d.sizes.u(), p.d.sizes.nu, i, bounds, std::move(window),
-                          std::move(*penalty));
-        else
-          add_bounds(p.d.input_bounds, i, bounds, std::move(window));
-        return p;
-      },
-      "i"_a, "bounds"_a, "window"_a = whole, "penalty"_a = hard, "Bounds input i in a window.");
-  chained(
-      "bound_state",
-      [](Phase& p, int i, const Bounds& bounds, Window window,
-         std::optional<Penalty> penalty) -> Phase& {
-        if (penalty)
-          add_soft_bounds(p.d, "state", p.d.sizes.x(), p.d.sizes.nx, i, bounds, std::move(window),
-                          std::move(*penalty));
-        else
-          add_bounds(p.d.state_bounds, i, bounds, std::move(window));
-        return p;
-      },
-      "i"_a, "bounds"_a, "window"_a = whole, "penalty"_a = hard, "Bounds state i in a window.");
+  for (const bool is_input : {true, false})
+    chained(
+        is_input ? "bound_input" : "bound_state",
+        [is_input](Phase& p, int i, const Bounds& bounds, Window window,
+                   std::optional<Penalty> penalty) -> Phase& {
+          const Arguments& sizes = p.d.sizes;
+          if (penalty)
+            add_soft_bounds(p.d, is_input ? "input" : "state", is_input ? sizes.u() : sizes.x(),
+                            is_input ? sizes.nu : sizes.nx, i, bounds, std::move(window),
+                            std::move(*penalty));
+          else
+            add_bounds(is_input ? p.d.input_bounds : p.d.state_bounds, i, bounds,
+                       std::move(window));
+          return p;
+        },
+        "i"_a, "bounds"_a, "window"_a = whole, "penalty"_a = hard,
+        is_input ? "Bounds input i in a window." : "Bounds state i in a window.");
   chained(
       "bound_algebraic",
       [](Phase& p, int i, const Bounds& bounds, Window window,

@@ -54,7 +54,6 @@ std::vector<std::byte> copy_of(std::span<const std::byte> bytes) {
 }
 
 // ---- messages
-// ------------------------------------------------------------------------------------
 
 // The check value of CRC-32 in the catalogue of CRC algorithms.
 TEST(Protocol, ChecksumIsCrc32) {
@@ -173,7 +172,6 @@ TEST(Protocol, PassesNanOn) {
 }
 
 // ---- transports
-// ----------------------------------------------------------------------------------
 
 class Transport : public ::testing::TestWithParam<const char*> {
  protected:
@@ -332,7 +330,6 @@ TEST(Links, RejectBadAddresses) {
 }
 
 // ---- reactions
-// -----------------------------------------------------------------------------------
 
 class Reactions : public ::testing::Test {
  protected:
@@ -560,7 +557,6 @@ TEST_F(Reactions, NamesAJointThatDoesNotReachThePosture) {
 }
 
 // ---- the loop
-// ------------------------------------------------------------------------------------
 
 // The fake robot in its own process. `answers`: false for one that stops without a word.
 class Loop : public Reactions {
@@ -616,6 +612,13 @@ TEST_F(Loop, StopsWhenTheRobotIsSilent) {
   EXPECT_EQ(result.end, ProcessResult::End::silence);
   EXPECT_NE(control.fault().find("no new message"), std::string::npos) << control.fault();
   EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()));
+}
+
+// The robot sets the pace, but it does not decide how long the controller waits for it.
+TEST_F(Loop, StopsWhenASlowRobotIsSilent) {
+  start_robot(1e6, false);
+  const ProcessResult result = run({.silence = 0.1, .patience = 0.5});
+  EXPECT_EQ(result.end, ProcessResult::End::silence);
 }
 
 // A robot that has started again counts from zero, and its messages are old.

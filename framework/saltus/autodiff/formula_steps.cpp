@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
+
+#include "saltus/autodiff/apply_operation.hpp"
 
 namespace saltus {
 namespace {
@@ -15,63 +16,6 @@ constexpr std::array names{"input", "constant", "add",   "subtract", "multiply",
                            "cosh",  "tanh",     "exp",   "log",      "sqrt",     "abs",    "min",
                            "max",   "atan2",    "hypot", "pow",      "select"};
 static_assert(names.size() == static_cast<std::size_t>(Operation::select) + 1);
-
-double apply(Operation operation, double a, double b, double c) {
-  switch (operation) {
-    case Operation::input:
-    case Operation::constant:
-      break;
-    case Operation::add:
-      return a + b;
-    case Operation::subtract:
-      return a - b;
-    case Operation::multiply:
-      return a * b;
-    case Operation::divide:
-      return a / b;
-    case Operation::negate:
-      return -a;
-    case Operation::sin:
-      return std::sin(a);
-    case Operation::cos:
-      return std::cos(a);
-    case Operation::tan:
-      return std::tan(a);
-    case Operation::asin:
-      return std::asin(a);
-    case Operation::acos:
-      return std::acos(a);
-    case Operation::atan:
-      return std::atan(a);
-    case Operation::sinh:
-      return std::sinh(a);
-    case Operation::cosh:
-      return std::cosh(a);
-    case Operation::tanh:
-      return std::tanh(a);
-    case Operation::exp:
-      return std::exp(a);
-    case Operation::log:
-      return std::log(a);
-    case Operation::sqrt:
-      return std::sqrt(a);
-    case Operation::abs:
-      return std::abs(a);
-    case Operation::min:
-      return b < a ? b : a;
-    case Operation::max:
-      return a < b ? b : a;
-    case Operation::atan2:
-      return std::atan2(a, b);
-    case Operation::hypot:
-      return std::hypot(a, b);
-    case Operation::pow:
-      return std::pow(a, b);
-    case Operation::select:
-      return a >= 0.0 ? b : c;
-  }
-  return 0.0;
-}
 
 }  // namespace
 
@@ -171,7 +115,7 @@ std::vector<double> FormulaSteps::evaluate(std::span<const double> z) const {
     values[i] = s.operation == Operation::input ? z[static_cast<std::size_t>(s.value)]
                 : s.operation == Operation::constant
                     ? s.value
-                    : apply(s.operation, at(s.a), at(s.b), at(s.c));
+                    : detail::apply(s.operation, at(s.a), at(s.b), at(s.c));
   }
   std::vector<double> results;
   results.reserve(outputs.size());

@@ -127,17 +127,10 @@ class Automaton {
       return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
                                             {{}, what, name});
   }
-  Automaton& add(std::string name, const std::string& from, const std::string& to, Function guard,
-                 Crossing direction, Function reset) {
-    system_.transitions.push_back(
-        {name, find(name, from), find(name, to), std::move(guard), direction, std::move(reset)});
+  Automaton& add(const std::string& name, const std::string& from, const std::string& to,
+                 Function guard, Crossing direction, Function reset) {
+    system_.add_transition(name, from, to, std::move(guard), direction, std::move(reset));
     return *this;
-  }
-  int find(const std::string& event, const std::string& name) const {
-    const int index = system_.mode_index(name);
-    if (index < 0)
-      throw DefinitionError("event '" + event + "': there is no mode '" + name + "' yet.");
-    return index;
   }
 
   SwitchingSystem system_;

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/autodiff/apply_operation.hpp"
 #include "saltus/autodiff/formula_steps.hpp"
 #include "saltus/core/workspace_pool.hpp"
 #include "saltus/model/make_function.hpp"
@@ -13,67 +14,6 @@
 namespace saltus {
 namespace {
 
-template <class S>
-S apply(const FormulaStep& step, const S& a, const S& b, const S& c, const FormulaSteps& all) {
-  switch (step.operation) {
-    case Operation::input:
-      break;  // the caller has it
-    case Operation::constant:
-      return S(step.value);
-    case Operation::add:
-      return a + b;
-    case Operation::subtract:
-      return a - b;
-    case Operation::multiply:
-      return a * b;
-    case Operation::divide:
-      return a / b;
-    case Operation::negate:
-      return -a;
-    case Operation::sin:
-      return sin(a);
-    case Operation::cos:
-      return cos(a);
-    case Operation::tan:
-      return tan(a);
-    case Operation::asin:
-      return asin(a);
-    case Operation::acos:
-      return acos(a);
-    case Operation::atan:
-      return atan(a);
-    case Operation::sinh:
-      return sinh(a);
-    case Operation::cosh:
-      return cosh(a);
-    case Operation::tanh:
-      return tanh(a);
-    case Operation::exp:
-      return exp(a);
-    case Operation::log:
-      return log(a);
-    case Operation::sqrt:
-      return sqrt(a);
-    case Operation::abs:
-      return abs(a);
-    case Operation::min:
-      return min(a, b);
-    case Operation::max:
-      return max(a, b);
-    case Operation::atan2:
-      return atan2(a, b);
-    case Operation::hypot:
-      return hypot(a, b);
-    case Operation::pow: {
-      const FormulaStep& exponent = all.steps[step.b];
-      return exponent.operation == Operation::constant ? S(pow(a, exponent.value)) : S(pow(a, b));
-    }
-    case Operation::select:
-      return select(a, b, c);
-  }
-  return S(0.0);
-}
-
 // Computes all steps. entry(i) is entry i of z.
 template <class S, class Entry>
 void evaluate(const FormulaSteps& formula, const Entry& entry, std::vector<S>& values) {
@@ -81,9 +21,15 @@ void evaluate(const FormulaSteps& formula, const Entry& entry, std::vector<S>& v
   const auto at = [&](int step) -> const S& { return step < 0 ? none : values[step]; };
   for (std::size_t i = 0; i < formula.steps.size(); ++i) {
     const FormulaStep& step = formula.steps[i];
-    values[i] = step.operation == Operation::input
-                    ? S(entry(static_cast<int>(step.value)))
-                    : apply(step, at(step.a), at(step.b), at(step.c), formula);
+    if (step.operation == Operation::input)
+      values[i] = S(entry(static_cast<int>(step.value)));
+    else if (step.operation == Operation::constant)
+      values[i] = S(step.value);
+    else if (step.operation == Operation::pow &&
+             formula.steps[step.b].operation == Operation::constant)
+      values[i] = S(pow(at(step.a), formula.steps[step.b].value));
+    else
+      values[i] = detail::apply(step.operation, at(step.a), at(step.b), at(step.c));
   }
 }
 

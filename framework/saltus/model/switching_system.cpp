@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/model/make_function.hpp"
@@ -34,6 +35,19 @@ int SwitchingSystem::mode_index(const std::string& name) const {
   for (std::size_t m = 0; m < modes.size(); ++m)
     if (modes[m].name == name) return static_cast<int>(m);
   return -1;
+}
+
+void SwitchingSystem::add_transition(const std::string& name, const std::string& from_mode,
+                                     const std::string& to_mode, Function guard, Crossing direction,
+                                     Function reset) {
+  const auto find = [&](const std::string& mode) {
+    const int index = mode_index(mode);
+    if (index < 0)
+      throw DefinitionError("event '" + name + "': there is no mode '" + mode + "' yet.");
+    return index;
+  };
+  transitions.push_back(
+      {name, find(from_mode), find(to_mode), std::move(guard), direction, std::move(reset)});
 }
 
 void SwitchingSystem::check(const Arguments& sizes, int nq) const {

@@ -71,6 +71,10 @@ struct SwitchingSystem {
   bool empty() const { return transitions.empty(); }
   /// Index of the mode with this name, or -1.
   int mode_index(const std::string& name) const;
+  /// Appends a transition between modes with these names. Throws DefinitionError if there is none.
+  void add_transition(const std::string& name, const std::string& from_mode,
+                      const std::string& to_mode, Function guard, Crossing direction,
+                      Function reset);
   /// Throws DefinitionError with mode and event if sizes do not match, a mode does not exist, or a
   /// guard depends on neither state, time nor input.
   void check(const Arguments& sizes, int nq) const;

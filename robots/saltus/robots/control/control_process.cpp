@@ -38,7 +38,6 @@ long page_faults() {
 }  // namespace
 
 // ---- log
-// -----------------------------------------------------------------------------------------
 
 struct ControlLog::Writer {
   static constexpr std::size_t rows = 4096;
@@ -126,7 +125,6 @@ void ControlLog::add(const SensorMessage& r, const CommandMessage& command, doub
 }
 
 // ---- operating system
-// ----------------------------------------------------------------------------
 
 void apply(const RealTimeOptions& options) {
   if (options.cpu) {
@@ -151,7 +149,6 @@ void apply(const RealTimeOptions& options) {
 }
 
 // ---- loop
-// ----------------------------------------------------------------------------------------
 
 ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
                           const ProcessOptions& options, const std::function<bool()>& stops,
@@ -200,8 +197,7 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
                         silent));
       }
       if (is_silent && seconds_between(stop_sent, arrival) >= stop_period) {
-        link.send(
-            codec.encode(control.continue_stop(pace > 0.0 ? stop_period / pace : stop_period)));
+        link.send(codec.encode(control.continue_stop(stop_period)));
         stop_sent = arrival;
       }
       continue;

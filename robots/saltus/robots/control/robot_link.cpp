@@ -48,7 +48,6 @@ class FileDescriptor {
 };
 
 // ---- UDP
-// -----------------------------------------------------------------------------------------
 
 class UdpLink final : public RobotLink {
  public:
@@ -122,7 +121,6 @@ std::unique_ptr<RobotLink> open_udp(const std::string& address, LinkSide side) {
 }
 
 // ---- shared memory
-// -------------------------------------------------------------------------------
 
 // One message, which its writer replaces. The count is odd while it writes, so a reader that sees
 // the same even count before and after has read a complete message.
