@@ -35,6 +35,72 @@ SparsityPattern random_pattern(std::mt19937& random) {
   return with_diagonal(SparsityPattern::from_pairs(n, n, pairs));
 }
 
+// Twelve parts of seven variables, coupled by the last two variables, as a phase by its duration.
+constexpr int parts = 12, part_size = 7, coupling = 2, coupled = parts * part_size + coupling;
+SparsityPattern coupled_pattern() {
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < coupled; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (i / part_size == j / part_size || i >= parts * part_size) pairs.emplace_back(i, j);
+  return SparsityPattern::from_pairs(coupled, coupled, pairs);
+}
+// Adds root root' of a part and the coupling variables.
+void add_convex(const SparsityPattern& pattern, int part, const MatrixXd& root, VectorXd& entries) {
+  const auto variable = [&](int i) {
+    return i < part_size ? part * part_size + i : parts * part_size + i - part_size;
+  };
+  const MatrixXd all = root * root.transpose();
+  for (int i = 0; i < all.rows(); ++i)
+    for (int j = 0; j <= i; ++j) entries[pattern.find(variable(i), variable(j))] += all(i, j);
+}
+
+TEST(Convexification, ConvexPartsThatShareVariablesAreUnchanged) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> any;
+  const SparsityPattern pattern = coupled_pattern();
+  for (const int rank : {3, part_size + coupling}) {
+    VectorXd entries = VectorXd::Zero(pattern.entries());
+    for (int part = 0; part < parts; ++part) {
+      MatrixXd root(part_size + coupling, rank);
+      for (double& e : root.reshaped()) e = any(random);
+      add_convex(pattern, part, root, entries);
+    }
+    const VectorXd before = entries;
+    Convexification(pattern).apply(entries, 1e-6);
+    EXPECT_EQ(entries, before) << rank;
+  }
+}
+
+TEST(Convexification, NegativeCurvatureOfAPartLeavesTheOthersUnchanged) {
+  const SparsityPattern pattern = coupled_pattern();
+  VectorXd entries = VectorXd::Zero(pattern.entries());
+  for (int part = 0; part < parts; ++part)
+    add_convex(pattern, part, MatrixXd::Identity(part_size + coupling, part_size + coupling),
+               entries);
+  const int negative = pattern.find(2, 2), slope = pattern.find(parts * part_size, 2);
+  entries[negative] = -1.0;
+  entries[slope] = 0.5;
+  const MatrixXd before = dense(pattern, entries);
+  Convexification(pattern).apply(entries, 1e-6);
+  const MatrixXd after = dense(pattern, entries);
+  EXPECT_GT(lowest_eigenvalue(after), 0.5);
+  EXPECT_LT(after.norm(), 1.1 * before.norm());
+  for (int i = part_size; i < parts * part_size; ++i) EXPECT_EQ(after(i, i), before(i, i)) << i;
+}
+
+TEST(Convexification, LeavesNoNegativeCurvatureInCoupledParts) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> any;
+  const SparsityPattern pattern = coupled_pattern();
+  for (const int largest_part : {64, 4})
+    for (int trial = 0; trial < 50; ++trial) {
+      VectorXd entries(pattern.entries());
+      for (double& e : entries) e = any(random);
+      Convexification(pattern, largest_part).apply(entries, 1e-6);
+      ASSERT_GT(lowest_eigenvalue(dense(pattern, entries)), -1e-10) << trial;
+    }
+}
+
 TEST(Convexification, LeavesNoNegativeCurvatureInAnyBlock) {
   for (const int largest_block : {64, 3}) {
     std::mt19937 random(5);
