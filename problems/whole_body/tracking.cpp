@@ -23,86 +23,22 @@ constexpr double com_gain = 60.0, com_damping = 15.0, spin_damping = 10.0;  // 1
 constexpr double swing_gain = 400.0, swing_damping = 40.0;                  // 1/s^2, 1/s
 constexpr double stance_gain = 100.0;                                       // 1/s^2
 
-// The motion of the plan between its nodes: cubic polynomials with continuous velocity.
-class Reference {
- public:
-  // A periodic plan repeats itself, each time `stride` further (m).
-  Reference(const Trajectory& plan, bool periodic, double stride)
-      : periodic_(periodic), stride_(stride) {
-    for (const Trajectory::Piece& piece : plan.pieces()) {
-      times_.push_back(piece.start);
-      states_.push_back(piece.state);
-    }
-    times_.push_back(plan.end_time());
-    states_.push_back(plan.final_state());
-    for (std::size_t i = 0; i < times_.size(); ++i) slopes_.push_back(slope(i));
-  }
-  double begin() const { return times_.front(); }
-  double end() const { return times_.back(); }
-  double length() const { return end() - begin(); }
-  // Number of complete periods before t.
-  int periods(double t) const {
-    return periodic_ ? static_cast<int>(std::floor((t - begin()) / length())) : 0;
-  }
-  // Time in the plan, s.
-  double in_plan(double t) const { return t - periods(t) * length(); }
-  // State at t, s; at rest before and after a plan that is not periodic.
-  VectorXd state(double t) const { return moved(at(in_plan(t), 0), periods(t)); }
-  VectorXd rate(double t) const { return at(in_plan(t), 1); }
-
- private:
-  VectorXd moved(VectorXd x, int periods) const {
-    x[0] += periods * stride_;
-    x[q_at] += periods * stride_;
-    return x;
-  }
-  VectorXd slope(std::size_t i) const {
-    const std::size_t last = times_.size() - 1;
-    if (i > 0 && i < last)
-      return (states_[i + 1] - states_[i - 1]) / (times_[i + 1] - times_[i - 1]);
-    if (!periodic_) return VectorXd::Zero(states_[i].size());
-    return (moved(states_[1], 1) - states_[last - 1]) /
-           (times_[1] - times_[0] + times_[last] - times_[last - 1]);
-  }
-  VectorXd at(double t, int derivative) const {
-    if (!periodic_ && (t <= begin() || t >= end())) {
-      const VectorXd& x = t <= begin() ? states_.front() : states_.back();
-      return derivative == 0 ? x : VectorXd::Zero(x.size());
-    }
-    const auto i =
-        std::min(static_cast<std::size_t>(std::ranges::upper_bound(times_, t) - times_.begin()) - 1,
-                 times_.size() - 2);
-    const double h = times_[i + 1] - times_[i], s = (t - times_[i]) / h;
-    const VectorXd &a = states_[i], &b = states_[i + 1], &da = slopes_[i], &db = slopes_[i + 1];
-    if (derivative == 0)
-      return (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s) * a + s * s * (3.0 - 2.0 * s) * b +
-             h * s * (1.0 - s) * ((1.0 - s) * da - s * db);
-    return 6.0 * s * (1.0 - s) / h * (b - a) + (1.0 - s) * (1.0 - 3.0 * s) * da +
-           s * (3.0 * s - 2.0) * db;
-  }
-
-  bool periodic_;
-  double stride_;
-  std::vector<double> times_;
-  std::vector<VectorXd> states_, slopes_;
-};
-
 class Tracker {
  public:
   Tracker(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-          const Solution& plan, const robots::Plant::Ground& ground)
+          const Solution& plan, const TrackingOptions& options)
       : body_(body),
         robot_(robot),
         task_(task),
-        plan_(plan.trajectory),
-        reference_(plan.trajectory, task.periodic, task.stride),
+        options_(options),
+        reference_(plan.trajectory, PlannedMotion::Start::at_rest, task.periodic, task.stride),
         weight_(body.tree.mass * standard_gravity),
         model_(robots::make_dart_dynamics(robot)),
-        plant_(robots::make_dart_plant(robot, options(ground))),
+        plant_(robots::make_dart_plant(robot, dart_options(options.ground))),
         controller_(robots::make_inverse_dynamics_controller(robot, cone(0), cone(1))) {
     robots::WholeBodyState start;
-    const VectorXd q = reference_.state(begin()).tail<coordinates>(),
-                   dq = reference_.rate(begin()).tail<coordinates>();
+    const VectorXd q = reference_.state(reference_.begin()).tail<coordinates>(),
+                   dq = reference_.rate(reference_.begin()).tail<coordinates>();
     const Robot at(body.tree, q, dq);
     start.base.linear() = at.body(0).rotation;
     start.base.translation() = at.body(0).position;
@@ -126,15 +62,13 @@ class Tracker {
     for (std::size_t i = 1; i < robot_.bodies.size(); ++i)
       columns.push_back("q_" + robot_.bodies[i].joint + " [rad]");
     result_.table = CsvTable(columns);
-    const double duration =
-        task_.periodic ? repetitions * reference_.length() : reference_.length() + still;
-    const int steps = static_cast<int>(duration / period);
-    for (int k = 0; k < steps && !result_.fell; ++k) step(k);
+    for (int k = 0; k * period < duration() && !result_.fell; ++k) step(k);
+    result_.duration = reference_.end() - begin_;
     return result_;
   }
 
  private:
-  static robots::DartOptions options(const robots::Plant::Ground& ground) {
+  static robots::DartOptions dart_options(const robots::Plant::Ground& ground) {
     robots::DartOptions options;
     options.step = period;
     options.ground = ground;
@@ -147,13 +81,15 @@ class Tracker {
     options.normal_force = between(0.0, 4.0 * weight_);
     return options;
   }
-  double begin() const { return reference_.begin(); }
+  // Of the simulation, s.
+  double duration() const {
+    return task_.periodic ? repetitions * reference_.length() : reference_.end() - begin_ + still;
+  }
 
   // Mode of the plan at t, and the contact of the foot in it.
   const Mode& mode_at(double t) const {
-    const double now = reference_.in_plan(t);
-    if (now >= reference_.end()) return task_.modes.back();
-    return task_.modes[static_cast<std::size_t>(plan_.piece_at(now).phase)];
+    const int done = options_.replanner != nullptr ? options_.replanner->phase() : 0;
+    return task_.modes[static_cast<std::size_t>(done + reference_.phase(t))];
   }
   const Contact* contact_of(const Mode& mode, int foot) const {
     for (const Contact& contact : mode.contacts)
@@ -162,12 +98,16 @@ class Tracker {
   }
 
   void step(int k) {
-    const double t = begin() + k * period;
+    const double t = begin_ + k * period;
     const robots::WholeBodyState state = plant_->state();
     model_->update(state);
+    if (t >= next_plan_ && options_.replanner != nullptr && !options_.replanner->is_over(t)) {
+      reference_ = options_.replanner->plan_from(t, measured(state));
+      next_plan_ = t + options_.replanner->period() - 0.5 * period;
+    }
     const VectorXd planned = reference_.state(t);
     const Mode& mode = mode_at(t);
-    const VectorXd input = plan_.input(std::min(reference_.in_plan(t), reference_.end() - 1e-9));
+    const VectorXd input = reference_.input(t);
     const VectorXd dq = reference_.rate(t).tail<coordinates>();
     const Robot target(body_.tree, planned.tail<coordinates>().eval());
 
@@ -229,7 +169,20 @@ class Tracker {
     const WholeBodyController::Command& command = controller_->control(*model_, state, tasks);
     plant_->set_torques(command.torques);
     note(k, t, planned, command);
+    const VectorXd force = options_.push.mean(t - begin_, t - begin_ + period);
+    if (!force.isZero(0.0))
+      plant_->push(options_.pushed.body, force, options_.pushed.pose.translation());
     plant_->step();
+  }
+
+  // State of the plans.
+  VectorXd measured(const robots::WholeBodyState& state) const {
+    const Mat<double, 3, 3> base = state.base.linear();
+    VectorXd x(states);
+    x << model_->com(), model_->com_velocity(), model_->angular_momentum() / body_.tree.mass,
+        state.base.translation(), std::atan2(base(2, 1), base(2, 2)), -std::asin(base(2, 0)),
+        std::atan2(base(1, 0), base(0, 0)), state.q;
+    return x;
   }
 
   Vec<double, 6> sole_twist(double t, int foot) const {
@@ -285,8 +238,10 @@ class Tracker {
   const Body& body_;
   const robots::FloatingRobot& robot_;
   const Task& task_;
-  const Trajectory& plan_;
-  Reference reference_;
+  TrackingOptions options_;
+  PlannedMotion reference_;
+  double begin_ = reference_.begin();  // s
+  double next_plan_ = begin_;          // s
   double weight_;
   std::unique_ptr<robots::DynamicsModel> model_;
   std::unique_ptr<robots::Plant> plant_;
@@ -301,8 +256,8 @@ class Tracker {
 }  // namespace
 
 Tracking track(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-               const Solution& plan, const robots::Plant::Ground& ground) {
-  return Tracker(body, robot, task, plan, ground).run();
+               const Solution& plan, const TrackingOptions& options) {
+  return Tracker(body, robot, task, plan, options).run();
 }
 
 }  // namespace saltus::whole_body

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "problems/whole_body/problem.hpp"
+#include "problems/whole_body/replanning.hpp"
 #include "saltus/core/csv_table.hpp"
+#include "saltus/ocp/pulse.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/transcription/solution.hpp"
 
@@ -24,13 +26,22 @@ struct Tracking {
   double speed = 0.0;         // largest fraction of a joint's speed limit
   std::string speed_of;       // and that joint
   double force = 0.0;         // largest vertical force on a foot, mean of 20 ms, in weights
+  double duration = 0.0;      // until the robot stands at the end, s
   CsvTable table{{"t [s]"}};  // the motion, a row every 5 ms
+};
+
+/// Options of a simulation.
+struct TrackingOptions {
+  robots::Plant::Ground ground;
+  Pulse push{};                    // force in world axes, N s; begins with the motion
+  Frame pushed{};                  // where it acts
+  Replanner* replanner = nullptr;  // empty: the first plan is followed to its end
 };
 
 /// Runs the plan on ideal drives with ideal sensors, then stands still for one second; a periodic
 /// plan runs four times, beginning in motion. The
 /// controller is WholeBodyController by inverse dynamics, once per ms.
 Tracking track(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-               const Solution& plan, const robots::Plant::Ground& ground);
+               const Solution& plan, const TrackingOptions& options);
 
 }  // namespace saltus::whole_body

@@ -5,14 +5,17 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
+#include "problems/biped/keys/keys.hpp"
 #include "problems/biped/report/body_output.hpp"
 #include "problems/whole_body/tasks.hpp"
 #include "problems/whole_body/tracking.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/robots/simulation/simulate.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/solve/solve.hpp"
 #include "saltus/solver/ipopt.hpp"
@@ -21,6 +24,13 @@ namespace saltus::whole_body {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+robots::walking::Push no_push() {
+  robots::walking::Push push;
+  push.impulse = 0.0;
+  push.start = 0.3;
+  return push;
+}
 
 struct Config {
   std::string task = "step";
@@ -31,6 +41,8 @@ struct Config {
   int intervals = 6;         // of each phase
   double tolerance = 1e-6;   // scaled KKT error
   double time_limit = 60.0;  // s
+  double replan = 0.0;       // s
+  robots::walking::Push push = no_push();
   bool track = true, pictures = true;
 };
 
@@ -56,6 +68,11 @@ void declare_settings(Settings& s, Config& c) {
   s.integer("intervals", c.intervals, "", "intervals of each phase", between(2, 60));
   s.number("tolerance", c.tolerance, "", "scaled KKT error", between(1e-10, 1e-2));
   s.number("time_limit_s", c.time_limit, "s", "time limit of the solver", between(0.1, 3600.0));
+  s.number("replan.period_s", c.replan, "s",
+           "period in which the motion is planned again from the measured state; 0: never",
+           between(0.0, 0.2));
+  robots::walking::declare_settings(s, c.push);
+  robots::walking::declare_point_of_push(s, c.push);
   s.flag("track", c.track, "simulate the whole body in DART as it follows the plan");
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
 }
@@ -86,6 +103,16 @@ Json tracking_json(const Tracking& t) {
           {"largest_force_weights", t.force}};
 }
 
+Json replanning_json(const Replanner::Statistics& s) {
+  Json json{{"solves", s.processor.count()}};
+  for (int i = 0; i < provenances; ++i)
+    json[describe(static_cast<Provenance>(i))] = s.counts[static_cast<std::size_t>(i)];
+  json["processor_ms"] = {{"median", 1e3 * s.processor.median()},
+                          {"p99", 1e3 * s.processor.p99()},
+                          {"max", 1e3 * s.processor.max()}};
+  return json;
+}
+
 ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   const auto urdf_file = robots::walking::urdf_of_body(config.robot);
   const robots::UrdfModel urdf = robots::UrdfModel::read(urdf_file);
@@ -104,9 +131,9 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
 
   const Task task = whole_body::task(config.task, body, config.sizes);
   const auto start = WallClock::now();
-  MultipleShooting shooting(
-      problem(body, task, config.options),
-      {.intervals_per_phase = config.intervals, .integrator = runge_kutta4()});
+  const OptimalControlProblem ocp = problem(body, task, config.options);
+  const ShootingOptions grid{.intervals_per_phase = config.intervals, .integrator = runge_kutta4()};
+  MultipleShooting shooting(ocp, grid);
   const double set_up = seconds_since(start);
   const std::unique_ptr<Solver> solver =
       make_solver(config.solver, {.tolerance = config.tolerance, .time_limit = config.time_limit});
@@ -137,10 +164,20 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   }
   ExitStatus status = plan.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
   if (plan.ok() && config.track) {
-    const Tracking tracked = track(body, robot, task, plan, ground_of(config, body));
+    std::optional<Replanner> replanner;
+    if (config.replan > 0.0) replanner.emplace(ocp, grid, config.replan, plan.trajectory);
+    TrackingOptions options;
+    options.ground = ground_of(config, body);
+    options.push = config.push;
+    options.push.direction.normalize();
+    options.pushed = robots::walking::pushed_frame(robot, urdf, config.push.link);
+    options.pushed.pose.translate(config.push.point);
+    if (replanner) options.replanner = &*replanner;
+    const Tracking tracked = track(body, robot, task, plan, options);
     output.write("tracking.csv", tracked.table);
     output.write("robot.json", robots::walking::robot_shape(robot, body.feet[0], body.feet[1]));
     summary["tracking"] = tracking_json(tracked);
+    if (replanner) summary["replanning"] = replanning_json(replanner->statistics());
     fmt::print(
         "in DART: {}; CoM within {:.1f} mm of the plan, soles within {:.1f} mm, slip {:.1f} mm\n"
         "largest torque {:.0f} % of its limit ({}), largest speed {:.0f} % ({}), largest force "
@@ -148,6 +185,14 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
         tracked.fell ? fmt::format("fell at {:.2f} s", tracked.fell_at) : "tracked",
         1e3 * tracked.com, 1e3 * tracked.feet, 1e3 * tracked.slip, 100.0 * tracked.torque,
         tracked.torque_of, 100.0 * tracked.speed, tracked.speed_of, tracked.force);
+    if (replanner) {
+      const Replanner::Statistics& s = replanner->statistics();
+      fmt::print(
+          "planned {} times in {:.2f} s; processor time of a solve: median {:.1f} ms, 99 % "
+          "{:.1f} ms, largest {:.1f} ms\n",
+          s.processor.count(), tracked.duration, 1e3 * s.processor.median(),
+          1e3 * s.processor.p99(), 1e3 * s.processor.max());
+    }
   }
   output.write("summary.json", summary);
   if (plan.ok() && config.track && config.pictures)

@@ -75,12 +75,13 @@ TEST_P(TrackedTasks, DoNotFall) {
   const Task task = whole_body::task(GetParam().task, body(), {});
   const Solution plan = plan_of(task, SolverChoice::riccati);
   ASSERT_TRUE(plan.ok()) << plan.message;
-  robots::Plant::Ground ground;
+  TrackingOptions options;
+  robots::Plant::Ground& ground = options.ground;
   ground.ahead = true;
   ground.edge = edge_ahead(body());
   ground.height = GetParam().height;
   ground.slope_forward = std::tan(GetParam().slope_deg * std::numbers::pi / 180.0);
-  const Tracking tracked = track(body(), robot, task, plan, ground);
+  const Tracking tracked = track(body(), robot, task, plan, options);
   EXPECT_FALSE(tracked.fell) << "at " << tracked.fell_at << " s";
   EXPECT_LT(tracked.com, 0.02);
   EXPECT_LT(tracked.com_at_end, 0.001);
