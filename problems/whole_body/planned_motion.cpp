@@ -39,7 +39,7 @@ int PlannedMotion::phase(double t) const {
 
 VectorXd PlannedMotion::moved(VectorXd x, int periods) const {
   x[0] += periods * stride_;
-  x[q_at] += periods * stride_;
+  if (periods != 0) x[x.size() - coordinates] += periods * stride_;  // of the base
   return x;
 }
 

@@ -2,7 +2,9 @@
 //
 // State (c, v, k, q): centre of mass, its velocity, angular momentum about it divided by the mass,
 // and the configuration q of robots::Kinematics. Input (dq, wrenches): rates of q, then force and
-// torque of the world on each sole about its place, divided by the weight m g, in world axes. With
+// torque of the world on each sole about its place, divided by the weight m g, in world axes. The
+// place of one landing may be chosen: then its x and y are a state s, with the input s' until the
+// foot lands. With
 // the places p_i of the contacts,
 //
 //   c' = v,   v' = g (sum_i f_i - e_z),   k' = g sum_i ((p_i - c) x f_i + t_i),   q' = dq
@@ -29,11 +31,17 @@ template <class S>
 using Robot = robots::Kinematics<joints, S>;
 
 template <int soles>
-inline constexpr int inputs = coordinates + 6 * soles;
+inline constexpr int inputs = coordinates + 6 * soles;  // without s'
 
-template <class S>
-auto q_of(const Vec<S, states>& x) {
+template <class S, int nx>
+auto q_of(const Vec<S, nx>& x) {
   return x.template tail<coordinates>();
+}
+
+// Coordinate `axis` of the place of a contact, m.
+template <class S, int nx>
+S place_of(const Contact& contact, int axis, const Vec<S, nx>& x) {
+  return contact.chosen && axis < 2 ? x[place_at + axis] : S(contact.place.position[axis]);
 }
 
 // Contacts of a phase. The force of contact i begins at the input wrench_at(i), its torque 3 later.
@@ -57,25 +65,25 @@ S along(const Contact& contact, int axis, const V& v) {
 
 template <int soles>
 struct Dynamics : Contacts<soles> {
-  template <class S>
-  Vec<S, states> operator()(const S&, const Vec<S, states>& x,
-                            const Vec<S, inputs<soles>>& u) const {
+  template <class S, int nx, int nu>
+  Vec<S, nx> operator()(const S&, const Vec<S, nx>& x, const Vec<S, nu>& u) const {
     Vec<S, 3> force(S(0.0), S(0.0), S(-1.0)), torque(S(0.0), S(0.0), S(0.0));
     for (int i = 0; i < soles; ++i) {
       const int at = this->wrench_at(i);
       const Vec<S, 3> f = u.template segment<3>(at);
       Vec<S, 3> arm;
-      for (int j = 0; j < 3; ++j) arm[j] = (*this)[i].place.position[j] - x[j];
+      for (int j = 0; j < 3; ++j) arm[j] = place_of<S>((*this)[i], j, x) - x[j];
       force += f;
       torque += arm.cross(f) + u.template segment<3>(at + 3);
     }
-    Vec<S, states> rate;
+    Vec<S, nx> rate;
     for (int j = 0; j < 3; ++j) {
       rate[j] = x[3 + j];
       rate[3 + j] = standard_gravity * force[j];
       rate[6 + j] = standard_gravity * torque[j];
     }
-    for (int j = 0; j < coordinates; ++j) rate[q_at + j] = u[j];
+    for (int j = place_at; j < nx - coordinates; ++j) rate[j] = u[inputs<soles> + j - place_at];
+    for (int j = 0; j < coordinates; ++j) rate[nx - coordinates + j] = u[j];
     return rate;
   }
 };
@@ -83,8 +91,8 @@ struct Dynamics : Contacts<soles> {
 // com(q) - c, then for each contact its distance from its place and its rotation.
 template <int soles>
 struct Pose : Contacts<soles> {
-  template <class S>
-  Vec<S, 3 + 6 * soles> operator()(const S&, const Vec<S, states>& x) const {
+  template <class S, int nx>
+  Vec<S, 3 + 6 * soles> operator()(const S&, const Vec<S, nx>& x) const {
     const Robot<S> robot(this->body->tree, q_of(x));
     Vec<S, 3 + 6 * soles> y;
     y.template head<3>() = robot.com() - x.template head<3>();
@@ -92,7 +100,7 @@ struct Pose : Contacts<soles> {
       const Contact& contact = (*this)[i];
       const int row = 3 + 6 * i;
       const Vec<S, 3> p = robot.position(contact.frame);
-      for (int j = 0; j < 3; ++j) y[row + j] = p[j] - contact.place.position[j];
+      for (int j = 0; j < 3; ++j) y[row + j] = p[j] - place_of<S>(contact, j, x);
       const Mat<S, 3, 3> axes = robot.rotation(contact.frame);
       y[row + 3] = along<S>(contact, 2, axes.col(0));
       y[row + 4] = along<S>(contact, 2, axes.col(1));
@@ -104,8 +112,8 @@ struct Pose : Contacts<soles> {
 
 struct Momentum {
   const Body* body;
-  template <class S, int nu>
-  Vec<S, 3> operator()(const S&, const Vec<S, states>& x, const Vec<S, nu>& u) const {
+  template <class S, int nx, int nu>
+  Vec<S, 3> operator()(const S&, const Vec<S, nx>& x, const Vec<S, nu>& u) const {
     const Vec<S, 3> momentum = Robot<S>(body->tree, q_of(x), u).angular_momentum();
     Vec<S, 3> y;
     for (int j = 0; j < 3; ++j) y[j] = (1.0 / body->tree.mass) * momentum[j] - x[6 + j];
@@ -117,9 +125,8 @@ struct Momentum {
 template <int soles>
 struct Cones : Contacts<soles> {
   Options options;
-  template <class S>
-  Vec<S, 10 * soles> operator()(const S&, const Vec<S, states>&,
-                                const Vec<S, inputs<soles>>& u) const {
+  template <class S, int nx, int nu>
+  Vec<S, 10 * soles> operator()(const S&, const Vec<S, nx>&, const Vec<S, nu>& u) const {
     Vec<S, 10 * soles> y;
     int row = 0;
     const auto pair = [&](const S& limit, const S& value) {
@@ -152,8 +159,8 @@ struct Cones : Contacts<soles> {
 // Normal forces, in weights.
 template <int soles>
 struct Loads : Contacts<soles> {
-  template <class S>
-  Vec<S, soles> operator()(const S&, const Vec<S, states>&, const Vec<S, inputs<soles>>& u) const {
+  template <class S, int nx, int nu>
+  Vec<S, soles> operator()(const S&, const Vec<S, nx>&, const Vec<S, nu>& u) const {
     Vec<S, soles> y;
     for (int i = 0; i < soles; ++i)
       y[i] = along<S>((*this)[i], 2, u.template segment<3>(this->wrench_at(i)));
@@ -164,9 +171,8 @@ struct Loads : Contacts<soles> {
 // Torques of the joints that balance weight and wrenches at rest, over their limits.
 template <int soles>
 struct Torques : Contacts<soles> {
-  template <class S>
-  Vec<S, joints> operator()(const S&, const Vec<S, states>& x,
-                            const Vec<S, inputs<soles>>& u) const {
+  template <class S, int nx, int nu>
+  Vec<S, joints> operator()(const S&, const Vec<S, nx>& x, const Vec<S, nu>& u) const {
     const Tree& tree = this->body->tree;
     const double weight = tree.mass * standard_gravity;
     std::array<robots::WrenchAt<S>, static_cast<std::size_t>(soles)> wrenches;
@@ -192,8 +198,8 @@ struct Torques : Contacts<soles> {
 struct ToeAndHeel {
   const Body* body;
   int foot;
-  template <class S>
-  Vec<S, 3> operator()(const S&, const Vec<S, states>& x) const {
+  template <class S, int nx>
+  Vec<S, 3> operator()(const S&, const Vec<S, nx>& x) const {
     const Robot<S> robot(body->tree, q_of(x));
     const Vec<S, 3> p = robot.position(body->soles[foot]);
     const Mat<S, 3, 3> axes = robot.rotation(body->soles[foot]);
@@ -207,8 +213,8 @@ struct ToeAndHeel {
 constexpr int leg_spheres = 5;
 struct LegsApart {
   const Body* body;
-  template <class S>
-  Vec<S, leg_spheres * leg_spheres> operator()(const S&, const Vec<S, states>& x) const {
+  template <class S, int nx>
+  Vec<S, leg_spheres * leg_spheres> operator()(const S&, const Vec<S, nx>& x) const {
     const Robot<S> robot(body->tree, q_of(x));
     std::array<Vec<S, 3>, leg_spheres> centres[2];
     for (int side = 0; side < 2; ++side)
@@ -232,13 +238,15 @@ struct LegsApart {
   }
 };
 
-template <int soles>
-auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const Options& options) {
-  constexpr int nu = inputs<soles>;
+// `places`: 2 if a place is chosen, else 0.
+template <int soles, int places>
+auto phase_of(const Body& body, const Task& task, const Mode& mode, const VectorXd& begin,
+              const Options& options) {
+  constexpr int nx = states + places, nu = inputs<soles> + places;
   Contacts<soles> contacts{&body, {}};
   std::copy_n(mode.contacts.begin(), soles, contacts.contacts.begin());
 
-  Phase<states, nu> phase{mode.name, Dynamics<soles>{contacts}, mode.duration};
+  Phase<nx, nu> phase{mode.name, Dynamics<soles>{contacts}, mode.duration};
   phase.keep("pose", Pose<soles>{contacts}, exactly(0.0))
       .keep("momentum", Momentum{&body}, exactly(0.0))
       .keep("torques", Torques<soles>{contacts}, between(-options.torque, options.torque));
@@ -262,13 +270,22 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
       .allow("momentum", options.spin_between)
       .allow("torques", options.torque_between);
   for (int i = 0; i < joints; ++i) {
-    phase.bound_state(q_at + 6 + i, between(body.lowest[i], body.highest[i]));
+    phase.bound_state(task.q_at() + 6 + i, between(body.lowest[i], body.highest[i]));
     phase.bound_input(6 + i,
                       between(-options.speed * body.fastest[i], options.speed * body.fastest[i]));
   }
   for (int i = 0; i < 3; ++i) {
     phase.bound_input(i, between(-2.0, 2.0));      // m/s
     phase.bound_input(3 + i, between(-5.0, 5.0));  // rad/s
+  }
+
+  if constexpr (places > 0) {
+    const Bounds rate = mode.chooses ? between(-2.0, 2.0) : exactly(0.0);  // m/s
+    for (int i = 0; i < 2; ++i) phase.bound_input(inputs<soles> + i, rate);
+    phase.bound_state(place_at, task.choice->x).bound_state(place_at + 1, task.choice->y);
+    phase.track(
+        "chosen place", [](const auto&, const auto& x) { return x.template segment<2>(place_at).eval(); },
+        Vec<double, 2>::Constant(options.place), {}, VectorXd(task.choice->expected));
   }
 
   Vec<double, 3 + joints> weights, posture;
@@ -282,7 +299,8 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
     effort.template segment<3>(at + 3).setConstant(options.moment);
     even[at + 2] = 1.0 / soles;
   }
-  Vec<double, states> state_sizes = Vec<double, states>::Ones();
+  effort.template tail<places>().setConstant(options.place_rate);
+  Vec<double, nx> state_sizes = Vec<double, nx>::Ones();
   state_sizes.template segment<3>(3).setConstant(0.5);  // m/s
   state_sizes.template segment<3>(6).setConstant(0.1);  // m^2/s
   Vec<double, nu> input_sizes = Vec<double, nu>::Ones();
@@ -301,7 +319,7 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
           "spin", [](const auto&, const auto& x) { return x.template segment<3>(6).eval(); },
           Vec<double, 3>::Constant(options.spin))
       .guess_state(
-          Guess::interpolate(state_at_rest(body.tree, begin), state_at_rest(body.tree, mode.end)))
+          Guess::interpolate(state_at_rest(body, task, begin), state_at_rest(body, task, mode.end)))
       .guess_input(Guess::constant(even))
       .guess_duration(mode.usual);
   return phase;
@@ -309,51 +327,63 @@ auto phase_of(const Body& body, const Mode& mode, const VectorXd& begin, const O
 
 }  // namespace
 
-VectorXd state_at_rest(const Tree& tree, const VectorXd& q) {
-  VectorXd x = VectorXd::Zero(states);
-  x.head<3>() = Robot<double>(tree, q).com();
+VectorXd state_at_rest(const Body& body, const Task& task, const VectorXd& q) {
+  VectorXd x = VectorXd::Zero(task.size());
+  x.head<3>() = Robot<double>(body.tree, q).com();
+  if (task.choice) x.segment<2>(place_at) = task.choice->expected;
   x.tail<coordinates>() = q;
   return x;
 }
 
 OptimalControlProblem problem(const Body& body, const Task& task, const Options& options) {
   OptimalControlProblem ocp(task.name);
-  const VectorXd start = state_at_rest(body.tree, task.start);
+  const VectorXd start = state_at_rest(body, task, task.start);
   if (task.periodic)
-    ocp.start_within(std::vector<Bounds>(states), start);
+    ocp.start_within(std::vector<Bounds>(static_cast<std::size_t>(task.size())), start);
   else
     ocp.start_at(start);
 
   const VectorXd* begin = &task.start;
   const auto append = [&](auto phase, bool is_last) {
     if (is_last && !task.periodic) {
-      const Vec<double, 2> goal = task.goal;
+      // Half of what a chosen place differs from the expected one.
+      const bool moves = task.choice.has_value();
+      const Vec<double, 2> goal = moves ? task.goal - 0.5 * task.choice->expected : task.goal;
       phase
           .reach(
               "at rest", [](const auto&, const auto& x) { return x.template segment<6>(3).eval(); },
               exactly(0.0))
           .reach(
               "place",
-              [goal](const auto&, const auto& x) {
+              [goal, moves](const auto&, const auto& x) {
                 using S = std::decay_t<decltype(x[0])>;
-                return Vec<S, 2>(x[0] - goal[0], x[1] - goal[1]);
+                Vec<S, 2> off;
+                for (int j = 0; j < 2; ++j)
+                  off[j] = x[j] - goal[j] - (moves ? 0.5 * x[place_at + j] : S(0.0));
+                return off;
               },
               between(-0.02, 0.02));
     }
     ocp.then(phase);
+  };
+  const auto append_phase = [&]<int soles>(const Mode& mode, bool is_last) {
+    if (task.choice)
+      append(phase_of<soles, 2>(body, task, mode, *begin, options), is_last);
+    else
+      append(phase_of<soles, 0>(body, task, mode, *begin, options), is_last);
   };
   for (std::size_t i = 0; i < task.modes.size(); ++i) {
     const Mode& mode = task.modes[i];
     const bool is_last = i + 1 == task.modes.size();
     switch (mode.contacts.size()) {
       case 0:
-        append(phase_of<0>(body, mode, *begin, options), is_last);
+        append_phase.template operator()<0>(mode, is_last);
         break;
       case 1:
-        append(phase_of<1>(body, mode, *begin, options), is_last);
+        append_phase.template operator()<1>(mode, is_last);
         break;
       default:
-        append(phase_of<2>(body, mode, *begin, options), is_last);
+        append_phase.template operator()<2>(mode, is_last);
     }
     begin = &mode.end;
   }
@@ -362,7 +392,7 @@ OptimalControlProblem problem(const Body& body, const Task& task, const Options&
     ocp.close(jump<states>("stride", [stride](const auto&, const auto& x) {
       auto next = x;
       next[0] -= stride;
-      next[q_at] -= stride;
+      next[place_at] -= stride;  // x of the base
       return next;
     }));
   }

@@ -13,8 +13,8 @@ namespace saltus::whole_body {
 
 inline constexpr int joints = 23;               // iCub without hands, neck and eyes
 inline constexpr int coordinates = 6 + joints;  // q of robots::Kinematics
-inline constexpr int states = 9 + coordinates;  // (c, v, k, q)
-inline constexpr int q_at = 9;                  // first entry of q in the state
+inline constexpr int states = 9 + coordinates;  // (c, v, k, q), without a chosen place
+inline constexpr int place_at = 9;              // a chosen place s stands between k and q
 using Tree = robots::KinematicTree<joints>;
 using Frame = robots::FloatingRobot::Frame;
 
@@ -23,6 +23,7 @@ struct Contact {
   Frame frame;                      // on the robot
   robots::SoleFrame place;          // where it stays, in the world
   robots::FootRectangle rectangle;  // of the sole
+  bool chosen = false;              // x and y of the place are those of the state s
 };
 
 /// Data of the robot that all phases share.
@@ -53,6 +54,7 @@ struct Options {
   double pose_between = 0.02, spin_between = 0.1, torque_between = 0.1, height_between = 0.005;
   double posture = 2.0, upright = 10.0, rates = 0.1, spin = 20.0;  // weights
   double force = 1.0, moment = 50.0;                               // weights of wrenches
+  double place = 5.0, place_rate = 0.05;                           // weights of a chosen place
 };
 
 /// A time in which the same soles stand.
@@ -66,6 +68,7 @@ struct Mode {
   double lowest = 0.0;             // of toes and heels in the air throughout, m
   std::optional<double> above{};   // their height at the end, m
   std::optional<double> behind{};  // toes in the air stay behind this x, m
+  bool chooses = false;            // s may change: a foot in the air may land elsewhere
 };
 
 /// A motion: contacts in their order, and the goal.
@@ -76,10 +79,19 @@ struct Task {
   Vec<double, 2> goal;    // CoM at the end, at rest, m
   bool periodic = false;  // the end is the start, moved by `stride` (m)
   double stride = 0.0;
+  /// A place that the plan chooses: the expected one, and bounds of x and y, m.
+  struct Choice {
+    Vec<double, 2> expected;
+    Bounds x, y;
+  };
+  std::optional<Choice> choice{};
+
+  int size() const { return states + (choice ? 2 : 0); }  // of the state
+  int q_at() const { return size() - coordinates; }       // first entry of q in the state
 };
 
-/// State with the centre of mass of q, at rest.
-VectorXd state_at_rest(const Tree& tree, const VectorXd& q);
+/// State of the task with the centre of mass of q, at rest.
+VectorXd state_at_rest(const Body& body, const Task& task, const VectorXd& q);
 
 /// The task as an optimal control problem. Refers to `body`.
 OptimalControlProblem problem(const Body& body, const Task& task, const Options& options);

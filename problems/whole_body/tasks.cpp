@@ -11,6 +11,7 @@ namespace {
 
 constexpr double clearance = 0.03;  // of a foot in the air above the higher of both places, m
 constexpr double touching = -1e-4;  // height of a sole that stands on the ground, m
+constexpr double closest = 0.11, farthest = 0.35;  // of a chosen place from the other foot, m
 constexpr int left = 0, right = 1;
 
 robots::SoleFrame place(double x, double y, double z = 0.0) { return robots::flat_sole({x, y, z}); }
@@ -51,6 +52,19 @@ class Script {
     task_.modes.back().behind = behind;
     swing("land", foot, to, stance);
     task_.modes.back().lowest = behind ? lowest(foot, to) + touching : low;
+    return *this;
+  }
+  /// Moves a foot to a place that the plan chooses, near the expected one.
+  Script& step_near(int foot, const robots::SoleFrame& expected) {
+    step(foot, expected);
+    chosen_ = foot;
+    for (std::size_t i = task_.modes.size() - 2; i < task_.modes.size(); ++i)
+      task_.modes[i].chooses = true;
+    const double x = places_[1 - foot].position[0], y = places_[1 - foot].position[1];
+    const Bounds away = between(closest, farthest);
+    task_.choice = {expected.position.head<2>(), between(x - farthest, x + farthest),
+                    foot == left ? between(y + away.lower, y + away.upper)
+                                 : between(y - away.upper, y - away.lower)};
     return *this;
   }
   /// Both feet leave the ground and land in the same places.
@@ -96,7 +110,9 @@ class Script {
   double highest(int foot, const robots::SoleFrame& at) const {
     return std::max(height(at, body_.feet[foot].x.lower), height(at, body_.feet[foot].x.upper));
   }
-  Contact contact(int foot) const { return {body_.soles[foot], places_[foot], body_.feet[foot]}; }
+  Contact contact(int foot) const {
+    return {body_.soles[foot], places_[foot], body_.feet[foot], foot == chosen_};
+  }
 
   void stand(const std::string& name, const Vec<double, 2>& com) {
     add({name,
@@ -126,15 +142,16 @@ class Script {
 
   const Body& body_;
   robots::SoleFrame places_[2];
+  int chosen_ = -1;  // foot with a chosen place
   VectorXd q_;
   Task task_;
 };
 
 Task step(const Body& body, const Sizes& s) {
   const double y = 0.5 * s.width;
-  return Script(body, "step", place(0.0, y), place(0.0, -y))
-      .step(right, place(s.length, -y))
-      .come_to_rest();
+  Script script(body, "step", place(0.0, y), place(0.0, -y));
+  const robots::SoleFrame to = place(s.length, -y);
+  return (s.chosen ? script.step_near(right, to) : script.step(right, to)).come_to_rest();
 }
 
 Task walk(const Body& body, const Sizes& s) {

@@ -15,6 +15,7 @@ struct Sizes {
   double slope = 10.0;   // of the ramp, degrees
   double turn = 45.0;    // degrees to the left
   double width = 0.14;   // between the soles, m
+  bool chosen = false;   // task step: the plan chooses the place of landing
 };
 
 /// x of the edge of stair and ramp, in front of the toes at the start, m.

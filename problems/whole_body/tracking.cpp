@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <numbers>
 
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/rotation_vector.hpp"
@@ -81,6 +82,9 @@ class Tracker {
     options.normal_force = between(0.0, 4.0 * weight_);
     return options;
   }
+  static robots::Side side_of(int foot) {
+    return foot == 0 ? robots::Side::left : robots::Side::right;
+  }
   // Of the simulation, s.
   double duration() const {
     return task_.periodic ? repetitions * reference_.length() : reference_.end() - begin_ + still;
@@ -102,7 +106,7 @@ class Tracker {
     const robots::WholeBodyState state = plant_->state();
     model_->update(state);
     if (t >= next_plan_ && options_.replanner != nullptr && !options_.replanner->is_over(t)) {
-      reference_ = options_.replanner->plan_from(t, measured(state));
+      reference_ = options_.replanner->plan_from(t, measured(t, state));
       next_plan_ = t + options_.replanner->period() - 0.5 * period;
     }
     const VectorXd planned = reference_.state(t);
@@ -128,7 +132,7 @@ class Tracker {
                     gains.posture_damping / gains.posture * dq.tail<joints>() +
                     ahead / gains.posture;
     for (int foot = 0; foot < 2; ++foot) {
-      const robots::Side side = foot == 0 ? robots::Side::left : robots::Side::right;
+      const robots::Side side = side_of(foot);
       const robots::DynamicsModel::SoleMotion& sole = model_->sole(side);
       const Contact* contact = contact_of(mode, foot);
       touches_[foot] = contact != nullptr && (touches_[foot] || plant_->contact(side).touches);
@@ -136,8 +140,9 @@ class Tracker {
       const Mat<double, 3, 3> axes =
           contact != nullptr ? contact->place.rotation : target.rotation(body_.soles[foot]);
       const Vec<double, 3> moved(reference_.periods(t) * task_.stride, 0.0, 0.0);
-      const Vec<double, 3> p = contact != nullptr ? (contact->place.position + moved).eval()
-                                                  : target.position(body_.soles[foot]);
+      Vec<double, 3> p = contact != nullptr ? (contact->place.position + moved).eval()
+                                            : target.position(body_.soles[foot]);
+      if (contact != nullptr && contact->chosen) p.head<2>() = planned.segment<2>(place_at);
       const Vec<double, 3> off = p - sole.pose.translation(),
                            tilt = robots::log_so3(axes * sole.pose.linear().transpose());
       if (touches_[foot]) {
@@ -175,13 +180,27 @@ class Tracker {
     plant_->step();
   }
 
-  // State of the plans.
-  VectorXd measured(const robots::WholeBodyState& state) const {
+  // State of the plans. A chosen place is that of the foot once it stands.
+  VectorXd measured(double t, const robots::WholeBodyState& state) const {
     const Mat<double, 3, 3> base = state.base.linear();
-    VectorXd x(states);
-    x << model_->com(), model_->com_velocity(), model_->angular_momentum() / body_.tree.mass,
-        state.base.translation(), std::atan2(base(2, 1), base(2, 2)), -std::asin(base(2, 0)),
-        std::atan2(base(1, 0), base(0, 0)), state.q;
+    VectorXd x(task_.size());
+    x.head<9>() << model_->com(), model_->com_velocity(),
+        model_->angular_momentum() / body_.tree.mass;
+    x.tail<coordinates>() << state.base.translation(), std::atan2(base(2, 1), base(2, 2)),
+        -std::asin(base(2, 0)), std::atan2(base(1, 0), base(0, 0)), state.q;
+    const VectorXd expected = reference_.state(t);
+    for (int i = 3; i < 6; ++i) {  // angles of the base without jumps by a turn
+      double& angle = x.tail<coordinates>()[i];
+      angle = expected.tail<coordinates>()[i] +
+              std::remainder(angle - expected.tail<coordinates>()[i], 2.0 * std::numbers::pi);
+    }
+    if (!task_.choice) return x;
+    x.segment<2>(place_at) = expected.segment<2>(place_at);
+    for (int foot = 0; foot < 2; ++foot) {
+      const Contact* contact = contact_of(mode_at(t), foot);
+      if (contact != nullptr && contact->chosen && touches_[foot])
+        x.segment<2>(place_at) = model_->sole(side_of(foot)).pose.translation().head<2>();
+    }
     return x;
   }
 

@@ -50,6 +50,8 @@ void declare_settings(Settings& s, Config& c) {
   s.choice("task", c.task, task_names(), "what the robot does");
   s.number("step.length_m", c.sizes.length, "m", "length of a step", between(-0.2, 0.35));
   s.number("step.width_m", c.sizes.width, "m", "distance between the soles", between(0.13, 0.25));
+  s.flag("step.chosen", c.sizes.chosen,
+         "task step: the plan chooses the place of landing, near that of the settings");
   s.number("stair.height_m", c.sizes.height, "m", "height of the stair of task step_up",
            between(0.0, 0.15));
   s.number("ramp.slope_deg", c.sizes.slope, "deg", "slope of the ramp", between(-12.0, 12.0));

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "saltus/solve/solve.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/program_derivatives.hpp"
@@ -140,6 +141,26 @@ TEST(GivenStart, HasNoRows) {
   EXPECT_EQ(active_times(shooting, "everywhere").size(), 10u);   // not at 0
   EXPECT_TRUE(std::isinf(shooting.nlp().upper()[shooting.layout().state(0, 0)]));
   EXPECT_EQ(shooting.nlp().upper()[shooting.layout().state(0, 1)], 0.5);
+}
+
+// The start of 1 exceeds the bound of the state. The other row reads an input and holds there too.
+TEST(GivenStart, HasNoRowsOfStatesInATermWithInputsEither) {
+  auto phase = second();
+  phase
+      .keep(
+          "both",
+          [](const auto&, const auto& x, const auto& u) {
+            return Vec<std::decay_t<decltype(x[0])>, 2>(x[0], u[0]);
+          },
+          {at_most(0.5), between(-8.0, 1.0)})
+      .track("effort", input, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("given");
+  ocp.start_at({1}).then(phase);
+  MultipleShooting shooting(ocp, ten);
+  const auto solver = make_ipopt();
+  const Solution plan = solve(shooting, *solver);
+  ASSERT_TRUE(plan.ok()) << plan.message;
+  EXPECT_NEAR(plan.trajectory.input(0.0)[0], -5.0, 1e-6);  // at the bound after an interval
 }
 
 TEST(FreeStart, HasRows) {

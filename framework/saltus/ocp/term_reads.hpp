@@ -12,12 +12,16 @@ inline bool reads_any(const Function& f, int first, int count) {
   return false;
 }
 
-/// True if this output of a formula of z = (t | x | u | p) depends on a state.
-inline bool reads_state(const Arguments& sizes, const Function& f, int output) {
+/// True if this output of a formula of z = (t | x | u | p) depends on a state and on no input. A
+/// measured state decides it, so it is no constraint there.
+inline bool reads_states_alone(const Arguments& sizes, const Function& f, int output) {
   const SparsityPattern& pattern = f.jacobian_pattern();
+  bool reads_state = false;
   for (int i = 0; i < sizes.nx; ++i)
-    if (pattern.contains(output, sizes.x(i))) return true;
-  return false;
+    reads_state = reads_state || pattern.contains(output, sizes.x(i));
+  for (int i = 0; i < sizes.nu; ++i)
+    if (pattern.contains(output, sizes.u(i))) return false;
+  return reads_state;
 }
 
 }  // namespace saltus

@@ -28,7 +28,7 @@ struct RowInstance {
   int phase = 0, term = 0;                    ///< indices of phase and term
   BlockInstance block;                        ///< evaluates the term
   bool state_only = true;                     ///< true if the term reads no inputs
-  std::vector<bool> reads_state;              ///< per output
+  std::vector<bool> reads_states_alone;       ///< per output
   int first_row = 0;                          ///< first row in the program
   std::vector<int> slack_below, slack_above;  ///< variables per component, or -1
   std::vector<int> slack_free;  ///< free slacks of penalties that have one (Penalty::Slacks)

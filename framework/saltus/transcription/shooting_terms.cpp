@@ -59,7 +59,8 @@ void ShootingProgram::add_row_instance(int j, int t, const GridPoint& point, boo
   std::vector<BlockOutput> outputs;
   for (int i = 0; i < term.function.outputs(); ++i) {
     outputs.push_back({instance.first_row + i, 1.0});
-    instance.reads_state.push_back(reads_state(problem_.phases()[j].sizes, term.function, i));
+    instance.reads_states_alone.push_back(
+        reads_states_alone(problem_.phases()[j].sizes, term.function, i));
   }
   instance.block = add_term_block(term.function, point, std::move(outputs), false);
   rows_.push_back(std::move(instance));

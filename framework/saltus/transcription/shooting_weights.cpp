@@ -43,7 +43,7 @@ void ShootingProgram::refresh_rows() {
     if (term.domain == Term::Domain::running) {
       active = instance.state_only ? grid_.node_in(instance.phase, point.node, window)
                                    : grid_.interval_in(instance.phase, point.interval, window);
-      at_given_start = instance.state_only && is_given_start(instance.phase, point.node);
+      at_given_start = !point.at_end && is_given_start(instance.phase, point.node);
       if (term.soft) {
         const int k = paying_interval(instance, window);
         // Ramps have rows at both ends of an interval, each with half its length.
@@ -51,11 +51,11 @@ void ShootingProgram::refresh_rows() {
                             problem_.phases()[instance.phase].input_shape() == InputShape::linear;
         fraction = halves ? 0.5 : 1.0;
         length = k < 0 ? 0.0 : interval_length(instance.phase, k);
-        active = active && length > 0.0 && !at_given_start;
+        active = active && length > 0.0 && !(at_given_start && instance.state_only);
       }
     }
     for (int i = 0; i < term.function.outputs(); ++i) {
-      const bool holds = active && !(at_given_start && instance.reads_state[i]);
+      const bool holds = active && !(at_given_start && instance.reads_states_alone[i]);
       const Bounds b = holds ? term.bounds[i] : unbounded();
       bound_row(instance.first_row + i, b.lower, b.upper);
       if (!term.soft) continue;

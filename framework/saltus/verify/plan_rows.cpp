@@ -99,8 +99,8 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
     c.reads_input = reads_any(term.function, phase.sizes.u(), phase.sizes.nu);
     for (const Bounds& b : term.bounds) {
       c.rows.push_back(make_row(phase, term.name, b, 0.0, accuracy));
-      c.rows.back().reads_state =
-          reads_state(phase.sizes, term.function, static_cast<int>(c.rows.size()) - 1);
+      c.rows.back().reads_states_alone =
+          reads_states_alone(phase.sizes, term.function, static_cast<int>(c.rows.size()) - 1);
     }
     c.formula = bounds_of(term.function);
     finish(std::move(c));

@@ -20,7 +20,7 @@ struct PathRow {
   double lower_found = 0.0, upper_found = 0.0;  ///< largest violations in the current interval
   double lower_time = 0.0, upper_time = 0.0;    ///< their times in seconds
   double least = infinity, most = -infinity;    ///< range of the row along the phase
-  bool reads_state = true;                      ///< true: not checked at a given start
+  bool reads_states_alone = true;               ///< true: not checked at a given start
 };
 
 /// A path constraint of a phase: a term, or a bound on one state.

@@ -362,12 +362,12 @@ class Verifier {
       if (!is_open(c.window, problem_.schedule(), plan_.starts[interval.phase], interval)) continue;
       open_.push_back({&c, {}});
       for (PathRow& row : c.rows) row.lower_found = row.upper_found = 0.0;
-      if (!is_given || c.reads_input) continue;
+      if (!is_given) continue;
       const VectorXd value = evaluate(c, flow.definition.sizes, interval, false);
       for (std::size_t i = 0; i < c.rows.size(); ++i) {
         Bounds& b = c.rows[i].bounds;
         open_.back().bounds.push_back(b);
-        if (!c.rows[i].reads_state) continue;
+        if (!c.rows[i].reads_states_alone) continue;
         b = {std::min(b.lower, value[static_cast<int>(i)]),
              std::max(b.upper, value[static_cast<int>(i)])};
       }
@@ -475,12 +475,11 @@ class Verifier {
           continue;
         for (const bool at_end : {false, true}) {
           if (c.reads_input && at_end && !is_linear) continue;
-          const bool at_given_start =
-              !c.reads_input && !at_end && k == 0 && interval.phase == 0 && is_given;
+          const bool at_given_start = !at_end && k == 0 && interval.phase == 0 && is_given;
           const VectorXd value = evaluate(c, flow.definition.sizes, interval, at_end);
           for (std::size_t i = 0; i < c.rows.size(); ++i) {
             const PathRow& row = c.rows[i];
-            if (at_given_start && row.reads_state) continue;
+            if (at_given_start && row.reads_states_alone) continue;
             const double v = value[static_cast<int>(i)];
             const double amount = beyond(v, row.bounds);
             if (amount > 0.0)
