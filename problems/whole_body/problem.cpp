@@ -284,7 +284,8 @@ auto phase_of(const Body& body, const Task& task, const Mode& mode, const Vector
     for (int i = 0; i < 2; ++i) phase.bound_input(inputs<soles> + i, rate);
     phase.bound_state(place_at, task.choice->x).bound_state(place_at + 1, task.choice->y);
     phase.track(
-        "chosen place", [](const auto&, const auto& x) { return x.template segment<2>(place_at).eval(); },
+        "chosen place",
+        [](const auto&, const auto& x) { return x.template segment<2>(place_at).eval(); },
         Vec<double, 2>::Constant(options.place), {}, VectorXd(task.choice->expected));
   }
 

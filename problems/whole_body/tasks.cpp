@@ -150,8 +150,16 @@ class Script {
 Task step(const Body& body, const Sizes& s) {
   const double y = 0.5 * s.width;
   Script script(body, "step", place(0.0, y), place(0.0, -y));
-  const robots::SoleFrame to = place(s.length, -y);
-  return (s.chosen ? script.step_near(right, to) : script.step(right, to)).come_to_rest();
+  const robots::SoleFrame to = place(s.length, s.foot == left ? y : -y);
+  return (s.chosen ? script.step_near(s.foot, to) : script.step(s.foot, to)).come_to_rest();
+}
+
+// A step in place, or to where a push requires it.
+Task recover(const Body& body, const Sizes& s) {
+  Sizes sizes = s;
+  sizes.length = 0.0;
+  sizes.chosen = true;
+  return step(body, sizes);
 }
 
 Task walk(const Body& body, const Sizes& s) {
@@ -210,8 +218,9 @@ struct Named {
   Task (*make)(const Body&, const Sizes&);
 };
 const std::vector<Named>& tasks() {
-  static const std::vector<Named> all{{"step", step}, {"walk", walk}, {"step_up", step_up},
-                                      {"ramp", ramp}, {"turn", turn}, {"hop", hop}};
+  static const std::vector<Named> all{{"step", step},       {"recover", recover}, {"walk", walk},
+                                      {"step_up", step_up}, {"ramp", ramp},       {"turn", turn},
+                                      {"hop", hop}};
   return all;
 }
 

@@ -15,6 +15,7 @@ struct Sizes {
   double slope = 10.0;   // of the ramp, degrees
   double turn = 45.0;    // degrees to the left
   double width = 0.14;   // between the soles, m
+  int foot = 1;          // task step: 0 left, 1 right
   bool chosen = false;   // task step: the plan chooses the place of landing
 };
 

@@ -23,16 +23,17 @@ constexpr double difference = 5e-3;  // half-width of differences of the referen
 constexpr double com_gain = 60.0, com_damping = 15.0, spin_damping = 10.0;  // 1/s^2, 1/s
 constexpr double swing_gain = 400.0, swing_damping = 40.0;                  // 1/s^2, 1/s
 constexpr double stance_gain = 100.0;                                       // 1/s^2
+constexpr double pushed_by = 0.03;  // of the capture point: a push begins the motion, m
 
 class Tracker {
  public:
-  Tracker(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-          const Solution& plan, const TrackingOptions& options)
+  Tracker(const Body& body, const robots::FloatingRobot& robot,
+          std::span<const PlannedTask> motions, const TrackingOptions& options)
       : body_(body),
         robot_(robot),
-        task_(task),
+        motions_(motions),
         options_(options),
-        reference_(plan.trajectory, PlannedMotion::Start::at_rest, task.periodic, task.stride),
+        reference_(planned(motions.front())),
         weight_(body.tree.mass * standard_gravity),
         model_(robots::make_dart_dynamics(robot)),
         plant_(robots::make_dart_plant(robot, dart_options(options.ground))),
@@ -48,6 +49,8 @@ class Tracker {
     start.dq = dq.tail<joints>();
     plant_->reset(start);
     controller_->stand(start);
+    model_->update(start);
+    at_rest_ = capture_point();
   }
 
   Tracking run() {
@@ -64,7 +67,7 @@ class Tracker {
       columns.push_back("q_" + robot_.bodies[i].joint + " [rad]");
     result_.table = CsvTable(columns);
     for (int k = 0; k * period < duration() && !result_.fell; ++k) step(k);
-    result_.duration = reference_.end() - begin_;
+    result_.duration = reference_.end();
     return result_;
   }
 
@@ -85,15 +88,41 @@ class Tracker {
   static robots::Side side_of(int foot) {
     return foot == 0 ? robots::Side::left : robots::Side::right;
   }
+  static PlannedMotion planned(const PlannedTask& motion) {
+    return PlannedMotion(*motion.plan, PlannedMotion::Start::at_rest, motion.task->periodic,
+                         motion.task->stride);
+  }
+  const PlannedTask& motion() const { return motions_[static_cast<std::size_t>(result_.motion)]; }
+  const Task& task() const { return *motion().task; }
   // Of the simulation, s.
   double duration() const {
-    return task_.periodic ? repetitions * reference_.length() : reference_.end() - begin_ + still;
+    if (waits_) return options_.push.end() + still;
+    if (task().periodic) return repetitions * reference_.length();
+    return begin_ + reference_.end() + still;
+  }
+  Vec<double, 2> capture_point() const {
+    const Vec<double, 3> com = model_->com();
+    const double height = com[2] - model_->sole(robots::Side::left).pose.translation()[2];
+    return (com + model_->com_velocity() / robots::pendulum_frequency(height)).head<2>();
+  }
+  // Begins the motion whose chosen place is nearest to the capture point if a push moved that.
+  void watch(double now) {
+    const Vec<double, 2> point = capture_point();
+    if ((point - at_rest_).norm() < pushed_by) return;
+    const auto distance = [&](const PlannedTask& other) {
+      return other.task->choice ? (other.task->choice->expected - point).norm() : infinity;
+    };
+    result_.motion =
+        static_cast<int>(std::ranges::min_element(motions_, {}, distance) - motions_.begin());
+    reference_ = planned(motion());
+    begin_ = now;
+    waits_ = false;
   }
 
   // Mode of the plan at t, and the contact of the foot in it.
   const Mode& mode_at(double t) const {
-    const int done = options_.replanner != nullptr ? options_.replanner->phase() : 0;
-    return task_.modes[static_cast<std::size_t>(done + reference_.phase(t))];
+    const int done = motion().replanner != nullptr ? motion().replanner->phase() : 0;
+    return task().modes[static_cast<std::size_t>(done + reference_.phase(t))];
   }
   const Contact* contact_of(const Mode& mode, int foot) const {
     for (const Contact& contact : mode.contacts)
@@ -102,12 +131,15 @@ class Tracker {
   }
 
   void step(int k) {
-    const double t = begin_ + k * period;
+    const double now = k * period;
     const robots::WholeBodyState state = plant_->state();
     model_->update(state);
-    if (t >= next_plan_ && options_.replanner != nullptr && !options_.replanner->is_over(t)) {
-      reference_ = options_.replanner->plan_from(t, measured(t, state));
-      next_plan_ = t + options_.replanner->period() - 0.5 * period;
+    if (waits_) watch(now);
+    const double t = waits_ ? reference_.begin() - 1.0 : now - begin_;  // of the plan, s
+    Replanner* const replanner = motion().replanner;
+    if (!waits_ && replanner != nullptr && t >= next_plan_ && !replanner->is_over(t)) {
+      reference_ = replanner->plan_from(t, measured(t, state));
+      next_plan_ = t + replanner->period() - 0.5 * period;
     }
     const VectorXd planned = reference_.state(t);
     const Mode& mode = mode_at(t);
@@ -139,7 +171,7 @@ class Tracker {
       (foot == 0 ? tasks.left_stands : tasks.right_stands) = touches_[foot];
       const Mat<double, 3, 3> axes =
           contact != nullptr ? contact->place.rotation : target.rotation(body_.soles[foot]);
-      const Vec<double, 3> moved(reference_.periods(t) * task_.stride, 0.0, 0.0);
+      const Vec<double, 3> moved(reference_.periods(t) * task().stride, 0.0, 0.0);
       Vec<double, 3> p = contact != nullptr ? (contact->place.position + moved).eval()
                                             : target.position(body_.soles[foot]);
       if (contact != nullptr && contact->chosen) p.head<2>() = planned.segment<2>(place_at);
@@ -173,8 +205,8 @@ class Tracker {
     std::ranges::copy(touches_, stood_);
     const WholeBodyController::Command& command = controller_->control(*model_, state, tasks);
     plant_->set_torques(command.torques);
-    note(k, t, planned, command);
-    const VectorXd force = options_.push.mean(t - begin_, t - begin_ + period);
+    note(k, planned, command);
+    const VectorXd force = options_.push.mean(now, now + period);
     if (!force.isZero(0.0))
       plant_->push(options_.pushed.body, force, options_.pushed.pose.translation());
     plant_->step();
@@ -183,7 +215,7 @@ class Tracker {
   // State of the plans. A chosen place is that of the foot once it stands.
   VectorXd measured(double t, const robots::WholeBodyState& state) const {
     const Mat<double, 3, 3> base = state.base.linear();
-    VectorXd x(task_.size());
+    VectorXd x(task().size());
     x.head<9>() << model_->com(), model_->com_velocity(),
         model_->angular_momentum() / body_.tree.mass;
     x.tail<coordinates>() << state.base.translation(), std::atan2(base(2, 1), base(2, 2)),
@@ -194,7 +226,7 @@ class Tracker {
       angle = expected.tail<coordinates>()[i] +
               std::remainder(angle - expected.tail<coordinates>()[i], 2.0 * std::numbers::pi);
     }
-    if (!task_.choice) return x;
+    if (!task().choice) return x;
     x.segment<2>(place_at) = expected.segment<2>(place_at);
     for (int foot = 0; foot < 2; ++foot) {
       const Contact* contact = contact_of(mode_at(t), foot);
@@ -213,7 +245,7 @@ class Tracker {
     return twist;
   }
 
-  void note(int k, double t, const VectorXd& planned, const WholeBodyController::Command& command) {
+  void note(int k, const VectorXd& planned, const WholeBodyController::Command& command) {
     const double distance = (model_->com() - planned.head<3>()).norm();
     result_.com = std::max(result_.com, distance);
     result_.com_at_end = distance;
@@ -235,10 +267,10 @@ class Tracker {
                                    model_->sole(robots::Side::right).pose.translation()[2]);
     if (!plant_->state().is_finite() || model_->com()[2] - ground < 0.3 || distance > 0.2) {
       result_.fell = true;
-      result_.fell_at = t;
+      result_.fell_at = k * period;
     }
     if (k % 5 != 0) return;
-    std::vector<double> row{t};
+    std::vector<double> row{k * period};
     const auto add = [&](const Vec<double, 3>& v) { row.insert(row.end(), v.begin(), v.end()); };
     add(planned.head<3>());
     add(model_->com());
@@ -256,11 +288,13 @@ class Tracker {
 
   const Body& body_;
   const robots::FloatingRobot& robot_;
-  const Task& task_;
+  std::span<const PlannedTask> motions_;
   TrackingOptions options_;
   PlannedMotion reference_;
-  double begin_ = reference_.begin();  // s
-  double next_plan_ = begin_;          // s
+  bool waits_ = options_.waits;
+  double begin_ = 0.0;                // of the motion, s
+  double next_plan_ = 0.0;            // time of the plan, s
+  Vec<double, 2> at_rest_{0.0, 0.0};  // capture point at the start, m
   double weight_;
   std::unique_ptr<robots::DynamicsModel> model_;
   std::unique_ptr<robots::Plant> plant_;
@@ -274,9 +308,10 @@ class Tracker {
 
 }  // namespace
 
-Tracking track(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-               const Solution& plan, const TrackingOptions& options) {
-  return Tracker(body, robot, task, plan, options).run();
+Tracking track(const Body& body, const robots::FloatingRobot& robot,
+               std::span<const PlannedTask> motions, const TrackingOptions& options) {
+  if (motions.empty()) throw DefinitionError("track: there is no motion");
+  return Tracker(body, robot, motions, options).run();
 }
 
 }  // namespace saltus::whole_body

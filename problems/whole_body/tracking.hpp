@@ -1,6 +1,7 @@
 // A plan, tracked by the whole-body controller on the whole body in DART.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,22 +27,33 @@ struct Tracking {
   double speed = 0.0;         // largest fraction of a joint's speed limit
   std::string speed_of;       // and that joint
   double force = 0.0;         // largest vertical force on a foot, mean of 20 ms, in weights
-  double duration = 0.0;      // until the robot stands at the end, s
+  double duration = 0.0;      // of the motion, s
+  int motion = 0;             // index of the motion
   CsvTable table{{"t [s]"}};  // the motion, a row every 5 ms
+};
+
+/// A motion with its plan.
+struct PlannedTask {
+  const Task* task;
+  const Trajectory* plan;
+  Replanner* replanner = nullptr;  // empty: the plan is followed to its end
 };
 
 /// Options of a simulation.
 struct TrackingOptions {
   robots::Plant::Ground ground;
-  Pulse push{};                    // force in world axes, N s; begins with the motion
-  Frame pushed{};                  // where it acts
-  Replanner* replanner = nullptr;  // empty: the first plan is followed to its end
+  Pulse push{};    // force in world axes, N s
+  Frame pushed{};  // where it acts
+  /// The robot stands until a push moves the capture point by 3 cm. Then it begins the motion
+  /// whose chosen place is nearest to the capture point.
+  bool waits = false;
 };
 
 /// Runs the plan on ideal drives with ideal sensors, then stands still for one second; a periodic
-/// plan runs four times, beginning in motion. The
-/// controller is WholeBodyController by inverse dynamics, once per ms.
-Tracking track(const Body& body, const robots::FloatingRobot& robot, const Task& task,
-               const Solution& plan, const TrackingOptions& options);
+/// plan runs four times, beginning in motion. The controller is WholeBodyController by inverse
+/// dynamics, once per ms. `motions` are those that the robot can begin, of which there is one
+/// unless it waits. Throws DefinitionError without a motion.
+Tracking track(const Body& body, const robots::FloatingRobot& robot,
+               std::span<const PlannedTask> motions, const TrackingOptions& options);
 
 }  // namespace saltus::whole_body

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "problems/biped/keys/keys.hpp"
 #include "problems/biped/report/body_output.hpp"
@@ -44,6 +47,8 @@ struct Config {
   double replan = 0.0;       // s
   robots::walking::Push push = no_push();
   bool track = true, pictures = true;
+
+  double period() const { return task == "recover" && replan == 0.0 ? 0.02 : replan; }  // s
 };
 
 void declare_settings(Settings& s, Config& c) {
@@ -71,7 +76,8 @@ void declare_settings(Settings& s, Config& c) {
   s.number("tolerance", c.tolerance, "", "scaled KKT error", between(1e-10, 1e-2));
   s.number("time_limit_s", c.time_limit, "s", "time limit of the solver", between(0.1, 3600.0));
   s.number("replan.period_s", c.replan, "s",
-           "period in which the motion is planned again from the measured state; 0: never",
+           "period in which the motion is planned again from the measured state; 0: never, but "
+           "0.02 s in task recover",
            between(0.0, 0.2));
   robots::walking::declare_settings(s, c.push);
   robots::walking::declare_point_of_push(s, c.push);
@@ -115,6 +121,33 @@ Json replanning_json(const Replanner::Statistics& s) {
   return json;
 }
 
+ShootingOptions grid_of(const Config& config) {
+  return {.intervals_per_phase = config.intervals, .integrator = runge_kutta4()};
+}
+
+// A task with its problem and plan.
+struct Planned {
+  Task task;
+  OptimalControlProblem problem;
+  Solution plan;
+  int variables, rows;
+  double set_up;  // s
+};
+
+Planned plan_task(const Config& config, const Body& body, const Sizes& sizes) {
+  const auto start = WallClock::now();
+  Task task = whole_body::task(config.task, body, sizes);
+  OptimalControlProblem problem = whole_body::problem(body, task, config.options);
+  MultipleShooting shooting(problem, grid_of(config));
+  const double set_up = seconds_since(start);
+  const std::unique_ptr<Solver> solver =
+      make_solver(config.solver, {.tolerance = config.tolerance, .time_limit = config.time_limit});
+  Solution plan = solve(shooting, *solver);
+  return {std::move(task),       std::move(problem),
+          std::move(plan),       shooting.nlp().variables(),
+          shooting.nlp().rows(), set_up};
+}
+
 ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   const auto urdf_file = robots::walking::urdf_of_body(config.robot);
   const robots::UrdfModel urdf = robots::UrdfModel::read(urdf_file);
@@ -131,15 +164,15 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   robots::add_capsules(robot, urdf, description);
   const Body body(robot, description);
 
-  const Task task = whole_body::task(config.task, body, config.sizes);
-  const auto start = WallClock::now();
-  const OptimalControlProblem ocp = problem(body, task, config.options);
-  const ShootingOptions grid{.intervals_per_phase = config.intervals, .integrator = runge_kutta4()};
-  MultipleShooting shooting(ocp, grid);
-  const double set_up = seconds_since(start);
-  const std::unique_ptr<Solver> solver =
-      make_solver(config.solver, {.tolerance = config.tolerance, .time_limit = config.time_limit});
-  const Solution plan = solve(shooting, *solver);
+  // The first is described; task recover has one for each foot.
+  std::vector<Planned> planned;
+  planned.push_back(plan_task(config, body, config.sizes));
+  if (config.task == "recover") {
+    Sizes other = config.sizes;
+    other.foot = 1 - other.foot;
+    planned.push_back(plan_task(config, body, other));
+  }
+  const Solution& plan = planned.front().plan;
 
   const OutputFolder& output = context.output;
   output.write("config.yaml", std::string_view(context.effective_config));
@@ -149,37 +182,44 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
                {"ok", plan.ok()},
                {"message", plan.message},
                {"solver", name_of(config.solver)},
-               {"variables", shooting.nlp().variables()},
-               {"rows", shooting.nlp().rows()},
+               {"variables", planned.front().variables},
+               {"rows", planned.front().rows},
                {"iterations", plan.iterations},
-               {"set_up_s", set_up},
+               {"set_up_s", planned.front().set_up},
                {"solve_s", plan.seconds},
                {"cost", plan.cost},
                {"durations_s", plan.durations}};
   fmt::print("{}: {}\n{} variables, {} rows; {} iterations of {}, {:.2f} s; cost {:.4f}\n",
-             config.task, plan.message, shooting.nlp().variables(), shooting.nlp().rows(),
+             config.task, plan.message, planned.front().variables, planned.front().rows,
              plan.iterations, name_of(config.solver), plan.seconds, plan.cost);
   if (!plan.trajectory.empty()) {
     std::ostringstream text;
     plan.trajectory.write_csv(text, 4);
     output.write("plan.csv", std::string_view(text.view()));
   }
-  ExitStatus status = plan.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
-  if (plan.ok() && config.track) {
-    std::optional<Replanner> replanner;
-    if (config.replan > 0.0) replanner.emplace(ocp, grid, config.replan, plan.trajectory);
+  const bool all_ok = std::ranges::all_of(planned, [](const Planned& p) { return p.plan.ok(); });
+  if (all_ok && config.track) {
+    std::deque<Replanner> replanners;
+    std::vector<PlannedTask> motions;
+    for (const Planned& p : planned) {
+      if (config.period() > 0.0)
+        replanners.emplace_back(p.problem, grid_of(config), config.period(), p.plan.trajectory);
+      motions.push_back(
+          {&p.task, &p.plan.trajectory, replanners.empty() ? nullptr : &replanners.back()});
+    }
     TrackingOptions options;
+    options.waits = config.task == "recover";
     options.ground = ground_of(config, body);
     options.push = config.push;
     options.push.direction.normalize();
     options.pushed = robots::walking::pushed_frame(robot, urdf, config.push.link);
     options.pushed.pose.translate(config.push.point);
-    if (replanner) options.replanner = &*replanner;
-    const Tracking tracked = track(body, robot, task, plan, options);
+    const Tracking tracked = track(body, robot, motions, options);
+    const Replanner* replanner = motions[static_cast<std::size_t>(tracked.motion)].replanner;
     output.write("tracking.csv", tracked.table);
     output.write("robot.json", robots::walking::robot_shape(robot, body.feet[0], body.feet[1]));
     summary["tracking"] = tracking_json(tracked);
-    if (replanner) summary["replanning"] = replanning_json(replanner->statistics());
+    if (replanner != nullptr) summary["replanning"] = replanning_json(replanner->statistics());
     fmt::print(
         "in DART: {}; CoM within {:.1f} mm of the plan, soles within {:.1f} mm, slip {:.1f} mm\n"
         "largest torque {:.0f} % of its limit ({}), largest speed {:.0f} % ({}), largest force "
@@ -187,7 +227,7 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
         tracked.fell ? fmt::format("fell at {:.2f} s", tracked.fell_at) : "tracked",
         1e3 * tracked.com, 1e3 * tracked.feet, 1e3 * tracked.slip, 100.0 * tracked.torque,
         tracked.torque_of, 100.0 * tracked.speed, tracked.speed_of, tracked.force);
-    if (replanner) {
+    if (replanner != nullptr) {
       const Replanner::Statistics& s = replanner->statistics();
       fmt::print(
           "planned {} times in {:.2f} s; processor time of a solve: median {:.1f} ms, 99 % "
@@ -197,10 +237,10 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
     }
   }
   output.write("summary.json", summary);
-  if (plan.ok() && config.track && config.pictures)
+  if (all_ok && config.track && config.pictures)
     run_python_module("saltus.plot_whole_body", output.path(), "picture");
   fmt::print("results in {}\n", output.path().string());
-  return status;
+  return all_ok ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 
 }  // namespace

@@ -81,7 +81,8 @@ TEST_P(TrackedTasks, DoNotFall) {
   ground.edge = edge_ahead(body());
   ground.height = GetParam().height;
   ground.slope_forward = std::tan(GetParam().slope_deg * std::numbers::pi / 180.0);
-  const Tracking tracked = track(body(), robot, task, plan, options);
+  const PlannedTask motion{&task, &plan.trajectory};
+  const Tracking tracked = track(body(), robot, {&motion, 1}, options);
   EXPECT_FALSE(tracked.fell) << "at " << tracked.fell_at << " s";
   EXPECT_LT(tracked.com, 0.02);
   EXPECT_LT(tracked.com_at_end, 0.001);
