@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <deque>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "problems/whole_body/tasks.hpp"
 #include "problems/whole_body/tracking.hpp"
@@ -16,6 +19,8 @@
 namespace saltus::whole_body {
 namespace {
 
+const ShootingOptions grid{.intervals_per_phase = 6, .integrator = runge_kutta4()};
+
 class WholeBodyPlans : public IcubBody {
  protected:
   void SetUp() override {
@@ -24,8 +29,7 @@ class WholeBodyPlans : public IcubBody {
     robots::add_capsules(robot, *urdf, description);
   }
   Solution plan_of(const Task& task, SolverChoice choice) const {
-    MultipleShooting shooting(problem(body(), task, {}),
-                              {.intervals_per_phase = 6, .integrator = runge_kutta4()});
+    MultipleShooting shooting(problem(body(), task, {}), grid);
     const auto solver = make_solver(choice, {.tolerance = 1e-6, .time_limit = 60.0});
     return solve(shooting, *solver);
   }
@@ -96,6 +100,75 @@ INSTANTIATE_TEST_SUITE_P(All, TrackedTasks,
                                          OnGround{"step_up", 0.1, 0.0}, OnGround{"ramp", 0.0, 10.0},
                                          OnGround{"turn", 0.0, 0.0}, OnGround{"hop", 0.0, 0.0}),
                          [](const auto& tested) { return tested.param.task; });
+
+// A push of 4 N s to the left, in the middle of the step.
+class PushedStep : public WholeBodyPlans {
+ protected:
+  Tracking pushed(bool replans) const {
+    const Task step = task("step", body(), {});
+    const Solution plan = plan_of(step, SolverChoice::riccati);
+    const OptimalControlProblem ocp = problem(body(), step, {});
+    Replanner replanner(ocp, grid, 0.02, plan.trajectory);
+    const PlannedTask motion{&step, &plan.trajectory, replans ? &replanner : nullptr};
+    const Tracking result = track(body(), robot, {&motion, 1}, push(4.0, {0.0, 1.0, 0.0}));
+    const auto& counts = replanner.statistics().counts;
+    EXPECT_EQ(counts[static_cast<std::size_t>(Provenance::shifted)], 0);
+    EXPECT_EQ(counts[static_cast<std::size_t>(Provenance::fallback)], 0);
+    return result;
+  }
+  TrackingOptions push(double impulse, const Vec<double, 3>& direction) const {
+    TrackingOptions options;
+    options.push = {impulse, direction, 0.3};
+    options.pushed.body = 0;
+    options.pushed.pose.setIdentity();
+    return options;
+  }
+};
+
+TEST_F(PushedStep, NewPlansStayNearTheMotion) {
+  const Tracking first = pushed(false), renewed = pushed(true);
+  EXPECT_FALSE(first.fell);
+  EXPECT_FALSE(renewed.fell);
+  EXPECT_GT(first.com, 0.004);
+  EXPECT_LT(renewed.com, 0.002);
+  EXPECT_LT(renewed.com_at_end, 0.001);
+}
+
+// The robot steps with the foot on the side of the push, and not at all after a weak one.
+TEST_F(PushedStep, RobotRecoversByAStepWithTheNearerFoot) {
+  std::vector<Task> tasks;
+  std::vector<Solution> plans;
+  for (const int foot : {0, 1}) {
+    Sizes sizes;
+    sizes.foot = foot;
+    tasks.push_back(task("recover", body(), sizes));
+    plans.push_back(plan_of(tasks.back(), SolverChoice::riccati));
+    ASSERT_TRUE(plans.back().ok()) << plans.back().message;
+  }
+  // The number of solves and the index of the motion.
+  const auto recover = [&](double impulse, const Vec<double, 3>& direction) {
+    std::deque<Replanner> replanners;
+    std::vector<PlannedTask> motions;
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      replanners.emplace_back(problem(body(), tasks[i], {}), grid, 0.02, plans[i].trajectory);
+      motions.push_back({&tasks[i], &plans[i].trajectory, &replanners.back()});
+    }
+    TrackingOptions options = push(impulse, direction);
+    options.waits = true;
+    const Tracking tracked = track(body(), robot, motions, options);
+    EXPECT_FALSE(tracked.fell);
+    EXPECT_LT(tracked.com_at_end, 0.01);
+    const auto chosen = static_cast<std::size_t>(tracked.motion);
+    return std::pair(replanners[chosen].statistics().processor.count(), tracked.motion);
+  };
+  EXPECT_EQ(recover(4.0, {0.0, -1.0, 0.0}).first, 0);
+  const auto [to_the_left, left] = recover(12.0, {0.0, 1.0, 0.0});
+  EXPECT_GT(to_the_left, 20);
+  EXPECT_EQ(left, 0);
+  const auto [to_the_right, right] = recover(12.0, {0.0, -1.0, 0.0});
+  EXPECT_GT(to_the_right, 20);
+  EXPECT_EQ(right, 1);
+}
 
 }  // namespace
 }  // namespace saltus::whole_body
