@@ -11,7 +11,7 @@ namespace saltus::whole_body {
 /// States of a plan at all times. A periodic plan repeats itself, each time `stride` further.
 class PlannedMotion {
  public:
-  /// What is known about the start.
+  /// Tells how the motion starts.
   enum class Start {
     at_rest,   ///< the motion begins at rest, or at the end of a period
     in_motion  ///< the plan begins in the middle of a motion

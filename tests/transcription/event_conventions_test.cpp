@@ -147,12 +147,11 @@ TEST(GivenStart, HasNoRows) {
 TEST(GivenStart, HasNoRowsOfStatesInATermWithInputsEither) {
   auto phase = second();
   phase
-      .keep(
-          "both",
-          [](const auto&, const auto& x, const auto& u) {
-            return Vec<std::decay_t<decltype(x[0])>, 2>(x[0], u[0]);
-          },
-          {at_most(0.5), between(-8.0, 1.0)})
+      .keep("both",
+            [](const auto&, const auto& x, const auto& u) {
+              return Vec<std::decay_t<decltype(x[0])>, 2>(x[0], u[0]);
+            },
+            {at_most(0.5), between(-8.0, 1.0)})
       .track("effort", input, Vec<double, 1>{1.0});
   OptimalControlProblem ocp("given");
   ocp.start_at({1}).then(phase);
