@@ -1,10 +1,12 @@
 """Child processes that end with their parent, for any reason."""
 
 import ctypes
+import glob
+import os
 import signal
 import sys
 
-_SET_SIGNAL_OF_PARENTS_DEATH = 1  # prctl(2)
+_SET_SIGNAL_OF_PARENTS_DEATH, _SET_CHILD_SUBREAPER = 1, 36  # prctl(2)
 
 
 def end_with_parent():
@@ -14,3 +16,29 @@ def end_with_parent():
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_SIGNAL_OF_PARENTS_DEATH, signal.SIGTERM, 0, 0, 0)
+
+
+def adopt_orphans():
+    """Makes orphans among the descendants of this process its children, so that end_children() reaches them. Linux only."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def children_of(process):
+    """Numbers of its children; none on systems without /proc."""
+    found = []
+    for path in glob.glob(f"/proc/{process}/task/*/children"):
+        try:
+            with open(path, encoding="ascii") as file:
+                found += map(int, file.read().split())
+        except OSError:  # the thread has ended
+            continue
+    return found
+
+
+def end_children():
+    """Kills all descendants of a process that adopts orphans."""
+    while children := children_of(os.getpid()):
+        for child in children:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)

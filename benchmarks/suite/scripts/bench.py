@@ -280,6 +280,7 @@ QUICK = ("recipe/kI=7", "recipe/no-impact", "sequence", "box/8x3", "public/LIPMW
 
 
 def summarise(done, out):
+    import figures
     import table
     table.write_text(done, out)
     lines = done.lines()
@@ -289,6 +290,8 @@ def summarise(done, out):
         print(f"not run, their packages are not installed ({INSTALL_PEERS}): {', '.join(absent)}", file=out)
     for name in sorted(set(why) - set(absent)):
         print(f"{name} was not run: {why[name]}", file=out)
+    for sentence in figures.all_remarks(lines):
+        print(sentence, file=out)
     bad = [l for l in lines if l["verdict"] in ("crashed", "error", "judges disagree")
            or (l["verdict"] == "missing" and "broken" in l["claimed"])]
     return FAILED if bad else OK

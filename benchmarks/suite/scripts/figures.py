@@ -29,6 +29,35 @@ def time_of(line, prefix=""):
     return statistics.median(found) if found and line["verdict"] == "solved" else None
 
 
+MANY, AT_LEAST_US = 10.0, 1e3  # work besides the timed call is told if it exceeds the call by this factor and this time
+PROCESSORS = 1.2
+
+
+def remarks(line):
+    """Sentences on work that the reported time of an answer does not show."""
+    times = line.get("times", {})
+    wall, cpu = (statistics.median(times[key]) if times.get(key) else 0.0 for key in ("wall_us", "cpu_us"))
+    if not wall or "first_us" not in times:
+        return []
+    found = []
+    for us, call, sentence in ((times.get("reading_us", 0.0), times["first_us"], "it works outside of its timed call"),
+                               (times["first_us"], wall, "its first solve takes much longer than the next ones of the same program")):
+        if us > max(MANY * call, call + AT_LEAST_US):
+            found.append(sentence)
+    if cpu > max(PROCESSORS * wall, wall + AT_LEAST_US):
+        found.append("it uses several processors at a time")
+    return found
+
+
+def all_remarks(lines):
+    """`NAME: SENTENCE: N answers, TASK for example`, for each solver and sentence."""
+    found = {}
+    for line in lines:
+        for sentence in remarks(line):
+            found.setdefault((line["solver"], sentence), []).append(line["problem"])
+    return [f"{solver}: {sentence} ({len(of)} answers, {of[0]} for example)" for (solver, sentence), of in found.items()]
+
+
 def by_cell(records):
     """(task, solver) -> lines of its instances, without those that could not be run."""
     cells = {}

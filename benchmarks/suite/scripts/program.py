@@ -5,6 +5,9 @@ import os
 import subprocess
 
 
+END_WAIT = 2.0  # s
+
+
 class ProgramError(Exception):
     """An error of a request or of the program; the message is one sentence."""
 
@@ -45,7 +48,11 @@ class Program:
             self.process.stdin.close()
         except BrokenPipeError:
             pass  # it has died
-        self.process.wait()
+        try:
+            self.process.wait(END_WAIT)
+        except subprocess.TimeoutExpired:  # another process may have inherited its standard input
+            self.process.kill()
+            self.process.wait()
 
     def __enter__(self):
         return self

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 FORMAT = "saltus-qp 1"
+MARGIN = 1e-6  # relative, of the costs of mixed-integer programs
 
 
 class Matrix:
@@ -58,6 +59,8 @@ class QuadraticProgram:
         self.warm = ({key: np.array(value) for key, value in data["warm"].items()}
                      if "warm" in data else None)
         self.optimum = data.get("optimum")
+        self.integer = np.array(data.get("integer", []), dtype=int)
+        self.margin = data.get("optimum_tolerance", MARGIN)
 
     def objective(self, w):
         return float(0.5 * w @ self.hessian.times(w) + self.gradient @ w + self.constant)
@@ -106,6 +109,21 @@ def kkt_residual(qp, w, row_multipliers, bound_multipliers):
             "complementarity": max(
                 _not_complementary(w, qp.lower, qp.upper, bound_multipliers),
                 _not_complementary(rows, qp.row_lower, qp.row_upper, row_multipliers))}
+
+
+def judged(qp, w, row_multipliers, bound_multipliers):
+    """Cost and residuals of an answer. Mixed-integer programs have no multipliers: their integer variables are rounded
+    before cost and feasibility are computed, and the best known cost judges the optimum."""
+    if not len(qp.integer):
+        known = {} if qp.optimum is None else {"optimum": qp.optimum}
+        return {"objective": qp.objective(w), **known, "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}
+    rounded = w.copy()
+    rounded[qp.integer] = np.round(w[qp.integer])
+    known = {} if qp.optimum is None else {"optimum": qp.optimum, "margin": qp.margin * (1.0 + abs(qp.optimum))}
+    return {"objective": qp.objective(rounded), **known,
+            "kkt": {"feasibility": max(_missed(rounded, qp.lower, qp.upper),
+                                       _missed(qp.jacobian.times(rounded), qp.row_lower, qp.row_upper)),
+                    "integrality": _largest(w[qp.integer] - rounded[qp.integer])}}
 
 
 def _rolled_out(qp, guess):

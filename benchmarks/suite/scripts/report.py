@@ -329,6 +329,10 @@ def profile_parts(all_records):
                    f"{profiles(records, tasks, names, True)}{profiles(records, tasks, names, False)}</div>")
 
 
+def _list(sentences):
+    return "<ul>" + "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences) + "</ul>"
+
+
 def write_report(all_records, path, links=""):
     """`all_records`: runs with different tolerances. Tables of times and details are those of the tightest one."""
     all_records = sorted(all_records, key=lambda one: -one.head["matrix"]["tolerance"])
@@ -352,8 +356,7 @@ def write_report(all_records, path, links=""):
              '<p class="note">Microseconds per solve; bold: the fastest solver that solved everything.</p>']
     lines = list(not_first(records, cells))
     parts.append("<h2>Problems on which Saltus is not first</h2>" + (
-        "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in lines) + "</ul>"
-        if lines else "<p>None in this run.</p>"))
+        _list(lines) if lines else "<p>None in this run.</p>"))
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
@@ -368,6 +371,9 @@ def write_report(all_records, path, links=""):
         html_table(part_rows(part, cells, present, tasks)) for part in PARTS for _, tasks in groups)
         + '<p class="note">The set-up of our solvers runs in C++; that of the others includes their conversions in Python, so '
           'compare it among them only. A solver that works in its set-up has a short solve and a long set-up.</p>')
+    told = figures.all_remarks(records.lines())
+    if told:
+        parts.append("<h2>Work that the times do not show</h2>" + _list(told))
     settings = list(setting_rows(cells))
     if len(settings) > 1:
         parts.append("<h2>Starts and settings</h2>" + html_table(settings))
@@ -379,7 +385,5 @@ def write_report(all_records, path, links=""):
     missing = sorted({(line["solver"], line["claimed"]) for line in records.lines()
                       if line["verdict"] == "missing"})
     if missing:
-        parts.append("<h2>Not run</h2><ul>" + "".join(
-            f"<li>{html.escape(solver)}: {html.escape(why)}</li>" for solver, why in missing)
-                     + "</ul>")
+        parts.append("<h2>Not run</h2>" + _list(f"{solver}: {why}" for solver, why in missing))
     write_text(path, "\n".join(parts) + "\n</html>\n")

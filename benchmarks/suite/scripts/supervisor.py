@@ -21,7 +21,7 @@ import tempfile
 import time
 
 from cache import cache_folder
-from package import end_with_parent
+from package import adopt_orphans, children_of, end_children, end_with_parent
 from program import ProgramError
 
 LIMITS = {"import": 60.0, "set-up": 600.0, "solve": 10.0, "task": 7200.0, "memory": 8.0}  # wall seconds; GB
@@ -72,13 +72,8 @@ def receive():
 
 def resident_gb(process):
     """Memory of a process and its children in GB; 0 on systems without /proc."""
-    try:
-        with open(f"/proc/{process}/task/{process}/children", encoding="ascii") as file:
-            found = [process, *map(int, file.read().split())]
-    except OSError:
-        found = [process]
     pages = 0
-    for one in found:
+    for one in (process, *children_of(process)):
         try:
             with open(f"/proc/{one}/statm", encoding="ascii") as file:
                 pages += int(file.read().split()[1])
@@ -120,6 +115,7 @@ class Attempt:
                 except ProcessLookupError:
                     pass
                 self.status = child.wait()
+                end_children()  # also those that have left the group
             self._count()
             errors.seek(0)
             self.errors = errors.read()[-2000:].decode(errors="replace").strip()
@@ -202,8 +198,9 @@ def one_at_a_time():
 
 
 def carry_out(task):
-    """The lines of the task, in the order of instances and solvers."""
+    """The lines of the task, in the order of instances and solvers. Ends all descendants of this process."""
     spent = {}
+    adopt_orphans()
     with one_at_a_time():
         lines = attempts(task, spent)
     counts = collections.Counter(line["solver"] for line in lines)

@@ -22,7 +22,7 @@ from nonlinear_judge import NonlinearJudge, lifted
 from nonlinear_program import NoFile, NonlinearFile, read_nonlinear
 from package import end_with_parent
 from program import Program, ProgramDied, ProgramError
-from quadratic_program import kkt_residual, points_of, read_program
+from quadratic_program import judged, points_of, read_program
 from toy import Endless, Toy
 
 OURS = ("riccati", "riccati-generic", "sparse", "ipopt")  # the last on nonlinear programs only
@@ -87,11 +87,29 @@ class Ours:
         return {**found, "judges_agree": agree(found, answer)}
 
 
+def offered(qp):
+    """A copy for a solver, which cannot change what the judge reads. Starts are handed over, and the optimum is not."""
+    given = copy.deepcopy(qp)
+    given.guess = given.warm = given.optimum = None
+    return given
+
+
+def fix(answer, program):
+    """Makes the parts of an answer arrays of the right sizes. An array that computes its values when they are read does so
+    here, where time is taken."""
+    import numpy
+    for part, count in (("w", program.n), ("row_multipliers", program.m), ("bound_multipliers", program.n)):
+        values = numpy.array(getattr(answer, part), dtype=float)
+        if values.shape != (count,):
+            raise ValueError(f"its {part} has the shape {values.shape}, not {(count,)}")
+        setattr(answer, part, values)
+
+
 class Peer:
     def __init__(self, adapter, task, qp, step):
         self.adapter, self.qp, self.step = adapter, qp, step
         self.ladder = getattr(adapter, "ladder", LADDER)
-        self.given = qp if is_nonlinear(task) else copy.deepcopy(qp)  # a solver cannot change what the judge reads
+        self.given = qp if is_nonlinear(task) else offered(qp)
         self.tolerance, self.solver, self.last_us = None, None, 0.0
         self.starts, levels = {"own start": None}, {}
         if task["start"] == "warm":
@@ -147,6 +165,7 @@ class Peer:
                 with Clock() as clock:
                     solver.run()
                 answer = solver.read()
+            fix(answer, self.given)
         return answer, clock, around.wall_us - clock.wall_us
 
     def judge(self, answer):
@@ -196,12 +215,6 @@ def agree(found, answer):
 def _array(values):
     import numpy
     return numpy.array([float("nan") if v is None else v for v in values], dtype=float)
-
-
-def judged(qp, w, row_multipliers, bound_multipliers):
-    known = {} if qp.optimum is None else {"optimum": qp.optimum}
-    return {"objective": qp.objective(w), **known,
-            "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}
 
 
 def verdict(answer, accepted):
