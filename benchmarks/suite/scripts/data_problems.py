@@ -11,12 +11,13 @@ import os
 
 import numpy as np
 
+import integer_problems
 import nosbench
 import problem_files
 import public_sets
 import quadratic_files
 
-PUBLIC, OWN, BOX, RESTATED = "public/", "own/", "box/", "restated/"
+PUBLIC, OWN, BOX, RESTATED, INTEGER = "public/", "own/", "box/", "restated/", integer_problems.PREFIX
 SIZES = ((4, 1), (8, 3), (12, 4), (24, 12))  # states, inputs of the random programs
 INTERVALS, LONG = 20, (1000, 10000)
 LARGE = 1_000_000  # bytes of a file above which a problem is not in the default set
@@ -32,7 +33,7 @@ def described():
     found = [_description(RESTATED + name, file, "restated") for name, file in sorted(_restated().items())]
     found += [_description(PUBLIC + name, file, "public") for name, (file, _) in sorted(_public().items())]
     found += [_description(OWN + name, file, "own file") for name, file in sorted(_own().items())]
-    return boxes + found
+    return boxes + integer_problems.described() + found
 
 
 def _box_description(name, intervals):
@@ -61,7 +62,8 @@ def _facts(file):
         if nosbench.is_nosbench(data):
             return {**facts, "kind": "complementarity"}
         if data.get("format") == problem_files.QP:
-            return {**facts, "horizon": max(0, len(data.get("stages", [])) - 1), "warm": "warm" in data}
+            return {**facts, "horizon": max(0, len(data.get("stages", [])) - 1), "warm": "warm" in data,
+                    **({"kind": "integer"} if is_mixed_integer(data) else {})}
         facts["kind"] = "complementarity" if "complementarity" in problem_files.kind_of(data) else "nonlinear"
         return {**facts, "horizon": sum(int(phase.get("intervals", 0)) for phase in data.get("phases", []))}
     except (OSError, ValueError, AttributeError, TypeError, KeyError):
@@ -69,7 +71,12 @@ def _facts(file):
 
 
 def is_data(problem):
-    return problem.startswith((PUBLIC, OWN, BOX, RESTATED))
+    return problem.startswith((PUBLIC, OWN, BOX, RESTATED, INTEGER))
+
+
+def is_mixed_integer(data):
+    """True for quadratic programs whose integer variables are not relaxed."""
+    return bool(data.get("format") == problem_files.QP and data.get("integer") and data.get("optimum_of") != "relaxation")
 
 
 def source_of(problem):
@@ -86,13 +93,17 @@ def write(problem, instance, path):
     if problem.startswith(BOX):
         nx, nu, *intervals = (int(word) for word in problem[len(BOX):].split("x"))
         program = _box(problem, nx, nu, instance, *intervals)
+    elif problem.startswith(INTEGER):
+        program = integer_problems.program(problem, instance)
     else:
         source, *optimum = source_of(problem)
         data = problem_files.read(source, problem)
         problem_files.validate(data, source)
         program = {**problem_files.program_of(data), "problem": problem, "instance": instance}
-        if program.get("integer") and data.get("optimum_of") != "relaxation":
-            program["optimum"] = None  # solvers solve the relaxation
+        if program.get("integer") and not is_mixed_integer(data):  # solvers solve the relaxation
+            del program["integer"]
+            if data.get("optimum_of") != "relaxation":
+                program["optimum"] = None
         if optimum:
             program["optimum"] = optimum[0]
     with open(path, "w", encoding="utf-8") as file:

@@ -55,13 +55,13 @@ def instance_page(task, instance, lines, kinds):
     size = next((line["size"] for _, line in lines if "size" in line), None)
     facts = {"class": table.class_of(task, kinds), **({"size": f"{size[0]} variables, {size[1]} rows"} if size else {}),
              **facts_of(first["problem"])}
-    rows = [["tolerance", "solver", "result", "us", "iterations", "cost", "stationarity", "feasibility", "complementarity", "asked",
-             "setting", "version", "its status"]]
+    rows = [["tolerance", "solver", "result", "us", "iterations", "cost", "stationarity", "feasibility", "complementarity", "integrality",
+             "asked", "setting", "version", "its status"]]
     for tolerance, line in lines:
         us, kkt = figures.time_of(line), line.get("kkt", {})
         rows.append([f"{tolerance:g}", line["solver"], line["verdict"], f"{us:.0f}" if us else "-", line.get("iterations", "-"),
                      f"{line['objective']:.9g}" if "objective" in line else "-",
-                     *(f"{kkt[key]:.1e}" if key in kkt else "-" for key in ("stationarity", "feasibility", "complementarity")),
+                     *(f"{kkt[key]:.1e}" if key in kkt else "-" for key in ("stationarity", "feasibility", "complementarity", "integrality")),
                      f"{line['asked']:g}" if "asked" in line else "-", line.get("setting", "-"),
                      line.get("machine", {}).get("version", "-"), line["claimed"]])
     return page(f"{task}, instance {instance}", [

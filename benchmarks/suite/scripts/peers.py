@@ -6,6 +6,7 @@ An adapter is a class with these members:
     takes_start: False if it always uses its own start
     warm_levels(): kinds of warm start, if there are several; the attribute `level` selects one
     module: the imported module, if its name differs from that of the package
+    takes_integers: True if it solves mixed-integer programs; takes_continuous: False if it solves no others
     takes_files: True for nonlinear programs that are data; `program` is then a NonlinearFile. takes_pairs: True if it also
         takes programs with complementarity, see nonlinear_judge.lifted()
     missing(): why it cannot be used, if this depends on more than the import of its package
@@ -462,9 +463,10 @@ def all_peers():
     import mim
     from adapters.highs import Highs
     from adapters.qoco import Qoco
+    from adapters.scip import Scip
     from adapters.scs import Scs
-    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, Highs, Qoco, Scs, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
-            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp, *plug_ins()]
+    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, Highs, Scip, Qoco, Scs, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm,
+            hpipm.AcadosHpipmBalance, hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp, *plug_ins()]
 
 
 def version_of(package):

@@ -109,7 +109,7 @@ def behind(records):
 
 
 COLUMNS = ("class", "problem", "start", "instance", "solver", "tolerance", "verdict", "time_us", "first_us", "setup_us", "import_us",
-           "iterations", "objective", "optimum", "stationarity", "feasibility", "complementarity", "variables", "rows", "asked",
+           "iterations", "objective", "optimum", "stationarity", "feasibility", "complementarity", "integrality", "variables", "rows", "asked",
            "setting", "version", "host", "processor", "claimed")
 
 

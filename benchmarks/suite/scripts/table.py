@@ -18,7 +18,8 @@ def cell_text(lines):
 
 # Kinds of problems, in the order of the report. Quadratic programs have a class per start.
 CLASSES = {"cold": "quadratic programs, cold", "warm": "quadratic programs, warm", "nonlinear": "nonlinear problems",
-           "file": "optimal control and nonlinear programs as data", "complementarity": "programs with complementarity"}
+           "file": "optimal control and nonlinear programs as data", "complementarity": "programs with complementarity",
+           "integer": "mixed-integer programs"}
 
 
 def class_of(task, kinds):
