@@ -402,7 +402,7 @@ class Scripts(OwnFolder):
     def test_results_of_other_inputs_are_rejected(self):
         """Data, a library and the program file: changes are named, and unchanged files are counted."""
         self.own_problem(-1.0)
-        words = ["run", "--problems", "own/one", "--solvers", "sparse,hpipm", "--repetitions", "1", "--out", self.path("a.jsonl")]
+        words = ["run", "--problems", "own/one", "--start", "cold", "--solvers", "sparse,hpipm", "--repetitions", "1", "--out", self.path("a.jsonl")]
         own = {"SALTUS_BENCH_PROGRAMS": self.path("own"), "SALTUS_HPIPM": ""}
         self.assertNotIn("already", self.bench(*words, **own).stderr)
         self.assertEqual(list(self.lines("a.jsonl")[0]["inputs"]), ["own/one"])
@@ -492,6 +492,61 @@ class Scripts(OwnFolder):
         for wall, cpu, counts in ((100.0, 98.0, 98.0), (100.0, 94.0, 100.0), (100.0, 104.0, 104.0), (100.0, 190.0, 100.0),
                                   (2e5, 400.0, 2e5)):
             self.assertEqual(figures.reported(wall, cpu), counts)
+
+    def test_work_that_times_do_not_show_is_told(self):
+        sys.path.insert(0, SCRIPTS)
+        import figures
+
+        def lines(solver, **times):
+            usual = {"wall_us": [2e3], "cpu_us": [2e3], "first_us": 3e3, "reading_us": 100.0}
+            return [{"solver": solver, "problem": "p", "times": {**usual, **times}}]
+        made = [*lines("usual"), *lines("outside", reading_us=1e5), *lines("remembers", first_us=1e5), *lines("threads", cpu_us=[4e3]),
+                *lines("seldom", first_us=1e5), *lines("seldom"), *lines("short", wall_us=[5.0], cpu_us=[9.0], first_us=300.0)]
+        self.assertEqual([text.partition(" (")[0] for text in figures.all_remarks(made)], [
+            "outside: it works outside of its timed call",
+            "remembers: its first solve takes much longer than the next ones of the same program",
+            "threads: it uses several processors at a time"])
+
+    def test_rounding_of_large_terms_is_no_disagreement(self):
+        sys.path.insert(0, SCRIPTS)
+        import numpy
+        import task
+        from quadratic_program import QuadraticProgram, largest_sum
+        one = {"row": [0], "col": [0], "value": [1e9]}
+        qp = QuadraticProgram({"problem": "own/one", "instance": 1, "variables": 1, "rows": 1, "hessian": one, "jacobian": one,
+                               "gradient": [-1e9], "constant": 0.0, "lower": [None], "upper": [None], "row_lower": [1e9],
+                               "row_upper": [None], "stages": []})
+        terms = largest_sum(qp, *(numpy.array([v]) for v in (1.0, 0.0, 0.0)))
+        self.assertEqual(terms, 2e9)
+
+        def agree(here, there, *more):
+            return task.agree({"objective": 1.0, "kkt": {"stationarity": here}}, {"objective": 1.0, "kkt": {"stationarity": there}}, *more)
+        self.assertEqual([agree(1e-7, 2e-7), agree(1e-7, 2e-7, terms), agree(1e-7, 1e-3, terms)], [False, True, False])
+
+    def test_published_optima_are_compared(self):
+        sys.path.insert(0, SCRIPTS)
+        import data_problems
+        import numpy
+        import published
+        os.makedirs(self.path("set/data"))
+        for name in ("ONE", "TWO"):
+            numpy.savez(self.path(f"set/data/{name}.npz"), P=numpy.eye(2), q=numpy.array([-1.0, 1.0]), lb=numpy.zeros(2))
+        with open(self.path("set/data/expected.csv"), "w", encoding="utf-8") as file:
+            file.write("ONE.npz,2,0,0,0,-0.5\n")
+        before = os.environ.get("SALTUS_REFERENCE_DATA")
+        self.addCleanup(lambda: os.environ.__setitem__("SALTUS_REFERENCE_DATA", before or ""))
+        os.environ["SALTUS_REFERENCE_DATA"] = self.path("set")
+        self.assertEqual(published.drawn(1, 1), ["public/ONE"])
+        with self.assertRaisesRegex(ValueError, "only 1 problems with a published optimum are here"):
+            published.drawn(2, 1)
+        words = ["check", "--optima", "1", "--solvers", "sparse,toy"]
+        told = self.bench(*words).stdout
+        self.assertRegex(told, r"public/ONE +2 +0 +-5.0000000e-01 +[0-9.e-]+ +wrong")
+        self.assertIn("1 of 1 costs agree with the published optima", told)
+        with open(self.path("set/data/expected.csv"), "w", encoding="utf-8") as file:
+            file.write("ONE.npz,2,0,0,0,-0.6\n")
+        self.assertIn("0 of 1 costs agree", self.bench(*words, status=1).stdout)
+        self.assertEqual(data_problems.source_of("public/ONE")[1], -0.6)
 
     def test_invalid_limit_is_rejected(self):
         for variable, unit in (("SALTUS_BENCH_PATIENCE", "seconds"), ("SALTUS_BENCH_MEMORY", "GB")):
@@ -746,6 +801,9 @@ class Scripts(OwnFolder):
             remaining = sum(truth.values()) - now[0]
             self.assertLess(abs(progress.left() - remaining), 0.2 * sum(truth.values()), task)
         self.assertIn("20 of 20 (100 %), t19 cold; ", stream.getvalue())
+        self.assertIn("recipe/kI=7 cold", forecast.known_seconds())  # of the first run of a user
+        forecast.learn("recipe/kI=7 cold", {"riccati": 7.0})
+        self.assertEqual(forecast.known_seconds()["recipe/kI=7 cold"], {"riccati": 7.0})
         # A solver without a record takes its median on other tasks.
         self.assertEqual(forecast.expected([{"id": "new", "solvers": ["b"], "instances": [1], "repetitions": 1}], seconds),
                          {"new": 0.02})

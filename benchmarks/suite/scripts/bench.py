@@ -82,6 +82,10 @@ def fetch(arguments):
 
 def check_files(arguments):
     import data_problems
+    if arguments.optima is not None:
+        import published
+        arguments.tolerance = OPTIMA_TOLERANCE
+        return OK if published.compare(describe(), arguments, sys.stdout) else DIFFERENT
     import problem_files
     import public_sets
     folders = [public_sets.folder_of(name) for name, s in public_sets.SETS.items() if not s.others]
@@ -91,6 +95,9 @@ def check_files(arguments):
         for sentence in missing_sets():
             print(sentence)
     return FAILED if invalid else OK
+
+
+OPTIMA_TOLERANCE = 1e-6
 
 
 def saltus_of(description, program):
@@ -273,7 +280,7 @@ def carry_out(tasks, whole, arguments):
     return done
 
 
-NOT_QUICK = ("highs", "scs", "uno-filtersqp", "uno-ipopt")  # they need seconds per solve of the quick problems
+NOT_QUICK = ("casadi-qpoases", "highs", "scs", "uno-filtersqp", "uno-ipopt")  # they need seconds per solve of the quick problems
 QUICK = ("recipe/kI=7", "recipe/no-impact", "sequence", "box/8x3", "public/LIPMWALK0",
          "public/WHLIPBAL0", "library/brachistochrone", "library/van_der_pol", "restated/bouncing_ball",
          "restated/catalyst_mixing")
@@ -290,6 +297,8 @@ def summarise(done, out):
         print(f"not run, their packages are not installed ({INSTALL_PEERS}): {', '.join(absent)}", file=out)
     for name in sorted(set(why) - set(absent)):
         print(f"{name} was not run: {why[name]}", file=out)
+    for row in table.closed_loop_costs(done):
+        print(row, file=out)
     for sentence in figures.all_remarks(lines):
         print(sentence, file=out)
     bad = [l for l in lines if l["verdict"] in ("crashed", "error", "judges disagree")
@@ -448,6 +457,9 @@ def parser():
     p.set_defaults(do=check_files)
     p.add_argument("files", nargs="*", metavar="FILE|FOLDER")
     p.add_argument("--brief", action="store_true", help="only mistakes and counts")
+    p.add_argument("--optima", type=int, metavar="N", help="instead: solves N fetched problems and compares them with their published optima")
+    p.add_argument("--seed", type=int, default=1, help="of the N problems")
+    p.add_argument("--solvers", metavar="NAME,...", default="sparse,piqp,clarabel,highs")
     p = verbs.add_parser("peers", help="installs other solvers into a separate Python environment")
     p.set_defaults(do=install_peers)
     p.add_argument("folder", nargs="?")
@@ -471,7 +483,7 @@ def main(words):
         return task.main(words[1:])
     arguments, status = parser().parse_args(words), MISTAKE
     try:
-        for name in ("instances", "repetitions", "runs", "seeds", "jobs"):
+        for name in ("instances", "repetitions", "runs", "seeds", "jobs", "optima"):
             given = getattr(arguments, name, None)
             if given is not None and given < 1:
                 raise ValueError(f"--{name} must be at least 1")

@@ -12,12 +12,14 @@ import os
 import numpy as np
 
 import integer_problems
+import loops
 import nosbench
 import problem_files
 import public_sets
 import quadratic_files
 
 PUBLIC, OWN, BOX, RESTATED, INTEGER = "public/", "own/", "box/", "restated/", integer_problems.PREFIX
+LOOP = loops.PREFIX
 SIZES = ((4, 1), (8, 3), (12, 4), (24, 12))  # states, inputs of the random programs
 INTERVALS, LONG = 20, (1000, 10000)
 LARGE = 1_000_000  # bytes of a file above which a problem is not in the default set
@@ -33,7 +35,7 @@ def described():
     found = [_description(RESTATED + name, file, "restated") for name, file in sorted(_restated().items())]
     found += [_description(PUBLIC + name, file, "public") for name, (file, _) in sorted(_public().items())]
     found += [_description(OWN + name, file, "own file") for name, file in sorted(_own().items())]
-    return boxes + integer_problems.described() + found
+    return boxes + integer_problems.described() + loops.described() + found
 
 
 def _box_description(name, intervals):
@@ -71,7 +73,7 @@ def _facts(file):
 
 
 def is_data(problem):
-    return problem.startswith((PUBLIC, OWN, BOX, RESTATED, INTEGER))
+    return problem.startswith((PUBLIC, OWN, BOX, RESTATED, INTEGER, LOOP))
 
 
 def is_mixed_integer(data):

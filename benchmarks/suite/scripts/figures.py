@@ -50,12 +50,17 @@ def remarks(line):
 
 
 def all_remarks(lines):
-    """`NAME: SENTENCE: N answers, TASK for example`, for each solver and sentence."""
-    found = {}
+    """`SOLVER: SENTENCE (N tasks, NAME for example)`. A sentence must hold for most answers of a task, because load on the
+    machine makes single times long."""
+    answers, found = {}, {}
     for line in lines:
-        for sentence in remarks(line):
-            found.setdefault((line["solver"], sentence), []).append(line["problem"])
-    return [f"{solver}: {sentence} ({len(of)} answers, {of[0]} for example)" for (solver, sentence), of in found.items()]
+        if "first_us" in line.get("times", {}):
+            answers.setdefault((line["solver"], line["problem"]), []).append(remarks(line))
+    for (solver, problem), of in answers.items():
+        for sentence in dict.fromkeys(s for sentences in of for s in sentences):
+            if 2 * sum(sentence in sentences for sentences in of) > len(of):
+                found.setdefault((solver, sentence), []).append(problem)
+    return [f"{solver}: {sentence} ({len(of)} tasks, {of[0]} for example)" for (solver, sentence), of in found.items()]
 
 
 def by_cell(records):

@@ -1,5 +1,5 @@
-"""Forecast of a run from the seconds that each solver took on each task in earlier runs of this user. Only their ratios
-matter, because the progress of the run itself shows how fast the machine is."""
+"""Forecast of a run from the processor seconds that each solver took on each task in earlier runs of this user. Other load
+does not change them. Only their ratios matter, because the progress of the run itself shows how fast the machine is."""
 
 import json
 import os
@@ -11,13 +11,22 @@ from package import write_text
 
 
 def _path():
-    return os.path.join(cache_folder(), "bench_seconds.json")
+    return os.path.join(cache_folder(), "bench_processor_seconds.json")
+
+
+# Seconds of `bench run --quick` on the machine of measured.md, for the first run of a user.
+SHIPPED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "processor_seconds.json")
 
 
 def known_seconds():
-    """task -> solver -> seconds per instance and repetition. Empty without a readable file."""
+    """task -> solver -> seconds per instance and repetition: of earlier runs, and SHIPPED for tasks without one."""
+    return {**_read(SHIPPED), **_read(_path())}
+
+
+def _read(path):
+    """Empty without a readable file."""
     try:
-        with open(_path(), encoding="utf-8") as file:
+        with open(path, encoding="utf-8") as file:
             known = json.load(file)
         return {task: {solver: float(s) for solver, s in of.items()} for task, of in known.items()}
     except (OSError, ValueError, AttributeError, TypeError):
@@ -39,7 +48,7 @@ def seconds_of(task, lines):
 def learn(task, seconds):
     """Keeps the seconds of a task for the next run. Without a cache folder they are lost."""
     try:
-        known = known_seconds()
+        known = _read(_path())
         known.setdefault(task, {}).update(seconds)
         write_text(_path(), json.dumps(known))
     except OSError:

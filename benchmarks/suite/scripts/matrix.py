@@ -26,11 +26,11 @@ def all_peers():
 def suits(solver, problem):
     """True if the solver supports programs of this kind."""
     kind, theirs = problem.get("kind"), {p.name: p for p in nonlinear_peers.nonlinear_peers()}
-    if kind in (None, "integer"):
+    if kind in (None, "integer", "loop"):
         mine = {p.name: p for p in (*peers.all_peers(), Toy, Endless)}
         if kind == "integer":
             return getattr(mine.get(solver), "takes_integers", False)
-        return solver != "ipopt" and solver not in theirs and getattr(mine.get(solver), "takes_continuous", True)
+        return solver != "ipopt" and solver not in theirs and (kind, solver) != ("loop", "riccati") and getattr(mine.get(solver), "takes_continuous", True)
     if solver in OURS:  # they compile no sizes in, and files have no stages
         return solver != "riccati-generic" and (solver != "riccati" or not problem.get("origin"))
     wanted = "takes_pairs" if kind == "complementarity" else "takes_files"

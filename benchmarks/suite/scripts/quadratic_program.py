@@ -111,6 +111,17 @@ def kkt_residual(qp, w, row_multipliers, bound_multipliers):
                 _not_complementary(rows, qp.row_lower, qp.row_upper, row_multipliers))}
 
 
+def largest_sum(qp, w, row_multipliers, bound_multipliers):
+    """The largest sum of absolute terms in the residuals, which determines their rounding."""
+    def times(matrix, vector, is_transposed=False):
+        of, by, count = (matrix.col, matrix.row, 1) if is_transposed else (matrix.row, matrix.col, 0)
+        return np.bincount(of, np.abs(matrix.value * vector[by]), matrix.shape[count])
+    slope = (times(qp.hessian, w) + np.abs(qp.gradient) + times(qp.jacobian, row_multipliers, is_transposed=True)
+             + np.abs(bound_multipliers))
+    rows = np.maximum(1.0, np.abs(row_multipliers)) * times(qp.jacobian, w)
+    return max(_largest(slope), _largest(rows), _largest(np.maximum(1.0, np.abs(bound_multipliers)) * np.abs(w)))
+
+
 def judged(qp, w, row_multipliers, bound_multipliers):
     """Cost and residuals of an answer. Mixed-integer programs have no multipliers: their integer variables are rounded
     before cost and feasibility are computed, and the best known cost judges the optimum."""

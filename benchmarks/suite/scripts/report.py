@@ -227,6 +227,18 @@ def part_rows(part, cells, names, tasks):
         yield row
 
 
+def loop_rows(cells, names, tasks):
+    """Medians of the cost of closed loops, and by how much it exceeds the smallest one."""
+    names = [n for n in names if any((task, n) in cells for task in tasks)]
+    yield ["closed-loop cost, medians", *table.labels(names)]
+    for task in tasks:
+        costs = {name: statistics.median(line.get("objective", math.inf) for line in cells[task, name])
+                 for name in names if (task, name) in cells}
+        best = min(costs.values())
+        yield [task, *(f"{costs[name]:.6g} (+{100.0 * (costs[name] / best - 1.0):.2g} %)" if costs.get(name, math.inf) < math.inf
+                       else "-" for name in names)]
+
+
 def setting_rows(cells):
     """Solvers with several starts or kinds of warm start: what was tried on the probes, and the times of the default and
     of the chosen one."""
@@ -357,6 +369,12 @@ def write_report(all_records, path, links=""):
     lines = list(not_first(records, cells))
     parts.append("<h2>Problems on which Saltus is not first</h2>" + (
         _list(lines) if lines else "<p>None in this run.</p>"))
+    for one in all_records:
+        closed = [task for name, tasks in table.groups(one) if name == table.CLASSES["loop"] for task in tasks]
+        if closed:
+            tolerance = one.head["matrix"]["tolerance"]
+            parts.append(f"<h2>Closed-loop cost, tolerance {tolerance:g}</h2>" + html_table(
+                loop_rows(figures.by_cell(one), present, closed)))
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."

@@ -11,6 +11,7 @@ import contextlib
 import fcntl
 import json
 import os
+import resource
 import secrets
 import select
 import signal
@@ -82,18 +83,31 @@ def resident_gb(process):
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e9
 
 
+def processor_seconds(process):
+    """Processor time of a process and its children; 0 on systems without /proc."""
+    ticks = 0
+    for one in (process, *children_of(process)):
+        try:
+            with open(f"/proc/{one}/stat", encoding="ascii", errors="replace") as file:
+                ticks += sum(map(int, file.read().rpartition(")")[2].split()[11:15]))  # user, system, and of ended children
+        except (OSError, ValueError):
+            continue
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 class Attempt:
     """One run of the task. `lines`: its results; `trying`, `step`: what it did last; `cause`: (verdict, sentence) if it
-    did not end by itself. Adds the seconds of each solver to `spent`."""
+    did not end by itself. Adds the processor seconds of each solver to `spent`, and of the rest to spent[None]."""
 
     def __init__(self, task, spent):
         self.lines, self.is_done, self.trying, self.step, self.cause = [], False, None, "task", None
         self.has_begun = False
-        self.limits, self.spent, self.since = task["limits"], spent, time.monotonic()
+        self.limits, self.spent, self.counted = task["limits"], spent, 0.0
+        used_before = _seconds_of_ended()
         self.word = secrets.token_hex(16)
         reader, writer = os.pipe()
         with tempfile.TemporaryFile() as errors:
-            child = subprocess.Popen([sys.executable, "-B", SCRIPT, "task", "--solvers"], stdin=subprocess.PIPE,
+            child = self.child = subprocess.Popen([sys.executable, "-B", SCRIPT, "task", "--solvers"], stdin=subprocess.PIPE,
                                      stdout=subprocess.DEVNULL, stderr=errors, pass_fds=(writer,), start_new_session=True,
                                      preexec_fn=end_with_parent)
             os.close(writer)
@@ -116,7 +130,7 @@ class Attempt:
                     pass
                 self.status = child.wait()
                 end_children()  # also those that have left the group
-            self._count()
+            self._count(_seconds_of_ended() - used_before)
             errors.seek(0)
             self.errors = errors.read()[-2000:].decode(errors="replace").strip()
         if self.cause is None and not self.is_done:
@@ -152,14 +166,15 @@ class Attempt:
         word, _, content = text.decode(errors="replace").partition(" ")
         return json.loads(content) if secrets.compare_digest(word.encode(), self.word.encode()) else None
 
-    def _count(self):
-        now = time.monotonic()
-        self.spent[self.trying] = self.spent.get(self.trying, 0.0) + now - self.since
-        self.since = now
+    def _count(self, used):
+        """Attributes processor time since the last count to the solver that is tried."""
+        self.spent[self.trying] = self.spent.get(self.trying, 0.0) + max(0.0, used - self.counted)
+        self.counted = max(self.counted, used)
 
     def _take(self, message):
         if "trying" in message:
-            self._count()
+            if message["trying"] != self.trying:
+                self._count(processor_seconds(self.child.pid))
             self.trying, self.step = message["trying"], message["step"]
         elif "error" in message:
             raise ProgramError(message["error"])
@@ -167,6 +182,12 @@ class Attempt:
             self.is_done = True
         else:
             self.lines.append(message)
+
+
+def _seconds_of_ended():
+    """Processor time of the ended children of this process."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def how(status):
@@ -204,8 +225,9 @@ def carry_out(task):
     with one_at_a_time():
         lines = attempts(task, spent)
     counts = collections.Counter(line["solver"] for line in lines)
+    shared = spent.get(None, 0.0) / max(1, len(lines))  # start of the process, reading of the problem
     for line in lines:
-        line.setdefault("times", {})["spent_s"] = round(spent.get(line["solver"], 0.0) / counts[line["solver"]], 3)
+        line.setdefault("times", {})["spent_s"] = round(spent.get(line["solver"], 0.0) / counts[line["solver"]] + shared, 3)
     order = {name: i for i, name in enumerate(task["solvers"])}
     here = machine()
     return sorted(({**line, "machine": {**here, **line.get("machine", {})}} for line in lines),

@@ -1,5 +1,8 @@
 """The results as one table: a row per problem and start, a column per solver."""
 
+import math
+import statistics
+
 import figures
 
 
@@ -19,7 +22,7 @@ def cell_text(lines):
 # Kinds of problems, in the order of the report. Quadratic programs have a class per start.
 CLASSES = {"cold": "quadratic programs, cold", "warm": "quadratic programs, warm", "nonlinear": "nonlinear problems",
            "file": "optimal control and nonlinear programs as data", "complementarity": "programs with complementarity",
-           "integer": "mixed-integer programs"}
+           "integer": "mixed-integer programs", "loop": "closed loops"}
 
 
 def class_of(task, kinds):
@@ -56,6 +59,19 @@ def rows(records, tasks):
 def write_text(records, out):
     for _, tasks in groups(records):
         write_rows(rows(records, tasks), out)
+
+
+def closed_loop_costs(records):
+    """`loop/masses cold: closed-loop cost 19.5 (piqp), largest 19.6 (osqp)`, of the solvers that finished the loop."""
+    cells = figures.by_cell(records)
+    for name, tasks in groups(records):
+        for task in tasks if name == CLASSES["loop"] else ():
+            costs = {solver: statistics.median(line.get("objective", math.inf) for line in lines)
+                     for (of, solver), lines in cells.items() if of == task}
+            known = {solver: cost for solver, cost in costs.items() if cost < math.inf}
+            if known:
+                low, high = min(known, key=known.get), max(known, key=known.get)
+                yield f"{task}: closed-loop cost {known[low]:.8g} ({low}), largest {known[high]:.8g} ({high})"
 
 
 def write_rows(all_rows, out):

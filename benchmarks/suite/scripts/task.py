@@ -4,6 +4,7 @@ A task is a run of the program, `saltus bench task JSON`, which prints one line 
 {"done": ID}. The solvers run in a second process, `saltus bench task --solvers`, which supervisor.py watches.
 """
 
+import contextlib
 import copy
 import json
 import math
@@ -15,6 +16,7 @@ from time import perf_counter_ns, process_time_ns
 
 import campaign
 import data_problems
+import loops
 import nonlinear_peers
 import peers
 import supervisor
@@ -22,12 +24,13 @@ from nonlinear_judge import NonlinearJudge, lifted
 from nonlinear_program import NoFile, NonlinearFile, read_nonlinear
 from package import end_with_parent
 from program import Program, ProgramDied, ProgramError
-from quadratic_program import judged, points_of, read_program
+from quadratic_program import judged, largest_sum, points_of, read_program
 from toy import Endless, Toy
 
 OURS = ("riccati", "riccati-generic", "sparse", "ipopt")  # the last on nonlinear programs only
 # Both checks add the same terms in different order.
 JUDGES_AGREE = 1e-10
+OF_TERMS = 2e-15  # the same, relative to the largest sum of absolute terms
 SLOW_US = 1e5  # warm caches do not matter above this time
 PROBES = 3  # instances that determine the tolerance and the setting
 LADDER = (1.0, 0.1, 0.01, 1e-3, 1e-4)  # requested tolerances of every solver, as factors of the judged one
@@ -69,6 +72,7 @@ class Ours:
 
     def run(self, tolerance, setting, is_timed=True):
         answer = self._ask(tolerance, setting)
+        self.point = tuple(_array(answer["point"][key]) for key in ("w", "lambda", "z"))
         times = {key: answer["times"][key] for key in ("wall_us", "cpu_us")}
         return {**self.judge(answer), "claimed": answer["claimed"], "says_solved": answer["solved"],
                 "iterations": answer["iterations"]}, times
@@ -84,7 +88,7 @@ class Ours:
     def judge(self, answer):
         point = answer["point"]
         found = judged(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
-        return {**found, "judges_agree": agree(found, answer)}
+        return {**found, "judges_agree": agree(found, answer, largest_sum(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z"))))}
 
 
 def offered(qp):
@@ -140,7 +144,7 @@ class Peer:
         if is_timed and self.last_us < SLOW_US:
             self._solve(setting)  # warm caches, as for ours
         answer, clock, _ = self._solve(setting)
-        self.last_us = clock.wall_us
+        self.last_us, self.point = clock.wall_us, (answer.w, answer.row_multipliers, answer.bound_multipliers)
         self.step("check")
         return {**self.judge(answer), "claimed": answer.claimed, "says_solved": bool(answer.solved),
                 "iterations": int(answer.iterations)}, {"wall_us": clock.wall_us, "cpu_us": clock.cpu_us,
@@ -206,10 +210,10 @@ def judged_by(answer):
             "kkt": {k: number(v) for k, v in answer["kkt"].items()}}
 
 
-def agree(found, answer):
-    """True if both judges find the same cost and residuals."""
+def agree(found, answer, terms=0.0):
+    """True if both judges find the same cost and residuals. `terms`: the largest sum of absolute terms in them."""
     pairs = [(found["objective"], answer["objective"]), *((found["kkt"][key], answer["kkt"][key]) for key in found["kkt"])]
-    return all(a == b or abs(a - b) <= JUDGES_AGREE * (1.0 + abs(a)) for a, b in pairs)
+    return all(a == b or abs(a - b) <= JUDGES_AGREE * (1.0 + abs(a)) + OF_TERMS * terms for a, b in pairs)
 
 
 def _array(values):
@@ -321,6 +325,8 @@ def measure(task, runs, results, choice):
 
 def written(program, task, number, folder):
     """The program that all solvers read."""
+    if task.get("kind") == "loop":
+        return loops.Loop(task["problem"], number, folder)
     file = os.path.join(folder, f"{number}.json")
     if data_problems.is_data(task["problem"]):
         try:
@@ -365,6 +371,11 @@ def is_nonlinear(task):
 
 def solver_on(program, solver, task, qp, step):
     """One solver on one instance."""
+    if task.get("kind") == "loop":
+        tick = {**task, "kind": None, "start": "warm"}
+        # Our program reads each file once, so each loop has a program of its own.
+        return loops.LoopRun(qp, Program if solver in OURS else lambda: contextlib.nullcontext(program),
+                             lambda own, one: solver_on(own, solver, tick, one, step))
     if is_nonlinear(task):
         return (OursNonlinear(program, solver, task, qp, step) if solver in OURS
                 else NonlinearPeer(program, peer_named(solver), task, qp, step))
