@@ -92,6 +92,44 @@ class Files(OwnFolder):
         self.assertLess(max(map(abs, rows)), 1e-12)
         self.assertAlmostEqual(cost, 2 ** 5 / 5, places=12)
 
+    SHOT = {"format": "saltus-ocp 1", "definitions": {"slope": "3*t**2 + u"}, "phases": [{
+        "time": [0, 2], "states": [{"name": "x", "start": 1, "end": 9}, {"name": "y", "start": 0}], "inputs": [{"name": "u"}],
+        "dynamics": ["slope", "x"], "integral": "t**3", "intervals": 2}], "objective": "final(y)"}
+
+    def test_steps_of_runge_kutta(self):
+        """x = 1 + t^3 + u t, y its integral: the method is exact but for the fourth power of t in y."""
+        program = control_problem.ControlProblem(self.SHOT).program(is_shooting=True)
+        problem_files.validate(program, "shot")
+        self.assertEqual((program["variables"], program["rows"]), (8, 7))
+        x, y, u = [1.0, 2.5, 10.0], [0.0], [0.5, 0.5]
+        w, cost = [x[0], y[0]], 0.0
+        for k, block in enumerate(program["blocks"][:2]):
+            arguments = [*w[-2:], u[k], *block["constants"][3:]]
+            *following, integral = control_problem.evaluate(program["functions"][0], arguments)
+            self.assertAlmostEqual(following[0], x[k + 1], places=12)
+            self.assertAlmostEqual(following[1] - w[-1], x[k] + u[k] / 2.0 + (3 * k * k / 2.0 + k + 0.25), delta=0.01)
+            w += [u[k], *following]
+            cost += integral
+        self.assertAlmostEqual(cost, 2 ** 4 / 4, places=12)
+        rows = [0.0] * program["rows"]
+        for row, variable, factor in program["linear"]:
+            rows[row] += factor * w[variable]
+        self.assertEqual([rows[r] - program["row_lower"][r] for r in (0, 1, 6)], [0.0, 0.0, 1.0])  # start and end are rows
+
+    def test_shot_programs_have_stages(self):
+        import fatrop
+        from nonlinear_program import NonlinearFile
+        stages = fatrop.Stages(NonlinearFile(control_problem.ControlProblem(self.SHOT).program(is_shooting=True)))
+        self.assertEqual(stages.sizes, [[0, 3, 2], [2, 1, 0], [2, 0, 1]])
+        self.assertEqual(stages.order, [2, 3, 0, 1, 4, 5, 6])
+        with self.assertRaisesRegex(fatrop.NotApplicable, "stages"):
+            fatrop.Stages(NonlinearFile(control_problem.ControlProblem(self.SHOT).program()))
+        with self.assertRaisesRegex(control_problem.Mistake, "can be shot"):
+            control_problem.ControlProblem({**self.SHOT, "parameters": [{"name": "p"}]}).program(is_shooting=True)
+        names = [p["name"] for p in data_problems.described() if p["name"].startswith("shooting/")]
+        self.assertIn("shooting/catalyst_mixing", names)
+        self.assertNotIn("shooting/brachistochrone", names)
+
     def test_fetch_copies_verifies_and_resumes(self):
         os.makedirs(self.path("source/data"))
         for name in ("ONE", "TWO"):

@@ -4,6 +4,9 @@ format `saltus-nlp 1`, by Radau collocation of order 5 with inputs that are cons
 With points c_j of the interval k of length h = T/N, the states x_kj at the points satisfy
     sum_i D_ji x_ki = h f(t_kj, x_kj, z_kj, u_k, p),   i = 0: the start of the interval,
 and the integral of L is the sum of h b_j L over all points. The last point is the start of the next interval.
+
+With `is_shooting`, problems of one phase without parameters become x_k+1 = F(x_k, u_k) instead, one step of the classical
+Runge-Kutta method of order 4 per interval. Given values at start and end are rows then.
 """
 
 import ast
@@ -213,6 +216,37 @@ class _Phase:
             steps.outputs += [steps.add(text, f"{self.place}, complementarity[{i}]") for text in pair]
         return steps.function(len(index))
 
+    def step_function(self):
+        """The function of x, u and the fraction of the phase: next state and integral of one interval."""
+        names = [v["name"] for key in ("states", "inputs") for v in self.lists[key]]
+        steps = Steps({**self.problem.definitions, **{name: i for i, name in enumerate(names)}})
+        begin, end = (steps.add(t, f"{self.place}, time") for t in self.problem.times[self.name])
+        length = steps.step("subtract", end, begin)
+
+        def times(factor, a):
+            return steps.step("multiply", steps.step("constant", factor), a)
+
+        def rates(x, part):
+            """h f and h L, after a part of the interval."""
+            fraction = steps.step("add", steps.step("input", len(names)), steps.step("constant", part / self.intervals))
+            steps.places = dict(zip(names, x))
+            steps.places["t"] = steps.step("add", begin, steps.step("multiply", fraction, length))
+            found = [steps.add(text, f"{self.place}, dynamics[{i}]") for i, text in enumerate(self.data["dynamics"])]
+            found.append(steps.add(self.data.get("integral", 0), f"{self.place}, integral"))
+            return [times(1.0 / self.intervals, steps.step("multiply", length, one)) for one in found]
+
+        def plus(x, factor, rate):
+            return [steps.step("add", a, times(factor, b)) for a, b in zip(x, rate)]
+        x = [steps.step("input", i) for i in range(len(self.lists["states"]))]
+        total = [steps.step("constant", 0.0)] * (len(x) + 1)
+        rate = rates(x, 0.0)
+        for weight, factor, part in ((1.0, 0.5, 0.5), (2.0, 0.5, 0.5), (2.0, 1.0, 1.0), (1.0, None, None)):
+            total = plus(total, weight / 6.0, rate)
+            if factor is not None:
+                rate = rates(plus(x, factor, rate), part)
+        steps.outputs = [*(steps.step("add", a, b) for a, b in zip(x, total)), total[-1]]
+        return steps.function(len(names) + 1)
+
     def bounds(self, variable, key):
         return self.problem.number(variable.get(key), f"{self.place}, {variable['name']}, {key}")
 
@@ -256,14 +290,22 @@ class ControlProblem:
     def number(self, text, place):
         return value_of(text, self.definitions, place)
 
-    def program(self):
+    def is_for_shooting(self):
+        """True if the problem is one phase of given length without algebraic variables, path and complementarity."""
+        others = ("algebraic", "path", "complementarity")
+        return len(self.phases) == 1 and not self.parameters and not any(self.phases[0].data.get(key) for key in others)
+
+    def program(self, is_shooting=False):
         out = _Program(self.data.get("problem", ""))
         p = [out.variable(*(self.number(v.get(key), f"parameter {v['name']}, {key}") for key in ("lower", "upper")),
                           self.number(v.get("guess", 0.0), f"parameter {v['name']}, guess"), v.get("integer", False))
              for v in self.parameters]
         ends = {v["name"]: p[i] for i, v in enumerate(self.parameters)}
         for phase in self.phases:
-            self._transcribe(out, phase, p, ends)
+            if is_shooting:
+                self._shoot(out, phase, ends)
+            else:
+                self._transcribe(out, phase, p, ends)
         objective = self.data.get("objective")
         if objective is not None:
             self._at_ends(out, objective, "objective", ends, -1)
@@ -282,6 +324,35 @@ class ControlProblem:
                 step[1] = used.index(step[1])
         variables = list(ends.values())
         out.block(out.function(steps.function(len(used))), {}, {i: variables[k] for i, k in enumerate(used)}, [[row, 1.0]])
+
+    def _shoot(self, out, phase, ends):
+        if not self.is_for_shooting():
+            raise Mistake("only one phase without parameters, algebraic variables, path and complementarity can be shot")
+        states, inputs, N = phase.lists["states"], phase.lists["inputs"], phase.intervals
+        function = out.function(phase.step_function())
+
+        def add(variable, s):
+            return out.variable(*(phase.bounds(variable, key) for key in ("lower", "upper")), phase.guess(variable, s),
+                                variable.get("integer", False))
+
+        def give(key, variables):
+            for state, v in zip(states, variables):
+                if key in state:
+                    value = phase.bounds(state, key)
+                    out.file["linear"].append([out.row(value, value), v, 1.0])
+        x = first = [add(v, 0.0) for v in states]
+        give("start", first)
+        u_first = None
+        for k in range(N):
+            u = [add(v, (k + 0.5) / N) for v in inputs]
+            u_first, arguments = u_first or u, [*x, *u]
+            x = [add(v, (k + 1) / N) for v in states]
+            rows = [out.row(0.0, 0.0) for _ in x]
+            out.file["linear"] += [[row, v, -1.0] for row, v in zip(rows, x)]
+            out.block(function, {len(arguments): k / N}, dict(enumerate(arguments)), [*([row, 1.0] for row in rows), [-1, 1.0]])
+        give("end", x)
+        for which, variables in (("initial", [*first, *u_first]), ("final", [*x, *u])):
+            ends.update({f"{which}({v['name']})": place for v, place in zip((*states, *inputs), variables)})
 
     def _transcribe(self, out, phase, p, ends):
         states, algebraic, inputs = (phase.lists[key] for key in ("states", "algebraic", "inputs"))

@@ -11,6 +11,7 @@ import os
 
 import numpy as np
 
+import control_problem
 import integer_problems
 import loops
 import nosbench
@@ -19,7 +20,7 @@ import public_sets
 import quadratic_files
 
 PUBLIC, OWN, BOX, RESTATED, INTEGER = "public/", "own/", "box/", "restated/", integer_problems.PREFIX
-LOOP = loops.PREFIX
+LOOP, SHOOTING = loops.PREFIX, "shooting/"
 SIZES = ((4, 1), (8, 3), (12, 4), (24, 12))  # states, inputs of the random programs
 INTERVALS, LONG = 20, (1000, 10000)
 LARGE = 1_000_000  # bytes of a file above which a problem is not in the default set
@@ -33,6 +34,7 @@ def described():
     boxes = [_box_description(f"{BOX}{nx}x{nu}", INTERVALS) for nx, nu in SIZES]
     boxes += [{**_box_description(f"{BOX}8x3x{n}", n), "instances": 1, "on_request": True} for n in LONG]
     found = [_description(RESTATED + name, file, "restated") for name, file in sorted(_restated().items())]
+    found += [{**_description(SHOOTING + name, file, "restated"), "on_request": True} for name, file in _for_shooting().items()]
     found += [_description(PUBLIC + name, file, "public") for name, (file, _) in sorted(_public().items())]
     found += [_description(OWN + name, file, "own file") for name, file in sorted(_own().items())]
     return boxes + integer_problems.described() + loops.described() + found
@@ -73,7 +75,7 @@ def _facts(file):
 
 
 def is_data(problem):
-    return problem.startswith((PUBLIC, OWN, BOX, RESTATED, INTEGER, LOOP))
+    return problem.startswith((PUBLIC, OWN, BOX, RESTATED, INTEGER, LOOP, SHOOTING))
 
 
 def is_mixed_integer(data):
@@ -85,8 +87,9 @@ def source_of(problem):
     """The file of a problem and further facts about it, or None if the program generates it."""
     if problem.startswith(OWN):
         return (_own()[problem[len(OWN):]],)
-    if problem.startswith(RESTATED):
-        return (_restated()[problem[len(RESTATED):]],)
+    for prefix in (RESTATED, SHOOTING):
+        if problem.startswith(prefix):
+            return (_restated()[problem[len(prefix):]],)
     return _public()[problem[len(PUBLIC):]] if problem.startswith(PUBLIC) else None
 
 
@@ -101,7 +104,7 @@ def write(problem, instance, path):
         source, *optimum = source_of(problem)
         data = problem_files.read(source, problem)
         problem_files.validate(data, source)
-        program = {**problem_files.program_of(data), "problem": problem, "instance": instance}
+        program = {**problem_files.program_of(data, is_shooting=problem.startswith(SHOOTING)), "problem": problem, "instance": instance}
         if program.get("integer") and not is_mixed_integer(data):  # solvers solve the relaxation
             del program["integer"]
             if data.get("optimum_of") != "relaxation":
@@ -119,6 +122,17 @@ def _own():
 
 def _restated():
     return _files_of(STATEMENTS)
+
+
+def _for_shooting():
+    """Restated problems that are also offered with explicit steps between their stages, for solvers that need them."""
+    found = {}
+    for name, path in _restated().items():
+        with open(path, encoding="utf-8") as file:
+            data = json.load(file)
+        if data.get("format") == problem_files.OCP and control_problem.ControlProblem(data).is_for_shooting():
+            found[name] = path
+    return found
 
 
 def _files_of(folder):

@@ -78,14 +78,27 @@ class CasadiFatrop(Adapter):
                       solved=bool(stats.get("success")), iterations=int(stats.get("iter_count", -1)))
 
 
+def _patterns(file, nonlinear, linear):
+    """Columns of each row, and pairs of variables in the Hessian. Programs of the library have both in their file."""
+    columns = [set(touched) for touched in nonlinear]
+    if "jacobian" in file.data:
+        columns = [set() for _ in columns]
+        for row, column in zip(file.data["jacobian"]["row"], file.data["jacobian"]["col"]):
+            columns[row].add(column)
+        return [sorted(of) for of in columns], list(zip(file.data["hessian"]["row"], file.data["hessian"]["col"]))
+    for row, variable in linear:
+        columns[row].add(variable)
+    coupled = []
+    for block in file.data["blocks"]:  # neighbours are enough to find a block of two stages
+        touched = sorted({v for terms in block["coefficients"] for v, _ in terms})
+        coupled += zip(touched, touched[1:])
+    return [sorted(of) for of in columns], coupled
+
+
 class Stages:
     """Order and signs of the rows that split a nonlinear program into stages. Raises NotApplicable if there are none."""
 
     def __init__(self, file):
-        pattern = file.data["jacobian"]
-        columns = [[] for _ in range(file.m)]
-        for row, column in zip(pattern["row"], pattern["col"]):
-            columns[row].append(column)
         nonlinear = [set() for _ in range(file.m)]
         for block in file.data["blocks"]:
             touched = {v for terms in block["coefficients"] for v, _ in terms}
@@ -93,6 +106,7 @@ class Stages:
                 if row >= 0 and factor != 0.0:
                     nonlinear[row] |= touched
         linear = {(row, variable): factor for row, variable, factor in file.data["linear"]}
+        columns, coupled = _patterns(file, nonlinear, linear)
         # Rows that define the next state: their last variable, which is linear and does not occur in nonlinear parts.
         closing = {}
         for row in range(file.m):
@@ -122,7 +136,7 @@ class Stages:
                 raise NotApplicable("its stages are coupled: parameters, free durations or links")
             elif stages:
                 others[stages.pop()].append(row)
-        if any(stage_of[i] != stage_of[j] for i, j in zip(file.data["hessian"]["row"], file.data["hessian"]["col"])):
+        if any(stage_of[i] != stage_of[j] for i, j in coupled):
             raise NotApplicable("its costs couple stages")
         self.order = [row for k in range(len(self.sizes)) for row in (*gaps[k], *others[k])]
         sign_of = {row: linear[(row, v)] for v, row in closing.items() if row in gap_rows}
@@ -132,7 +146,6 @@ class Stages:
 
 
 class CasadiFatropNonlinear(CasadiNlp):
-    takes_files = False  # the end of an interval enters its equations of collocation nonlinearly
     name, plugin, is_compiled = "casadi-fatrop-compiled", "fatrop", True
     about = "fatrop of casadi's package, functions as C compiled by gcc for the processor; its BLASFEO is generic"
     compiles = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")

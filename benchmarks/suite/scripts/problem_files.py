@@ -46,11 +46,11 @@ def read(path, name=None):
         raise FileError(text if path in text else f"'{path}' cannot be read: {text}") from None
 
 
-def program_of(data):
+def program_of(data, is_shooting=False):
     """A control problem as a nonlinear program; other programs are what they are."""
     if data.get("format") != OCP:
         return data
-    program = control_problem.ControlProblem(data).program()
+    program = control_problem.ControlProblem(data).program(is_shooting)
     return {**program, **{key: data[key] for key in ("optimum", "optimum_tolerance") if key in data}}
 
 
