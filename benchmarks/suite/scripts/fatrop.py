@@ -106,7 +106,7 @@ class Stages:
                 if row >= 0 and factor != 0.0:
                     nonlinear[row] |= touched
         linear = {(row, variable): factor for row, variable, factor in file.data["linear"]}
-        columns, coupled = _patterns(file, nonlinear, linear)
+        columns, coupled = self.columns, _ = _patterns(file, nonlinear, linear)
         # Rows that define the next state: their last variable, which is linear and does not occur in nonlinear parts.
         closing = {}
         for row in range(file.m):

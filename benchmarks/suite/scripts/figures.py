@@ -29,7 +29,7 @@ def time_of(line, prefix=""):
     return statistics.median(found) if found and line["verdict"] == "solved" else None
 
 
-MANY, AT_LEAST_US = 10.0, 1e3  # work besides the timed call is told if it exceeds the call by this factor and this time
+MANY, AT_LEAST_US = 10.0, 1e3  # more work outside of the timed call leads to a remark
 PROCESSORS = 1.2
 
 

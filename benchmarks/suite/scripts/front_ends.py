@@ -16,20 +16,23 @@ UNSUITED = "its start is not given, or it has rows other than dynamics, bounds o
 
 
 class Intervals:
-    """step(x, u, numbers) -> (next, cost), numbers[k] of interval k, and the places of states and inputs in w."""
+    """step(x, u, numbers) -> (next, cost), numbers[k] of interval k, and the places of states and inputs in w. With `more`
+    also programs with bounds of states, a cost at the end, end_cost(x) or None, and given values at the end, end_rows."""
 
-    def __init__(self, file):
+    def __init__(self, file, more=False):
         import casadi as ca
-        sizes = Stages(file).sizes
+        found = Stages(file)
+        sizes = found.sizes
         nx, nu, self.N = sizes[1][0], sizes[0][0] + sizes[0][1] - sizes[1][0], len(sizes) - 1
-        wanted = [[nx, nu, 0]] * (self.N - 1) + [[nx, 0, 0]]
+        wanted = [[nx, nu, 0]] * (self.N - 1) + [[nx, 0, sizes[-1][2] if more else 0]]
+        self._counts, self.more, self._end_blocks = np.array([len(of) for of in found.columns]), more, []
         if nu < 1 or sizes[0][2] != nx or sizes[1:] != wanted or file.data["variable_costs"]:
             raise NotApplicable(UNSUITED)
         self.file, self.nx, self.nu = file, nx, nu
         self.states = np.array([k * (nx + nu) + np.arange(nx) for k in range(self.N + 1)])
         self.inputs = np.array([k * (nx + nu) + nx + np.arange(nu) for k in range(self.N)])
         self.start = self._given_start()
-        if np.isfinite(file.lower[self.states]).any() or np.isfinite(file.upper[self.states]).any():
+        if not more and (np.isfinite(file.lower[self.states]).any() or np.isfinite(file.upper[self.states]).any()):
             raise NotApplicable(UNSUITED)
         self.low, self.high = file.lower[self.inputs[0]], file.upper[self.inputs[0]]
         if (file.lower[self.inputs] != self.low).any() or (file.upper[self.inputs] != self.high).any():
@@ -45,19 +48,23 @@ class Intervals:
         for i, place in enumerate(self.varies):
             every[int(place)] = p[i]
         self.step = ca.Function("step", [x, u, p], self._outputs(kinds[0], ca.vertcat(x, u), every))
+        self.end_cost = self._cost_at_end(ca.SX.sym("x", nx)) if self._end_blocks else None
+        self.end_rows = [(row, v - self.states[-1, 0], file.row_lower[row] / f, f) for row, v, f in file.data["linear"]
+                         if v >= self.states[-1, 0] and self._count(row) == 1]
+        if any(file.row_lower[row] != file.row_upper[row] for row, *_ in self.end_rows):
+            raise NotApplicable(UNSUITED)
 
     def _given_start(self):
-        start = np.full(self.nx, np.nan)
+        start, self.start_rows = np.full(self.nx, np.nan), []
         for row, variable, factor in self.file.data["linear"]:
             if variable < self.nx and self.file.row_lower[row] == self.file.row_upper[row] and self._count(row) == 1:
                 start[variable] = self.file.row_lower[row] / factor
+                self.start_rows.append((row, variable, factor))
         if np.isnan(start).any():
             raise NotApplicable(UNSUITED)
         return start
 
     def _count(self, row):
-        if not hasattr(self, "_counts"):
-            self._counts = np.bincount(self.file.data["jacobian"]["row"], minlength=self.file.m)
         return self._counts[row]
 
     def _interval(self, k):
@@ -78,7 +85,7 @@ class Intervals:
     def _sort(self):
         """Blocks and linear parts of the dynamics by interval; row -> state that it defines."""
         size, after = self.nx + self.nu, set(self.states[1:].ravel().tolist())
-        rows, self._leads_to = {}, {}
+        rows, self._leads_to, self.row_of = {}, {}, {}
         for row, v, f in self.file.data["linear"]:
             if self._count(row) > 1:
                 rows.setdefault(row, []).append((v, f))
@@ -87,10 +94,14 @@ class Intervals:
             if last not in after or abs(factor) != 1.0 or self.file.row_lower[row] != self.file.row_upper[row]:
                 raise NotApplicable(UNSUITED)
             self._leads_to[row] = last
+            self.row_of[last] = row, factor
         blocks, linear = [[] for _ in range(self.N)], [[] for _ in range(self.N)]
         for block in self.file.data["blocks"]:
             touched = [v for terms in block["coefficients"] for v, _ in terms]
             k = min(touched) // size if touched else self.N
+            if self.more and k == self.N and all(row < 0 for row, f in block["outputs"] if f != 0.0):
+                self._end_blocks.append(block)
+                continue
             if k >= self.N or max(touched) >= (k + 1) * size or any(
                     row >= 0 and f != 0.0 and row not in self._leads_to for row, f in block["outputs"]):
                 raise NotApplicable(UNSUITED)  # a cost at the end, or of several intervals
@@ -101,6 +112,16 @@ class Intervals:
             if self.file.row_lower[row] != 0.0:
                 raise NotApplicable(UNSUITED)
         self._sorted = blocks, linear
+
+    def _cost_at_end(self, x):
+        import casadi as ca
+        cost = ca.SX(0)
+        for block in self._end_blocks:
+            arguments = {i: block["constants"][i] + sum((f * x[int(v - self.states[-1, 0])] for v, f in terms), ca.SX(0))
+                         for i, terms in enumerate(block["coefficients"])}
+            values = expression(self.file.data["functions"][block["function"]], arguments)
+            cost += sum((factor * value for value, (_, factor) in zip(values, block["outputs"])), ca.SX(0))
+        return ca.Function("end_cost", [x], [cost])
 
     def _outputs(self, kind, z, numbers):
         """Solves 0 = sum of linear parts and blocks for the next state; the cost of the interval."""

@@ -177,8 +177,9 @@ class CasadiBlocksqp(CasadiNlp):
 
 
 def nonlinear_peers():
+    from adapters.acados import AcadosSqp
     from adapters.uno import UnoFilterSqp, UnoIpopt
     from fatrop import CasadiFatropNonlinear
     from front_ends import DoMpc, Rockit
-    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp, UnoFilterSqp, UnoIpopt, DoMpc,
-            Rockit, *plug_ins(is_nonlinear=True)]
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, AcadosSqp, CasadiSqpmethod, CasadiBlocksqp, UnoFilterSqp,
+            UnoIpopt, DoMpc, Rockit, *plug_ins(is_nonlinear=True)]

@@ -373,7 +373,7 @@ def solver_on(program, solver, task, qp, step):
     """One solver on one instance."""
     if task.get("kind") == "loop":
         tick = {**task, "kind": None, "start": "warm"}
-        # Our program reads each file once, so each loop has a program of its own.
+        # Our program caches files by name, so each loop starts a separate program.
         return loops.LoopRun(qp, Program if solver in OURS else lambda: contextlib.nullcontext(program),
                              lambda own, one: solver_on(own, solver, tick, one, step))
     if is_nonlinear(task):
