@@ -678,6 +678,7 @@ class Scripts(OwnFolder):
         self.assertEqual(task.Ours(None, "sparse", warm, qp, None).settings, ["warm", "own start"])
         self.assertEqual(task.Peer(Levels, warm, qp, None).settings, ["level 1", "level 2", "level 3", "own start"])
         self.assertEqual(task.Peer(Fixed, warm, qp, None).settings, ["own start"])
+        self.assertEqual(task.Peer(Taker, cold, qp, None).ladder, task.LADDER)
         run = task.Peer(Taker, cold, qp, lambda step: None)
         for setting, w in (("guess", [1.0, 0.5, 9.0, 0.25, 9.0]), ("guess rolled out", [1.0, 0.5, 1.5, 0.25, 1.75])):
             run.begin(1e-8, setting)

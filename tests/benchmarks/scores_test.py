@@ -18,7 +18,9 @@ if importlib.util.find_spec("numpy") is None:
     print("skipped: numpy is not installed")
     sys.exit(77)
 import bench
+import figures
 import records
+import report
 import scores
 import table
 
@@ -93,6 +95,13 @@ class Statistics(unittest.TestCase):
         self.assertIn("piqp has the smallest mean, 0.05 s; our best is sparse with 10 s (1 of 1 and 0 of 1 solved)", text)
         self.assertIn("piqp solves 1 of 1, more than any of ours (0 %)", text)
         self.assertEqual(list(scores.behind(made({"a cold": tasks["a cold"][:1]}))), [])
+
+    def test_ours_are_compared_as_a_user_gets_them(self):
+        times = {"riccati": 0.01, "riccati-generic": 0.3, "piqp": 0.1}
+        tasks = {"a cold": [line("a cold", solver, 1, "solved", seconds) for solver, seconds in times.items()]}
+        cells = figures.by_cell(made(tasks))
+        self.assertEqual(list(report.not_first(made(tasks), cells)), ["a cold: piqp takes 100000 us, riccati-generic 300000 us."])
+        self.assertEqual(list(report.ratio_rows(list(tasks), cells, list(times)))[0][0], "time / riccati-generic's")
 
     def test_classes(self):
         tasks = {name: [line(name, "sparse", 1, "solved")] for name in ("library/x cold", "a warm", "restated/y cold", "own/z cold")}
