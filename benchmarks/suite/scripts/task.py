@@ -72,10 +72,15 @@ class Ours:
 
     def run(self, tolerance, setting, is_timed=True):
         answer = self._ask(tolerance, setting)
-        self.point = tuple(_array(answer["point"][key]) for key in ("w", "lambda", "z"))
+        self.found = answer.get("point")
         times = {key: answer["times"][key] for key in ("wall_us", "cpu_us")}
         return {**self.judge(answer), "claimed": answer["claimed"], "says_solved": answer["solved"],
                 "iterations": answer["iterations"]}, times
+
+    @property
+    def point(self):
+        """The last answer as (w, lambda, z)."""
+        return tuple(_array(self.found[key]) for key in ("w", "lambda", "z"))
 
     def _ask(self, tolerance, setting):
         self.step("solve")
@@ -88,7 +93,8 @@ class Ours:
     def judge(self, answer):
         point = answer["point"]
         found = judged(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
-        return {**found, "judges_agree": agree(found, answer, largest_sum(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z"))))}
+        terms = largest_sum(self.qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
+        return {**found, "judges_agree": agree(found, answer, terms)}
 
 
 def offered(qp):
