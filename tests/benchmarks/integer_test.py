@@ -21,7 +21,8 @@ import matrix
 import numpy as np
 import problem_files
 import task
-from quadratic_program import QuadraticProgram, judged
+from quadratic_program import QuadraticProgram
+from task import judged
 
 ROUNDING = 1e-9
 

@@ -74,7 +74,7 @@ class Liars(OwnFolder):
             os.kill(daemon, 0)
 
     def test_processes(self):
-        self.check([one for one in adapters.ALL if one.verdict in FATAL], PATIENCE=4, IMPORT_LIMIT=3, SETUP_LIMIT=3, MEMORY=0.2)
+        self.check([one for one in adapters.ALL if one.verdict in FATAL], PATIENCE=4, IMPORT_LIMIT=2, SETUP_LIMIT=2, MEMORY=0.2)
 
     def test_number(self):
         self.assertGreaterEqual(len(adapters.ALL) - 1, 28)

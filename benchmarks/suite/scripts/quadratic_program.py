@@ -122,19 +122,14 @@ def largest_sum(qp, w, row_multipliers, bound_multipliers):
     return max(_largest(slope), _largest(rows), _largest(np.maximum(1.0, np.abs(bound_multipliers)) * np.abs(w)))
 
 
-def judged(qp, w, row_multipliers, bound_multipliers):
-    """Cost and residuals of an answer. Mixed-integer programs have no multipliers: their integer variables are rounded
-    before cost and feasibility are computed, and the best known cost judges the optimum."""
-    if not len(qp.integer):
-        known = {} if qp.optimum is None else {"optimum": qp.optimum}
-        return {"objective": qp.objective(w), **known, "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}
+def integer_residual(qp, w):
+    """(the point with its integer variables rounded; its feasibility, and the largest distance to integers). Mixed-integer
+    programs have no multipliers."""
     rounded = w.copy()
     rounded[qp.integer] = np.round(w[qp.integer])
-    known = {} if qp.optimum is None else {"optimum": qp.optimum, "margin": qp.margin * (1.0 + abs(qp.optimum))}
-    return {"objective": qp.objective(rounded), **known,
-            "kkt": {"feasibility": max(_missed(rounded, qp.lower, qp.upper),
-                                       _missed(qp.jacobian.times(rounded), qp.row_lower, qp.row_upper)),
-                    "integrality": _largest(w[qp.integer] - rounded[qp.integer])}}
+    return rounded, {"feasibility": max(_missed(rounded, qp.lower, qp.upper),
+                                        _missed(qp.jacobian.times(rounded), qp.row_lower, qp.row_upper)),
+                     "integrality": _largest(w[qp.integer] - rounded[qp.integer])}
 
 
 def _rolled_out(qp, guess):

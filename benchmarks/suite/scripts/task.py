@@ -24,7 +24,7 @@ from nonlinear_judge import NonlinearJudge, lifted
 from nonlinear_program import NoFile, NonlinearFile, read_nonlinear
 from package import end_with_parent
 from program import Program, ProgramDied, ProgramError
-from quadratic_program import judged, largest_sum, points_of, read_program
+from quadratic_program import integer_residual, kkt_residual, largest_sum, points_of, read_program
 from toy import Endless, Toy
 
 OURS = ("riccati", "riccati-generic", "sparse", "ipopt")  # the last on nonlinear programs only
@@ -225,6 +225,16 @@ def agree(found, answer, terms=0.0):
 def _array(values):
     import numpy
     return numpy.array([float("nan") if v is None else v for v in values], dtype=float)
+
+
+def judged(qp, w, row_multipliers, bound_multipliers):
+    """Cost and residuals of an answer. The best known cost judges the optimum of mixed-integer programs."""
+    known = {} if qp.optimum is None else {"optimum": qp.optimum}
+    if not len(qp.integer):
+        return {"objective": qp.objective(w), **known, "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}
+    rounded, residual = integer_residual(qp, w)
+    margin = {"margin": qp.margin * (1.0 + abs(qp.optimum))} if known else {}
+    return {"objective": qp.objective(rounded), **known, **margin, "kkt": residual}
 
 
 def verdict(answer, accepted):
