@@ -9,7 +9,7 @@ programs only, because it returns no multipliers of quadratic ones.
 
 import numpy as np
 
-from peers import Adapter, Answer
+from peers import Adapter, Answer, NotApplicable
 
 
 class Scip(Adapter):
@@ -20,6 +20,8 @@ class Scip(Adapter):
 
     def __init__(self, qp, tolerance):
         import pyscipopt
+        if not len(qp.integer):
+            raise NotApplicable("it returns no multipliers, so it is used for mixed-integer programs only")
         self.qp = qp
         model = self.model = pyscipopt.Model()
         model.hideOutput()
