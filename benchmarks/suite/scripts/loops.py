@@ -123,7 +123,7 @@ class Loop:
 def described():
     about = {"masses": "closed loop: masses between springs", "pendulum": "closed loop: a pendulum on a cart"}
     return [{"name": PREFIX + name, "about": text, "instances": INSTANCES, "horizon": {"masses": 20, "pendulum": 30}[name],
-             "warm": False, "kind": "loop"} for name, text in about.items()]
+             "warm": False, "kind": "loop", "on_request": True} for name, text in about.items()]
 
 
 class LoopRun:
