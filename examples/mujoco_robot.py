@@ -28,7 +28,7 @@ except ImportError as error:
 
 HEADER = struct.Struct("<IHHIIIHHQq")  # magic, version, type, size, checksum, robot, joints, flags, sequence, time in ns
 MAGIC, VERSION, SENSORS, COMMAND = 0x4C544C53, 1, 1, 2
-START, STAND, BALANCE, HOLD, DAMP, RELEASE = range(6)
+START, STAND, BALANCE, HOLD, DAMP, RELEASE, CHECK = range(7)
 
 
 class Protocol:
@@ -180,6 +180,7 @@ def main():
     parser.add_argument("--guard-damping", type=float, default=0.2, help="dampers of the guard, torque limits per rad/s")
     parser.add_argument("--guard-release", type=float, default=0.3, help="time after which the guard releases, s")
     parser.add_argument("--fault", choices=["nan", "clock", "stuck", "silence"], help="a fault to simulate")
+    parser.add_argument("--fault-joint", type=int, default=3, help="number of the joint of a fault")
     parser.add_argument("--fault-at", type=float, default=1.0, help="its start, s")
     o = parser.parse_args()
 
@@ -198,7 +199,7 @@ def main():
         readings, stamp = body.sensors(), now
         if o.fault and t >= o.fault_at:
             if o.fault == "nan":
-                readings[22 + 3] = math.nan
+                readings[22 + o.fault_joint] = math.nan
             if o.fault == "clock":
                 stamp = now - (t - o.fault_at)
         if not (o.fault == "silence" and t >= o.fault_at):
@@ -218,12 +219,12 @@ def main():
         if o.pace == 0.0 and not on_stand and answered < delivered and delivered > before:
             is_alive = False  # do not wait for a controller that has gone
         for one in back.take(now):
-            if one[0] > newest:
+            if one[0] > newest or (one[2] == STAND and now - commanded_at >= o.guard_release):  # a new controller
                 newest, state, command, commanded_at = one[0], one[2], one[3:], now
         on_stand = on_stand and state != BALANCE
         sequence += 1
         if on_stand:  # the joints follow the commands, the base does not move
-            if state == STAND:
+            if state in (STAND, CHECK):
                 body.data.qpos[body.q] = command[1]
                 mujoco.mj_forward(body.model, body.data)
             if time.perf_counter() - waiting_since > 30.0:
@@ -238,8 +239,8 @@ def main():
             guarded += 1
             body.drive((zeros, zeros, zeros, zeros, o.guard_damping * limit * (silent < o.guard_release)), 0.0)
         if o.fault == "stuck" and t >= o.fault_at:
-            body.data.qvel[body.v[3]] = 0.0
-            body.model.dof_damping[body.v[3]] = 1e4
+            body.data.qvel[body.v[o.fault_joint]] = 0.0
+            body.model.dof_damping[body.v[o.fault_joint]] = 1e4
         body.data.xfrc_applied[chest, :3] = force if o.push_at <= t < o.push_at + o.push_for else 0.0
         mujoco.mj_step(body.model, body.data)
         k += 1

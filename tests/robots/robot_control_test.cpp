@@ -336,7 +336,8 @@ class Reactions : public ::testing::Test {
   Reactions()
       : lines(read_recorded_run(SALTUS_RECORDED_RUN, biped.robot.joints())),
         controller(new_controller()),
-        control(controller, biped.robot, biped.start, options()) {}
+        balance(controller, biped.start),
+        control(balance, joints_of(biped.robot, biped.start.q), options()) {}
 
   BalanceController new_controller() const {
     return biped.controller(std::make_unique<TreeDynamics>(biped.robot), biped.sensor_estimator());
@@ -396,6 +397,7 @@ class Reactions : public ::testing::Test {
   walking::SyntheticBalance biped;
   std::vector<RecordedLine> lines;
   BalanceController controller;
+  BalanceLink balance;
   RobotControl control;
 };
 
@@ -455,7 +457,8 @@ TEST_F(Reactions, BridgesLostReadings) {
 TEST_F(Reactions, StopsSoftlyAtNan) {
   for (const bool encoder : {true, false}) {
     BalanceController fresh = new_controller();
-    RobotControl one(fresh, biped.robot, biped.start, options());
+    BalanceLink link(fresh, biped.start);
+    RobotControl one(link, joints_of(biped.robot, biped.start.q), options());
     for (std::size_t k = 0; k < 10; ++k) one.update(message(k));
     SensorMessage bad = message(10);
     (encoder ? bad.q[2] : bad.specific_force[1]) = nan;
@@ -489,7 +492,8 @@ TEST_F(Reactions, StopsSoftlyAtAJumpAndBeyondALimit) {
   expect_soft_stop(9);
 
   BalanceController fresh = new_controller();
-  RobotControl one(fresh, biped.robot, biped.start, options());
+  BalanceLink link(fresh, biped.start);
+  RobotControl one(link, joints_of(biped.robot, biped.start.q), options());
   for (std::size_t k = 0; k < 10; ++k) one.update(message(k));
   bad = message(10);
   bad.q[0] = biped.robot.bodies[1].position.upper + 0.1;
@@ -500,7 +504,7 @@ TEST_F(Reactions, StopsSoftlyAtAJumpAndBeyondALimit) {
 TEST_F(Reactions, CutsTorquesToTheLimits) {
   FloatingRobot weak = biped.robot;
   for (FloatingRobot::Body& body : weak.bodies) body.effort = 1.0;
-  RobotControl one(controller, weak, biped.start, options());
+  RobotControl one(balance, joints_of(weak, biped.start.q), options());
   ASSERT_NE(one.update(message(0)), nullptr);
   EXPECT_EQ(one.command().commands.torques.lpNorm<Eigen::Infinity>(), 1.0);
   EXPECT_EQ(one.cut(), 1);
@@ -567,10 +571,7 @@ class Loop : public Reactions {
     if (robot > 0) ::waitpid(robot, nullptr, 0);
   }
   std::vector<std::string> joints() const {
-    std::vector<std::string> all;
-    for (const FloatingRobot::Body& b : biped.robot.bodies)
-      if (b.parent >= 0) all.push_back(b.joint);
-    return all;
+    return names_of(joints_of(biped.robot, biped.start.q));
   }
   void start_robot(double pace, bool requests_stop) {
     const std::string address = "udp:" + std::to_string(port_of(*link));
@@ -664,7 +665,7 @@ TEST_F(Loop, LogsWhileItRuns) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("saltus_log_" + std::to_string(::getpid()));
   {
-    ControlLog log(file, biped.robot, 2);
+    ControlLog log(file, joints_of(biped.robot, biped.start.q), 2);
     for (std::size_t k = 0; k < 100; ++k) {
       control.update(message(k));
       const SensorMessage readings = message(k);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +17,8 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/control/control_process.hpp"
+#include "saltus/robots/control/link_file.hpp"
+#include "saltus/robots/control/plugin_controller.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/mujoco/mjcf.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
@@ -28,11 +31,12 @@ using control::ControlLog;
 using control::ProcessResult;
 using control::RobotControl;
 
-constexpr const char* summary = "balances a robot in another process, through UDP or shared memory";
+constexpr const char* summary =
+    "balances a robot in another process, or runs a plugin, through UDP or shared memory";
 
 struct Request {
-  std::string link, mjcf;
-  std::optional<std::filesystem::path> config;
+  std::string link, mjcf, plugin, controller;
+  std::optional<std::filesystem::path> config, robot;
   std::filesystem::path out = "results/control";
   std::vector<Assignment> assignments;
   control::ControlOptions control;
@@ -73,6 +77,11 @@ Request parse(std::span<const std::string> arguments) {
   };
   parser.option("--link", "LINK", "udp:PORT, udp:ADDRESS:PORT or shm:NAME", r.link)
       .option("--mjcf", "FILE", "write the model of the robot for MuJoCo instead", r.mjcf)
+      .option("--plugin", "FILE",
+              "run a controller of this shared library, for the joints of --robot", r.plugin)
+      .option("--controller", "NAME", "one of the controllers of the plugin", r.controller)
+      .option("--robot", "FILE", "joints, gains, filters and guards of the robot as YAML",
+              [&](const std::string& file) { r.robot = file; })
       .option("--config", "FILE", "settings of push_recovery as YAML",
               [&](const std::string& file) { r.config = file; })
       .repeated("--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
@@ -101,6 +110,13 @@ Request parse(std::span<const std::string> arguments) {
     throw InputError(
         "control: give one of --link LINK and --mjcf FILE; LINK is udp:PORT, udp:ADDRESS:PORT or "
         "shm:NAME");
+  if (!r.is_help && !r.plugin.empty()) {
+    if (r.config || !r.assignments.empty() || !r.mjcf.empty())
+      throw InputError("control: --plugin takes neither --mjcf nor settings of push_recovery");
+    if (!r.robot) throw InputError("control: --plugin needs the joints of the robot, --robot FILE");
+  }
+  if (!r.is_help && r.plugin.empty() && !r.controller.empty())
+    throw InputError("control: --controller names a controller of --plugin FILE");
   return r;
 }
 
@@ -121,13 +137,6 @@ Model make_model(const BipedProblem& problem, const RobotDescription& robot) {
   FloatingRobot body = with_drives_scaled(described, settings.plant.drives);
   WholeBodyState start = standing_state(body, urdf, robot, problem.posture(robot));
   return {std::move(body), with_drives_scaled(std::move(described), drives), std::move(start)};
-}
-
-std::vector<std::string> joints_of(const FloatingRobot& body) {
-  std::vector<std::string> names;
-  for (const FloatingRobot::Body& b : body.bodies)
-    if (b.parent >= 0) names.push_back(b.joint);
-  return names;
 }
 
 Json to_json(const LatencyHistogram& times) {
@@ -169,7 +178,85 @@ Outcome outcome(const ProcessResult& result, const RobotControl& robot) {
   return {ExitStatus::ok, "request", {}};
 }
 
-ExitStatus drive(const Request& request, const BipedProblem& problem, const std::string& config) {
+// A robot with these joints, its controller, and their names for the log.
+struct Setup {
+  std::vector<control::LinkJoint> joints = {};
+  control::ControlOptions options = {};
+  std::string name = {}, config = {};
+};
+
+ExitStatus drive(const Request& request, const Setup& setup, control::LinkController& controller,
+                 const std::function<Json()>& more) {
+  RobotControl robot(controller, setup.joints, setup.options);
+  control::Codec codec(control::names_of(setup.joints));
+  const std::unique_ptr<control::RobotLink> link =
+      control::open_link(request.link, control::LinkSide::controller);
+  OutputFolder output(request.out);
+  replace_earlier_run(output);
+  if (!setup.config.empty()) output.write("config.yaml", std::string_view(setup.config));
+  output.write("robot.yaml", std::string_view(control::to_link_file(setup.joints, setup.options)));
+  ProcessResult result;
+  long dropped = 0;
+  {
+    ControlLog log(output.path() / "trajectory.csv", setup.joints, request.log_every);
+    apply(request.real_time);
+    const int port = control::port_of(*link);
+    fmt::print("robot: {}, {} joints, period {} s; listening at {}\n", setup.name, codec.joints(),
+               setup.options.period, port > 0 ? fmt::format("UDP port {}", port) : request.link);
+    std::fflush(stdout);
+    const DeferSignals note;
+    result = run_control(
+        *link, codec, robot, request.process, [] { return DeferSignals::received() != 0; }, &log);
+    dropped = log.dropped();
+  }
+  const control::LinkCounts& counts = robot.counts();
+  const Outcome end = outcome(result, robot);
+  Json results{{"end", end.name},
+               {"fault", end.sentence},
+               {"balanced_s", robot.balanced()},
+               {"wall_s", result.seconds},
+               {"messages",
+                {{"received", counts.received},
+                 {"used", counts.used},
+                 {"lost", robot.lost()},
+                 {"late", counts.late},
+                 {"duplicate", counts.duplicate},
+                 {"refused", counts.refused},
+                 {"readings_replaced", counts.replaced}}},
+               {"torques_cut", robot.cut()},
+               {"stuck_joint_speed", robot.stuck().worst()},
+               {"log_rows_dropped", dropped},
+               {"page_faults", result.page_faults},
+               {"answer", to_json(result.answer)},
+               {"stamp_to_command", to_json(result.stamp)}};
+  results.update(more());
+  output.write("summary.json", results);
+  write_run_file(output, "control");
+  fmt::print(
+      "controlled for {:.3f} s; messages: {} received, {} lost, {} late, {} duplicate, {} "
+      "refused; {} readings replaced\n",
+      robot.balanced(), counts.received, robot.lost(), counts.late, counts.duplicate,
+      counts.refused, counts.replaced);
+  print_times("from arrival to command", result.answer);
+  print_times("from time stamp to command", result.stamp);
+  if (!end.sentence.empty()) fmt::print(stderr, "saltus: control: {}\n", end.sentence);
+  return end.status;
+}
+
+ExitStatus run_plugin(const Request& request) {
+  Setup setup{.options = request.control, .name = request.plugin};
+  control::read_link_file(*request.robot, setup.joints, setup.options);
+  control::PluginController controller(request.plugin, request.controller,
+                                       static_cast<int>(setup.joints.size()), setup.options.period);
+  const ExitStatus status = drive(request, setup, controller, [&controller] {
+    return Json{{"tick", to_json(controller.ticks())},
+                {"ticks_without_plan", controller.without_plan()}};
+  });
+  print_times("tick of the controller", controller.ticks());
+  return status;
+}
+
+ExitStatus balance(const Request& request, const BipedProblem& problem, std::string config) {
   const BipedSettings& settings = problem.settings();
   if (settings.plant.sensors != PlantSettings::Sensors::measured)
     throw InputError(
@@ -177,66 +264,25 @@ ExitStatus drive(const Request& request, const BipedProblem& problem, const std:
         "--sensors, or use --sensors measured");
   const RobotDescription robot = robot_of(settings);
   const Model model = make_model(problem, robot);
-  control::ControlOptions options = request.control;
-  options.period = settings.plant.engine.step;
+  Setup setup{.joints = control::joints_of(model.body, model.start.q),
+              .options = request.control,
+              .name = model.body.name,
+              .config = std::move(config)};
+  setup.options.period = settings.plant.engine.step;
+  if (request.robot) control::read_link_file(*request.robot, setup.joints, setup.options);
+  if (setup.options.period != settings.plant.engine.step)
+    throw InputError(fmt::format("{}: the period is {} s, but simulator.step_s is {} s",
+                                 request.robot->string(), setup.options.period,
+                                 settings.plant.engine.step));
   BalanceController controller =
       make_balance_controller(problem, robot, model.nominal, make_dart_dynamics(model.nominal),
-                              initial_scene(problem, robot), options.period);
-  RobotControl robot_control(controller, model.body, model.start, options);
-  control::Codec codec(joints_of(model.body));
-  const std::unique_ptr<control::RobotLink> link =
-      control::open_link(request.link, control::LinkSide::controller);
-  OutputFolder output(request.out);
-  replace_earlier_run(output);
-  output.write("config.yaml", std::string_view(config));
-  ProcessResult result;
-  long dropped = 0;
-  {
-    ControlLog log(output.path() / "trajectory.csv", model.body, request.log_every);
-    apply(request.real_time);
-    const int port = control::port_of(*link);
-    fmt::print("robot: {}, {} joints, period {} s; listening at {}\n", model.body.name,
-               codec.joints(), options.period,
-               port > 0 ? fmt::format("UDP port {}", port) : request.link);
-    std::fflush(stdout);
-    const DeferSignals note;
-    result = run_control(
-        *link, codec, robot_control, request.process, [] { return DeferSignals::received() != 0; },
-        &log);
-    dropped = log.dropped();
-  }
-  const control::LinkCounts& counts = robot_control.counts();
-  const Outcome end = outcome(result, robot_control);
-  output.write("summary.json", Json{{"end", end.name},
-                                    {"fault", end.sentence},
-                                    {"balanced_s", robot_control.balanced()},
-                                    {"wall_s", result.seconds},
-                                    {"messages",
-                                     {{"received", counts.received},
-                                      {"used", counts.used},
-                                      {"lost", robot_control.lost()},
-                                      {"late", counts.late},
-                                      {"duplicate", counts.duplicate},
-                                      {"refused", counts.refused},
-                                      {"readings_replaced", counts.replaced}}},
-                                    {"torques_cut", robot_control.cut()},
-                                    {"log_rows_dropped", dropped},
-                                    {"page_faults", result.page_faults},
-                                    {"answer", to_json(result.answer)},
-                                    {"stamp_to_command", to_json(result.stamp)}});
-  write_run_file(output, "control");
-  fmt::print(
-      "balanced for {:.3f} s; messages: {} received, {} lost, {} late, {} duplicate, {} "
-      "refused; {} readings replaced\n",
-      robot_control.balanced(), counts.received, robot_control.lost(), counts.late,
-      counts.duplicate, counts.refused, counts.replaced);
-  print_times("from arrival to command", result.answer);
-  print_times("from time stamp to command", result.stamp);
-  if (!end.sentence.empty()) fmt::print(stderr, "saltus: control: {}\n", end.sentence);
-  return end.status;
+                              initial_scene(problem, robot), setup.options.period);
+  control::BalanceLink link(controller, model.start);
+  return drive(request, setup, link, [] { return Json::object(); });
 }
 
 ExitStatus run(const Request& request, ConfigurableBiped& problem) {
+  if (!request.plugin.empty()) return run_plugin(request);
   Settings settings;
   problem.declare(settings);
   std::vector<Assignment> assignments = request.assignments;
@@ -245,7 +291,7 @@ ExitStatus run(const Request& request, ConfigurableBiped& problem) {
   settings.apply(request.config, assignments);
   for (const std::string& warning : settings.warnings())
     fmt::print(stderr, "saltus: {}\n", warning);
-  if (request.mjcf.empty()) return drive(request, problem, settings.to_yaml());
+  if (request.mjcf.empty()) return balance(request, problem, settings.to_yaml());
   const RobotDescription robot = robot_of(problem.settings());
   const Model model = make_model(problem, robot);
   const OutputFolder output = folder_of_file("--mjcf", request.mjcf);

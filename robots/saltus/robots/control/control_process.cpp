@@ -68,7 +68,8 @@ struct ControlLog::Writer {
   }
 };
 
-ControlLog::ControlLog(const std::filesystem::path& file, const FloatingRobot& body, int every)
+ControlLog::ControlLog(const std::filesystem::path& file, const std::vector<LinkJoint>& joints,
+                       int every)
     : writer_(std::make_unique<Writer>()), every_(every) {
   writer_->file = std::fopen(file.c_str(), "w");
   if (writer_->file == nullptr)
@@ -76,9 +77,8 @@ ControlLog::ControlLog(const std::filesystem::path& file, const FloatingRobot& b
   std::string names = "t [s],mode,sequence,answer [s],replaced";
   for (const auto& [kind, unit] :
        {std::pair{"q", "rad"}, std::pair{"dq", "rad/s"}, std::pair{"torque", "Nm"}})
-    for (int i = 0; i < body.joints(); ++i)
-      names += fmt::format(",{}_{} [{}]", kind, body.bodies[static_cast<std::size_t>(i) + 1].joint,
-                           unit);
+    for (const LinkJoint& joint : joints)
+      names += fmt::format(",{}_{} [{}]", kind, joint.name, unit);
   for (const char* quantity : {"angular_velocity", "specific_force"})
     for (const char* axis : {"x", "y", "z"})
       names += fmt::format(",{}_{} [{}]", quantity, axis, quantity[0] == 'a' ? "rad/s" : "m/s^2");
@@ -221,6 +221,7 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
     }
     if (log != nullptr)
       log->add(readings, *command, answered, control.counts().replaced - replaced);
+    control.prepare();
   }
   result.page_faults = page_faults() - faults;
   result.seconds = seconds_between(begin, WallClock::now());

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/control/robot_control.hpp"
@@ -19,7 +20,7 @@ class ControlLog {
  public:
   /// Creates the table. Logs one of `every` commands. Throws InputError if the file cannot be
   /// written.
-  ControlLog(const std::filesystem::path& file, const FloatingRobot& body, int every);
+  ControlLog(const std::filesystem::path& file, const std::vector<LinkJoint>& joints, int every);
   ~ControlLog();
   ControlLog(const ControlLog&) = delete;
   ControlLog& operator=(const ControlLog&) = delete;

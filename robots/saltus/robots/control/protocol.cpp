@@ -141,7 +141,7 @@ bool SensorMessage::is_finite() const {
 }
 
 const char* describe(ControlState state) {
-  constexpr std::array names{"start", "stand", "balance", "hold", "damp", "release"};
+  constexpr std::array names{"start", "stand", "balance", "hold", "damp", "release", "check"};
   const auto i = static_cast<std::size_t>(state);
   return i < names.size() ? names[i] : "unknown";
 }

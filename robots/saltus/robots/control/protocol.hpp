@@ -39,14 +39,15 @@ struct SensorMessage {
   bool is_finite() const;
 };
 
-/// States of the controller, in the order of a run.
+/// States of the controller; the first six in the order of a run.
 enum class ControlState : std::uint32_t {
   start,    ///< waits for the first readings; no torque
   stand,    ///< moves the joints into the posture of the start
   balance,  ///< BalanceController
   hold,     ///< soft stop: the last torques, and springs around the last positions
   damp,     ///< soft stop: torques and springs fade, dampers remain
-  release   ///< no torque
+  release,  ///< no torque
+  check     ///< moves one joint after the other, for a robot that hangs; instead of `balance`
 };
 /// Name of the state in tables and messages.
 const char* describe(ControlState state);

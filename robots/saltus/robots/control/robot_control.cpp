@@ -11,6 +11,22 @@
 namespace saltus::robots::control {
 namespace {
 
+VectorXd efforts_of(const std::vector<LinkJoint>& joints) {
+  VectorXd efforts(std::ssize(joints));
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    efforts[static_cast<Eigen::Index>(i)] = joints[i].effort;
+  return efforts;
+}
+
+// First-order filter of one period: `value` becomes the filtered one, which is kept in `last`.
+template <class Vector>
+void low_pass(double bandwidth, double period, Vector& value, Vector& last) {
+  if (bandwidth <= 0.0) return;
+  const double weight = -std::expm1(-2.0 * 3.14159265358979323846 * bandwidth * period);
+  last += weight * (value - last);
+  value = last;
+}
+
 // Smooth motion from 0 to 1 with zero speed at both ends.
 double smooth(double s) {
   s = std::clamp(s, 0.0, 1.0);
@@ -24,30 +40,29 @@ void resize(SensorMessage& readings, Eigen::Index n) {
 
 }  // namespace
 
-RobotControl::RobotControl(walking::BalanceController& controller, const FloatingRobot& body,
-                           WholeBodyState posture, ControlOptions options)
-    : controller_(controller), body_(body), posture_(std::move(posture)), options_(options) {
-  const int n = body.joints();
-  if (posture_.q.size() != n)
-    throw DefinitionError(fmt::format("robot control: the posture has {} joints, the robot {}",
-                                      posture_.q.size(), n));
-  effort_.resize(n);
-  speed_.resize(n);
-  lower_.resize(n);
-  upper_.resize(n);
-  for (int i = 0; i < n; ++i) {
-    const FloatingRobot::Body& b = body.bodies[static_cast<std::size_t>(i) + 1];
-    if (!(b.effort < infinity))
-      throw InputError(fmt::format(
-          "the joint {} has no largest torque; a robot in another process needs one in its URDF",
-          b.joint));
-    effort_[i] = b.effort;
-    speed_[i] = b.velocity;
-    lower_[i] = b.position.lower;
-    upper_[i] = b.position.upper;
+RobotControl::RobotControl(LinkController& controller, std::vector<LinkJoint> joints,
+                           ControlOptions options)
+    : controller_(controller),
+      joints_(std::move(joints)),
+      options_(options),
+      effort_(efforts_of(joints_)),
+      stuck_(effort_, {.time = options.stuck_time,
+                       .motion = options.stuck_motion,
+                       .speed = options.stuck_speed,
+                       .torque = options.stuck_torque}) {
+  const std::ptrdiff_t n = std::ssize(joints_);
+  start_.resize(n);
+  springs_.resize(n);
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const LinkJoint& joint = joints_[static_cast<std::size_t>(i)];
+    start_[i] = joint.start;
+    springs_[i] = joint.gain * joint.effort;
   }
   resize(last_, n);
-  from_ = held_torques_ = readings_.q = VectorXd::Zero(n);
+  resize(readings_, n);
+  resize(filtered_, n);
+  torques_ = VectorXd::Zero(n);
+  from_ = held_torques_ = VectorXd::Zero(n);
   Robot::Commands& c = command_.commands;
   for (VectorXd* part : {&c.torques, &c.positions, &c.velocities, &c.stiffness, &c.damping})
     *part = VectorXd::Zero(n);
@@ -94,16 +109,17 @@ bool RobotControl::is_new(std::uint64_t sequence) {
 // s.
 std::string RobotControl::implausible(const SensorMessage& r, double elapsed) const {
   for (Eigen::Index i = 0; i < r.q.size(); ++i) {
-    const std::string& joint = body_.bodies[static_cast<std::size_t>(i) + 1].joint;
+    const LinkJoint& joint = joints_[static_cast<std::size_t>(i)];
     if (!std::isfinite(r.q[i]) || !std::isfinite(r.dq[i]))
-      return fmt::format("the encoder of {} reads NaN; check this sensor", joint);
-    if (r.q[i] < lower_[i] - options_.beyond_limit || r.q[i] > upper_[i] + options_.beyond_limit)
+      return fmt::format("the encoder of {} reads NaN; check this sensor", joint.name);
+    if (r.q[i] < joint.position.lower - options_.beyond_limit ||
+        r.q[i] > joint.position.upper + options_.beyond_limit)
       return fmt::format(
-          "{} is at {:.3f} rad, beyond its limits {:.3f} to {:.3f}; check its encoder", joint,
-          r.q[i], lower_[i], upper_[i]);
+          "{} is at {:.3f} rad, beyond its limits {:.3f} to {:.3f}; check its encoder", joint.name,
+          r.q[i], joint.position.lower, joint.position.upper);
     const double moved = std::abs(r.q[i] - last_.q[i]);
-    if (has_readings_ && moved > options_.speed_factor * speed_[i] * elapsed)
-      return fmt::format("{} has jumped by {:.3f} rad in {:.0f} ms; check its encoder", joint,
+    if (has_readings_ && moved > options_.speed_factor * joint.speed * elapsed)
+      return fmt::format("{} has jumped by {:.3f} rad in {:.0f} ms; check its encoder", joint.name,
                          moved, 1e3 * elapsed);
   }
   if (!r.is_finite()) return "the inertial or force sensors read NaN; check these sensors";
@@ -134,7 +150,7 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
   const std::uint64_t periods = has_readings_ ? readings.sequence - last_.sequence : 1;
   const double elapsed = static_cast<double>(periods) * options_.period;
   std::string reason = implausible(readings, elapsed);
-  if (reason.empty() && command_.state == ControlState::balance &&
+  if (reason.empty() && is_running() &&
       periods > static_cast<std::uint64_t>(options_.most_missing) + 1)
     reason = fmt::format("{} consecutive messages of the robot were lost; check the connection",
                          periods - 1);
@@ -154,15 +170,16 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
       command_.state = ControlState::stand;
       [[fallthrough]];
     case ControlState::stand:
-      if ((readings.q - posture_.q).cwiseAbs().maxCoeff() < options_.near) {
-        begin_balance(readings);
-        balance(readings, 1);
+      if ((readings.q - start_).cwiseAbs().maxCoeff() < options_.near) {
+        begin(readings);
+        run(readings, 1);
       } else {
         stand(elapsed);
       }
       break;
     case ControlState::balance:
-      balance(readings, static_cast<long>(periods));
+    case ControlState::check:
+      run(readings, static_cast<long>(periods));
       break;
     case ControlState::hold:
     case ControlState::damp:
@@ -181,17 +198,17 @@ void RobotControl::stand(double elapsed) {
   stood_for_ += elapsed;
   if (stood_for_ > options_.stand + 2.0) {
     Eigen::Index worst = 0;
-    const double left = (last_.q - posture_.q).cwiseAbs().maxCoeff(&worst);
+    const double left = (last_.q - start_).cwiseAbs().maxCoeff(&worst);
     stop(
         fmt::format("{} stays {:.3f} rad away from the posture of the start; check whether it is "
                     "blocked",
-                    body_.bodies[static_cast<std::size_t>(worst) + 1].joint, left));
+                    joints_[static_cast<std::size_t>(worst)].name, left));
     continue_stop(0.0);
     return;
   }
   const double s = smooth(stood_for_ / options_.stand);
   command_.commands.torques.setZero();
-  readings_.q.noalias() = from_ + s * (posture_.q - from_);
+  readings_.q.noalias() = from_ + s * (start_ - from_);
   spring_to(readings_.q);
   answer();
 }
@@ -200,68 +217,83 @@ void RobotControl::spring_to(const VectorXd& positions) {
   Robot::Commands& c = command_.commands;
   c.positions = positions;
   c.velocities.setZero();
-  c.stiffness = options_.stiffness * effort_;
-  c.damping = options_.damping * effort_;
+  c.stiffness = options_.stiffness * springs_;
+  c.damping = options_.damping * springs_;
 }
 
-void RobotControl::begin_balance(const SensorMessage& r) {
-  command_.state = ControlState::balance;
+void RobotControl::begin(const SensorMessage& r) {
+  command_.state = controller_.state();
   balance_periods_ = 0;
-  readings_.time = 0.0;
-  readings_.q = r.q;
-  readings_.has_new_positions = true;
-  readings_.angular_velocity = r.angular_velocity;
-  readings_.specific_force = r.specific_force;
-  readings_.left = r.left;
-  readings_.right = r.right;
-  last_ = r;
-  controller_.start(posture_, readings_);
+  last_ = filtered_ = r;
+  torques_.setZero();
+  stuck_.start(r.q);
+  controller_.start(r);
+}
+
+void RobotControl::filter(SensorMessage& r) {
+  const double dt = options_.period;
+  low_pass(options_.inertial_hz, dt, r.angular_velocity, filtered_.angular_velocity);
+  low_pass(options_.inertial_hz, dt, r.specific_force, filtered_.specific_force);
+  low_pass(options_.force_hz, dt, r.left, filtered_.left);
+  low_pass(options_.force_hz, dt, r.right, filtered_.right);
+  low_pass(options_.velocity_hz, dt, r.dq, filtered_.dq);
 }
 
 // The controller expects readings in every period. Missing ones are interpolated.
-void RobotControl::balance(const SensorMessage& r, long periods) {
+void RobotControl::run(const SensorMessage& r, long periods) {
+  const Robot::Commands* computed = nullptr;
   for (long i = 1; i <= periods; ++i) {
     const double s = static_cast<double>(i) / static_cast<double>(periods);
-    readings_.time = static_cast<double>(balance_periods_++) * options_.period;
-    readings_.q.noalias() = (1.0 - s) * last_.q + s * r.q;
-    readings_.angular_velocity = (1.0 - s) * last_.angular_velocity + s * r.angular_velocity;
-    readings_.specific_force = (1.0 - s) * last_.specific_force + s * r.specific_force;
-    readings_.left = (1.0 - s) * last_.left + s * r.left;
-    readings_.right = (1.0 - s) * last_.right + s * r.right;
-    controller_.update(readings_);
+    const auto between = [s, &r, this](auto member) {
+      (readings_.*member).noalias() = (1.0 - s) * (last_.*member) + s * (r.*member);
+    };
+    readings_.sequence = r.sequence - static_cast<std::uint64_t>(periods - i);
+    readings_.time = r.time;
+    readings_.orientation = r.orientation;
+    between(&SensorMessage::q);
+    between(&SensorMessage::dq);
+    between(&SensorMessage::angular_velocity);
+    between(&SensorMessage::specific_force);
+    between(&SensorMessage::left);
+    between(&SensorMessage::right);
+    const double time = static_cast<double>(balance_periods_++) * options_.period;
+    filter(readings_);
+    computed = &controller_.update(time, readings_);
   }
   counts_.replaced += periods - 1;
-  const Robot::Commands& computed = controller_.commands();
   Robot::Commands& c = command_.commands;
-  c.torques = computed.torques;
-  if (computed.positions.size() == c.positions.size()) {
-    c.positions = computed.positions;
-    c.velocities = computed.velocities;
-    c.stiffness = computed.stiffness;
-    c.damping = computed.damping;
+  const double elapsed = static_cast<double>(periods) * options_.period;
+  c.torques = computed->torques;
+  low_pass(options_.torque_hz, elapsed, c.torques, torques_);
+  if (computed->positions.size() == c.positions.size()) {
+    c.positions = computed->positions;
+    c.velocities = computed->velocities;
+    c.stiffness = computed->stiffness;
+    c.damping = computed->damping;
   } else {
     c.positions = r.q;
     for (VectorXd* part : {&c.velocities, &c.stiffness, &c.damping}) part->setZero();
   }
-  const Eigen::Isometry3d& base = controller_.estimate().state.base;
-  const double tilt =
-      std::acos(std::clamp(base.linear().col(2).dot(posture_.base.linear().col(2)), -1.0, 1.0));
   if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite() ||
       !c.stiffness.allFinite() || !c.damping.allFinite()) {
     c.torques.setZero();
     stop("the controller computed NaN; please report it with the folder of this run");
-  } else if (!(tilt < options_.largest_tilt)) {
+  } else if (std::string reason = controller_.fault(); !reason.empty()) {
+    stop(std::move(reason));
+  } else if (const Eigen::Index i =
+                 stuck_.update(elapsed, r.q, r.dq, c, controller_.accelerations());
+             i >= 0) {
     stop(
-        fmt::format("the robot has fallen: its base is inclined by {:.2f} rad; put it into its "
-                    "first posture and start again",
-                    tilt));
-  } else if (balanced() >= options_.balance) {
+        fmt::format("{} has not moved for {:.2f} s although it is driven; check whether it is "
+                    "blocked, and its motor",
+                    joints_[static_cast<std::size_t>(i)].name, options_.stuck_time));
+  } else if (controller_.is_done() || balanced() >= options_.balance) {
     stop();
   }
-  if (command_.state != ControlState::balance)
-    continue_stop(0.0);
-  else
+  if (is_running())
     answer();
+  else
+    continue_stop(0.0);
 }
 
 const CommandMessage& RobotControl::continue_stop(double seconds) {

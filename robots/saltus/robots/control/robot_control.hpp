@@ -1,4 +1,4 @@
-// Drives a robot in another process with a BalanceController: states, guards and the soft stop. No
+// Drives a robot in another process with a LinkController: states, guards and the soft stop. No
 // sockets and no clock, so that every reaction can be tested.
 #pragma once
 
@@ -6,17 +6,18 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "saltus/robots/control/link_controller.hpp"
 #include "saltus/robots/control/protocol.hpp"
-#include "saltus/robots/walking/balance_controller.hpp"
-#include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/control/stuck_joints.hpp"
 
 namespace saltus::robots::control {
 
 /// Options of RobotControl. Springs and dampers are multiples of the largest torque of each joint.
 struct ControlOptions {
   double period = 0.001;                  ///< period of the readings, s
-  double balance = infinity;              ///< duration of the state `balance`, s
+  double balance = infinity;              ///< duration of the state `balance` or `check`, s
   double stand = 2.0;                     ///< duration of the state `stand`, s
   double hold = 0.3, damp = 1.0;          ///< durations of these states, s
   double stiffness = 5.0, damping = 0.2;  ///< springs of `stand`, `hold` and `damp`: 1/rad, s/rad
@@ -25,7 +26,12 @@ struct ControlOptions {
   double beyond_limit = 0.05;  ///< rad, by which a joint may be beyond its limits
   double speed_factor = 3.0;   ///< largest speed of a joint, as a multiple of its limit
   double clock_error = 0.5;    ///< relative difference of time stamps from the period
-  double largest_tilt = 0.8;   ///< rad, inclination of the base at which the robot has fallen
+  /// Bandwidths of first-order filters, Hz; 0: no filter. For gyroscope and accelerometer, for the
+  /// wrenches of the feet, for joint velocities, and for commanded torques.
+  double inertial_hz = 0.0, force_hz = 0.0, velocity_hz = 0.0, torque_hz = 0.0;
+  /// A joint sticks, see StuckJoints: time (s; 0: not watched), motion (rad), speed (rad/s), and
+  /// fraction of the largest torque.
+  double stuck_time = 0.2, stuck_motion = 2e-3, stuck_speed = 1.0, stuck_torque = 0.5;
 };
 
 /// Counts of messages.
@@ -42,9 +48,8 @@ struct LinkCounts {
 /// allocate.
 class RobotControl {
  public:
-  /// `controller` and `body` must outlive this object. `posture`: state at the start of balancing.
-  RobotControl(walking::BalanceController& controller, const FloatingRobot& body,
-               WholeBodyState posture, ControlOptions options);
+  /// `controller` must outlive this object.
+  RobotControl(LinkController& controller, std::vector<LinkJoint> joints, ControlOptions options);
 
   /// Processes readings. Returns the command that answers them, or null if they are old.
   const CommandMessage* update(const SensorMessage& readings);
@@ -52,13 +57,20 @@ class RobotControl {
   void stop(std::string fault = {});
   /// Command without new readings, `seconds` after the last command: continues the soft stop.
   const CommandMessage& continue_stop(double seconds);
+  /// Work for the next update(), after the command was sent.
+  void prepare() {
+    if (is_running()) controller_.prepare();
+  }
   /// Counts a refused message.
   void note_refused(Refusal refusal);
 
   /// State that the last command belongs to.
   ControlState state() const { return command_.state; }
   /// True during and after the soft stop.
-  bool is_stopping() const { return command_.state >= ControlState::hold; }
+  bool is_stopping() const {
+    return command_.state == ControlState::hold || command_.state == ControlState::damp ||
+           is_over();
+  }
   /// True after the soft stop.
   bool is_over() const { return command_.state == ControlState::release; }
   /// One sentence on the reason of a soft stop; empty for a request.
@@ -73,27 +85,34 @@ class RobotControl {
   long lost() const;
   /// Number of commands that exceeded the largest torque and were cut.
   long cut() const { return cut_; }
-  /// Time in the state `balance`, s.
+  /// Watch of the joints.
+  const StuckJoints& stuck() const { return stuck_; }
+  /// Time in the state `balance` or `check`, s.
   double balanced() const { return static_cast<double>(balance_periods_) * options_.period; }
 
  private:
+  bool is_running() const {
+    return command_.state == ControlState::balance || command_.state == ControlState::check;
+  }
   bool is_new(std::uint64_t sequence);
   std::string implausible(const SensorMessage& readings, double elapsed) const;
-  void begin_balance(const SensorMessage& readings);
-  void balance(const SensorMessage& readings, long periods);
+  void begin(const SensorMessage& readings);
+  void filter(SensorMessage& readings);
+  void run(const SensorMessage& readings, long periods);
   void stand(double elapsed);
   void spring_to(const VectorXd& positions);
   void guard_torques();
   const CommandMessage& answer();
 
-  walking::BalanceController& controller_;
-  const FloatingRobot& body_;
-  WholeBodyState posture_;
+  LinkController& controller_;
+  std::vector<LinkJoint> joints_;
   ControlOptions options_;
-  VectorXd effort_, speed_, lower_, upper_;
-  SensorMessage last_;        // latest valid readings
-  Robot::Readings readings_;  // of the controller
-  VectorXd from_;             // joints at the start of `stand`, or at the start of the soft stop
+  VectorXd start_, effort_, springs_;  // springs_: largest torques times the gains
+  SensorMessage last_;                 // latest valid readings
+  SensorMessage readings_, filtered_;  // of the controller
+  VectorXd torques_;                   // filtered
+  StuckJoints stuck_;
+  VectorXd from_;  // joints at the start of `stand`, or at the start of the soft stop
   VectorXd held_torques_;
   bool has_readings_ = false;
   std::uint64_t first_ = 0;   // sequence number of the first message

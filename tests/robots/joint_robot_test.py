@@ -1,0 +1,156 @@
+"""`saltus control` drives the robot in C of the examples with a controller of a plugin, and both react to faults.
+
+Usage: joint_robot_test.py SALTUS ROBOT PLUGIN
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+SALTUS, ROBOT, PLUGIN = (os.path.abspath(name) for name in sys.argv[1:4])
+del sys.argv[1:4]
+DEADLINE = 120  # s, on a loaded machine
+# Seconds per second of the robot, where a fault can only be noticed in real time.
+SLOW = "5"
+CART = "joints:\n  slider: {torque: 3.0, speed: 5.0, limits: [-10, 10], start: 0.3}\n"
+
+
+class Link(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="saltus-joints-")
+        self.addCleanup(self.folder.cleanup)
+        self.out = os.path.join(self.folder.name, "out")
+        self.running, self.files = [], 0
+
+    def tearDown(self):
+        for process in self.running:
+            process.kill()
+            process.communicate()
+
+    def write(self, text):
+        self.files += 1
+        name = os.path.join(self.folder.name, f"robot{self.files}.yaml")
+        with open(name, "w", encoding="utf-8") as file:
+            file.write(text)
+        return name
+
+    def start(self, *words):
+        self.running.append(subprocess.Popen(words, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT))
+        return self.running[-1]
+
+    def finish(self, process):
+        text = process.communicate(timeout=DEADLINE)[0]
+        return process.returncode, text
+
+    def control(self, *words):
+        """The controller, and its port."""
+        process = self.start(SALTUS, *words, "--link", "udp:0", "--out", self.out)
+        line = process.stdout.readline()
+        port = re.search(r"UDP port (\d+)", line)
+        self.assertTrue(port, line)
+        return process, port[1]
+
+    def cart(self, *words):
+        return self.control("control", "--plugin", PLUGIN, "--robot", self.write(CART), *words)
+
+    def pair(self, *robot):
+        """Exit status and output of the robot and of the controller."""
+        controller, port = self.cart()
+        robot = self.start(ROBOT, port, *robot, "slider=1,0.2,3,0.25")
+        return *self.finish(robot), *self.finish(controller)
+
+    def summary(self):
+        with open(os.path.join(self.out, "summary.json"), encoding="utf-8") as file:
+            return json.load(file)
+
+    def wait_for_rows(self, mode):
+        table, until = os.path.join(self.out, "trajectory.csv"), time.monotonic() + DEADLINE
+        while time.monotonic() < until:
+            with open(table, encoding="utf-8") as file:
+                if sum(f",{mode}," in line for line in file) > 5:
+                    return
+            time.sleep(0.05)
+        self.fail("the controller does not run")
+
+    def guarded(self, text):
+        return int(re.search(r"guard: (\d+) periods", text)[1])
+
+
+class Cart(Link):
+    def test_moves_to_its_target(self):
+        status, text, control_status, control_text = self.pair("--time", "2")
+        self.assertEqual((status, control_status), (0, 0), text + control_text)
+        self.assertEqual(self.guarded(text), 0)
+        self.assertLess(abs(float(re.search(r"joints: (\S+);", text)[1])), 0.01)
+        summary = self.summary()
+        self.assertAlmostEqual(summary["balanced_s"], 2.0, delta=0.01)
+        self.assertEqual(summary["tick"]["count"], 101)  # every 20 ms
+        self.assertEqual(summary["ticks_without_plan"], 0)
+        self.assertEqual(summary["messages"]["lost"], 0)
+
+    def test_readings_arrive_late(self):
+        status, text, control_status, control_text = self.pair("--time", "0.5", "--delay", "5")
+        self.assertEqual((status, control_status), (0, 0), text + control_text)
+
+    def test_faults_stop_softly(self):
+        for fault, sentence in (("nan", "the encoder of slider reads NaN"), ("clock", "check its clock"),
+                                ("stuck", "slider has not moved for 0.20 s although it is driven")):
+            with self.subTest(fault=fault):
+                status, text, control_status, control_text = self.pair("--time", "5", "--fault", fault,
+                                                                       "--fault-at", "0.0")
+                self.assertEqual((status, control_status), (0, 7), text + control_text)
+                self.assertIn(sentence, control_text)
+                self.assertEqual(self.guarded(text), 0)  # commands continue: hold and damp
+
+    def test_controller_killed(self):
+        controller, port = self.cart()
+        robot = self.start(ROBOT, port, "--time", "100", "--pace", SLOW, "slider=1,0.2,3,0.31")
+        self.wait_for_rows("balance")
+        controller.kill()
+        status, text = self.finish(robot)
+        self.assertEqual(status, 1, text)
+        self.assertGreater(self.guarded(text), 100, text)
+
+    def test_robot_killed(self):
+        controller, port = self.cart()
+        robot = self.start(ROBOT, port, "--time", "100", "--pace", SLOW, "slider=1,0.2,3,0.31")
+        self.wait_for_rows("balance")
+        robot.kill()
+        status, text = self.finish(controller)
+        self.assertEqual(status, 6, text)
+        self.assertIn("no new message from the robot", text)
+
+    def test_link_cut(self):
+        controller, port = self.cart()
+        robot = self.start(ROBOT, port, "--time", "5", "--pace", SLOW, "--fault", "silence", "--fault-at", "0.1",
+                           "slider=1,0.2,3,0.31")
+        control_status, control_text = self.finish(controller)
+        self.assertEqual(control_status, 6, control_text)
+
+    def test_wrong_arguments(self):
+        robot = self.write(CART)
+        for words, sentence in ((("--plugin", PLUGIN), "needs the joints of the robot"),
+                                (("--plugin", PLUGIN, "--robot", robot, "--controller", "sled"), "no controller sled"),
+                                (("--plugin", robot, "--robot", robot), "--plugin"),
+                                (("--plugin", PLUGIN, "--robot", self.write(CART + "  arm: {torque: 1}\n")),
+                                 "has 2 states, expected the positions and velocities of 2 joints"),
+                                (("--plugin", PLUGIN, "--robot", self.write(CART + "period: 0.003\n")),
+                                 "is not a multiple"),
+                                (("--plugin", PLUGIN, "--robot", self.write("joints: {slider: {speed: 1}}\n")),
+                                 "joints.slider.torque must be the largest torque"),
+                                (("--plugin", PLUGIN, "--robot", self.write(CART + "gains: {stiff: 1}\n")), "stiff")):
+            with self.subTest(sentence=sentence):
+                done = subprocess.run([SALTUS, "control", "--link", "udp:0", "--out", self.out, *words], text=True,
+                                      capture_output=True, timeout=DEADLINE)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(sentence, done.stderr)
+                self.assertFalse(os.path.exists(self.out))
+
+
+if __name__ == "__main__":
+    unittest.main()
