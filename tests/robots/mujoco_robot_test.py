@@ -101,9 +101,12 @@ class Link(unittest.TestCase):
                 self.assertEqual(self.guarded(text), 0)  # commands continue: hold and damp
 
     def test_a_joint_sticks(self):
-        """The other joints go on."""
-        status, text, control_status, control_text = self.pair("--time", "0.5", "--fault", "stuck", "--fault-at", "0.2")
-        self.assertEqual((status, control_status), (0, 0), text + control_text)
+        """Nobody notices it before the push, when the joint is driven."""
+        _, text, status, control_text = self.pair("--time", "1.5", "--fault", "stuck", "--fault-at", "0.2", "--push", "7",
+                                                  "--push-at", "0.6", "--fault-joint", "7")
+        self.assertEqual(status, 7, text + control_text)
+        self.assertIn("r_hip_roll has not moved", control_text)
+        self.assertGreater(self.summary()["balanced_s"], 0.6)
 
     def test_controller_killed(self):
         """The guard of the robot acts, once for all."""

@@ -19,6 +19,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/control/control_process.hpp"
+#include "saltus/robots/control/link_file.hpp"
 #include "tests/robots/recorded_run.hpp"
 #include "tests/robots/synthetic_balance.hpp"
 #include "tests/robots/tree_dynamics.hpp"
@@ -558,6 +559,183 @@ TEST_F(Reactions, NamesAJointThatDoesNotReachThePosture) {
   }
   EXPECT_NE(control.fault().find(biped.robot.bodies[1].joint), std::string::npos)
       << control.fault();
+}
+
+// ---- joints that stick
+
+constexpr double dt = 1e-3;
+
+// Seconds until joint 1 of two is found, or infinity after 3 s. `q` and `torque` of time.
+template <class Position, class Torque>
+double found_after(Position q, Torque torque) {
+  StuckJoints watch(Vec<double, 2>(10.0, 20.0), {});
+  Robot::Commands c;
+  for (VectorXd* part : {&c.torques, &c.positions, &c.velocities, &c.stiffness, &c.damping})
+    *part = VectorXd::Zero(2);
+  VectorXd at = Vec<double, 2>(0.0, q(0.0)), dq = VectorXd::Zero(2);
+  watch.start(at);
+  for (int k = 1; k <= 3000; ++k) {
+    const double t = dt * k;
+    at = Vec<double, 2>(0.1 * t, q(t));
+    c.torques = Vec<double, 2>(5.0 * std::sin(20.0 * t), torque(t));
+    const saltus::testing::AllocationCount count;
+    const Eigen::Index found = watch.update(dt, at, dq, c);
+    EXPECT_EQ(count.made(), 0);
+    if (found < 0) continue;
+    EXPECT_EQ(found, 1);
+    return t;
+  }
+  return infinity;
+}
+
+TEST(Stuck, IsAJointWhoseTorqueGrowsWithoutMotion) {
+  const auto still = [](double) { return 0.3; };
+  // 5 Nm of 20 Nm more at 1 s: noticed after a third of 0.3 s, at the end of the next third.
+  const double t = found_after(still, [](double s) { return s < 1.0 ? 8.0 : 13.0; });
+  EXPECT_GT(t, 1.1);
+  EXPECT_LT(t, 1.31);
+  EXPECT_LT(found_after(still, [](double s) { return s < 1.0 ? -3.0 : -18.5; }), 1.4);
+}
+
+TEST(Stuck, IsNotAJointThatHoldsALoadOrMoves) {
+  const auto still = [](double) { return 0.3; };
+  EXPECT_EQ(found_after(still, [](double) { return 15.0; }), infinity);
+  EXPECT_EQ(found_after(still, [](double s) { return 8.0 + 3.0 * std::sin(5.0 * s); }), infinity);
+  EXPECT_EQ(
+      found_after([](double s) { return 0.01 * s; }, [](double s) { return s < 1.0 ? 8.0 : 19.0; }),
+      infinity);
+}
+
+TEST(Stuck, IsAJointThatDoesNotMoveAtItsLargestTorque) {
+  const double t = found_after([](double) { return 0.3; }, [](double) { return 19.0; });
+  EXPECT_NEAR(t, 0.3, 0.01);
+}
+
+TEST(Stuck, IsNotWatchedWithoutATime) {
+  StuckJoints watch(Vec<double, 1>(1.0), {.time = 0.0});
+  Robot::Commands c;
+  for (VectorXd* part : {&c.torques, &c.positions, &c.velocities, &c.stiffness, &c.damping})
+    *part = VectorXd::Ones(1);
+  const VectorXd q = VectorXd::Zero(1);
+  watch.start(q);
+  for (int k = 0; k < 1000; ++k) EXPECT_LT(watch.update(dt, q, q, c), 0);
+}
+
+// A controller that drives two joints without a load.
+class Push final : public LinkController {
+ public:
+  void start(const SensorMessage&) override {}
+  const Robot::Commands& update(double, const SensorMessage& readings) override {
+    seen = readings;
+    return commands;
+  }
+  Robot::Commands commands{Vec<double, 2>(1.0, 9.5)};
+  SensorMessage seen;
+};
+SensorMessage of_two(std::uint64_t k) {
+  SensorMessage m;
+  m.sequence = k;
+  m.time = dt * static_cast<double>(k);
+  m.q = m.dq = VectorXd::Zero(2);
+  return m;
+}
+std::vector<LinkJoint> two_joints() {
+  LinkJoint hip, knee;
+  hip.name = "hip";
+  knee.name = "knee";
+  hip.effort = knee.effort = 10.0;
+  return {hip, knee};
+}
+const std::vector<LinkJoint> two = two_joints();
+
+TEST(Stuck, StopsSoftlyAndNamesTheJoint) {
+  Push push;
+  RobotControl robot(push, two, {});
+  std::uint64_t k = 0;
+  for (; k < 1000 && !robot.is_stopping(); ++k) robot.update(of_two(k));
+  EXPECT_NEAR(static_cast<double>(k), 300.0, 5.0);
+  EXPECT_EQ(robot.state(), ControlState::hold);
+  EXPECT_NE(robot.fault().find("knee has not moved for 0.30 s although"), std::string::npos)
+      << robot.fault();
+}
+
+// ---- filters and gains
+
+TEST(Filters, AreOfFirstOrder) {
+  Push push;
+  ControlOptions options;
+  options.inertial_hz = options.force_hz = options.velocity_hz = options.torque_hz = 10.0;
+  options.stuck.time = 0.0;
+  RobotControl robot(push, two, options);
+  robot.update(of_two(0));
+  for (std::uint64_t k = 1; k <= 16; ++k) {  // a time constant: 1 / (2 pi 10 Hz) = 15.9 ms
+    SensorMessage m = of_two(k);
+    m.angular_velocity[1] = m.specific_force[2] = m.left[3] = m.right[5] = 1.0;
+    m.dq[1] = 1.0;
+    robot.update(m);
+  }
+  const double step = 1.0 - std::exp(-2.0 * 3.14159265358979 * 10.0 * 16e-3);
+  for (const double value : {push.seen.angular_velocity[1], push.seen.specific_force[2],
+                             push.seen.left[3], push.seen.right[5], push.seen.dq[1]})
+    EXPECT_NEAR(value, step, 1e-9);
+  EXPECT_EQ(push.seen.q[0], 0.0);
+  const double torque_step = 1.0 - std::exp(-2.0 * 3.14159265358979 * 10.0 * 17e-3);
+  EXPECT_NEAR(robot.command().commands.torques[0], torque_step, 1e-9);
+}
+
+TEST(Gains, AreMultiplesOfTheLargestTorque) {
+  Push push;
+  std::vector<LinkJoint> joints = two;
+  joints[1].gain = 0.5;
+  joints[1].start = 0.2;
+  ControlOptions options;
+  options.stiffness = 3.0;
+  options.damping = 0.1;
+  RobotControl robot(push, joints, options);
+  robot.update(of_two(0));
+  ASSERT_EQ(robot.state(), ControlState::stand);
+  const Robot::Commands& c = robot.command().commands;
+  EXPECT_EQ(c.stiffness, (Vec<double, 2>(30.0, 15.0)));
+  EXPECT_EQ(c.damping, (Vec<double, 2>(1.0, 0.5)));
+}
+
+// ---- the file of the robot
+
+TEST(LinkFile, ComesBackAsWritten) {
+  std::vector<LinkJoint> joints = two;
+  joints[0].speed = 4.0;
+  joints[0].position = between(-1.0, 0.5);
+  joints[1].gain = 0.25;
+  joints[1].start = -0.125;
+  ControlOptions options;
+  options.period = 0.002;
+  options.torque_hz = 50.0;
+  options.stuck.change = 0.4;
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("saltus_link_" + std::to_string(::getpid()));
+  std::ofstream(file) << to_link_file(joints, options);
+  std::vector<LinkJoint> read;
+  ControlOptions got;
+  read_link_file(file, read, got);
+  EXPECT_EQ(to_link_file(read, got), to_link_file(joints, options));
+  EXPECT_EQ(read[0].position.upper, 0.5);
+  EXPECT_EQ(got.torque_hz, 50.0);
+
+  // A part of the file adjusts what is known.
+  std::ofstream(file) << "joints: {knee: {torque: 5}}\nguards: {near: 0.1}\n";
+  read_link_file(file, read, got);
+  EXPECT_EQ(read[1].effort, 5.0);
+  EXPECT_EQ(read[1].gain, 0.25);
+  EXPECT_EQ(got.near, 0.1);
+  EXPECT_EQ(got.period, 0.002);
+  for (const char* wrong :
+       {"joints: {foot: {torque: 5}}\n", "joints: {knee: {torque: 0}}\n", "gains: {stiff: 1}\n",
+        "joints: {hip: {start: 2}}\n", "gain: 1\n", "period: 0\n", "filters: {torque_hz: -1}\n"}) {
+    std::ofstream(file) << wrong;
+    EXPECT_THROW(read_link_file(file, read, got), InputError) << wrong;
+  }
+  EXPECT_EQ(read[1].effort, 5.0);
+  std::filesystem::remove(file);
 }
 
 // ---- the loop

@@ -224,7 +224,7 @@ ExitStatus drive(const Request& request, const Setup& setup, control::LinkContro
                  {"refused", counts.refused},
                  {"readings_replaced", counts.replaced}}},
                {"torques_cut", robot.cut()},
-               {"stuck_joint_speed", robot.stuck().worst()},
+               {"torque_change_without_motion", robot.stuck().worst()},
                {"log_rows_dropped", dropped},
                {"page_faults", result.page_faults},
                {"answer", to_json(result.answer)},

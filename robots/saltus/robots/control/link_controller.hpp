@@ -38,8 +38,6 @@ class LinkController {
   virtual const Robot::Commands& update(double time, const SensorMessage& readings) = 0;
   /// One sentence if the robot must stop after the last update(), or empty.
   virtual std::string fault() const { return {}; }
-  /// Accelerations that the last commands are to cause, rad/s^2; null: unknown.
-  virtual const VectorXd* accelerations() const { return nullptr; }
   /// True if the controller has finished.
   virtual bool is_done() const { return false; }
   /// Work for the next update() that needs no readings. Called after a command was sent.
@@ -59,7 +57,6 @@ class BalanceLink final : public LinkController {
   void start(const SensorMessage& readings) override;
   const Robot::Commands& update(double time, const SensorMessage& readings) override;
   std::string fault() const override;
-  const VectorXd* accelerations() const override { return &controller_.joint_accelerations(); }
 
  private:
   void read(double time, const SensorMessage& readings);

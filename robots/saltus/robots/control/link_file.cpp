@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
+#include <string_view>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/yaml/yaml_section.hpp"
@@ -15,37 +16,38 @@ namespace {
 struct Key {
   const char* section;  // empty: directly in the file
   const char* name;
-  double ControlOptions::*field;
+  double* field;
   bool may_be_zero;
   const char* meaning;
 };
-constexpr Key keys[] = {
-    {"", "period", &ControlOptions::period, false, "period of the readings, s"},
-    {"gains", "stiffness", &ControlOptions::stiffness, true,
-     "springs of stand and of the soft stop, largest torques per rad"},
-    {"gains", "damping", &ControlOptions::damping, true,
-     "their dampers, largest torques per rad/s"},
-    {"filters", "inertial_hz", &ControlOptions::inertial_hz, true,
-     "bandwidth for gyroscope and accelerometer, Hz; 0: no filter"},
-    {"filters", "force_hz", &ControlOptions::force_hz, true, "for the wrenches of the feet, Hz"},
-    {"filters", "velocity_hz", &ControlOptions::velocity_hz, true, "for joint velocities, Hz"},
-    {"filters", "torque_hz", &ControlOptions::torque_hz, true, "for commanded torques, Hz"},
-    {"guards", "near", &ControlOptions::near, false,
-     "distance of joints from the posture at which stand ends, rad"},
-    {"guards", "beyond_limit", &ControlOptions::beyond_limit, true,
-     "by which a joint may be beyond its limits, rad"},
-    {"guards", "speed_factor", &ControlOptions::speed_factor, false,
-     "largest speed of a joint, as a multiple of its limit"},
-    {"guards", "clock_error", &ControlOptions::clock_error, false,
-     "relative difference of time stamps from the period"},
-    {"guards", "stuck_time", &ControlOptions::stuck_time, true,
-     "s without motion of a joint that is driven; 0: not watched"},
-    {"guards", "stuck_motion", &ControlOptions::stuck_motion, false, "motion that counts, rad"},
-    {"guards", "stuck_speed", &ControlOptions::stuck_speed, false,
-     "speed that a joint without motion should have gained, rad/s"},
-    {"guards", "stuck_torque", &ControlOptions::stuck_torque, false,
-     "torque that must move a joint, as a fraction of the largest"},
-};
+std::vector<Key> keys_of(ControlOptions& o) {
+  return {
+      {"", "period", &o.period, false, "period of the readings, s"},
+      {"gains", "stiffness", &o.stiffness, true,
+       "springs of stand and of the soft stop, largest torques per rad"},
+      {"gains", "damping", &o.damping, true, "their dampers, largest torques per rad/s"},
+      {"filters", "inertial_hz", &o.inertial_hz, true,
+       "bandwidth for gyroscope and accelerometer, Hz; 0: no filter"},
+      {"filters", "force_hz", &o.force_hz, true, "for the wrenches of the feet, Hz"},
+      {"filters", "velocity_hz", &o.velocity_hz, true, "for joint velocities, Hz"},
+      {"filters", "torque_hz", &o.torque_hz, true, "for commanded torques, Hz"},
+      {"guards", "near", &o.near, false,
+       "distance of joints from the posture at which stand ends, rad"},
+      {"guards", "beyond_limit", &o.beyond_limit, true,
+       "by which a joint may be beyond its limits, rad"},
+      {"guards", "speed_factor", &o.speed_factor, false,
+       "largest speed of a joint, as a multiple of its limit"},
+      {"guards", "clock_error", &o.clock_error, false,
+       "relative difference of time stamps from the period"},
+      {"guards", "stuck_time", &o.stuck.time, true,
+       "time without motion after which a driven joint sticks, s; 0: not watched"},
+      {"guards", "stuck_motion", &o.stuck.motion, false, "smallest motion, rad"},
+      {"guards", "stuck_change", &o.stuck.change, false,
+       "change of the torque that must move a joint, as a fraction of the largest torque"},
+      {"guards", "stuck_limit", &o.stuck.limit, false,
+       "constant torque that must move a joint, as a fraction of the largest torque"},
+  };
+}
 
 void read_joint(const YamlSection& section, LinkJoint& joint) {
   section.allow_only({"torque", "speed", "limits", "start", "gain"});
@@ -84,6 +86,7 @@ void read_link_file(const std::filesystem::path& file, std::vector<LinkJoint>& j
     }
   }
   ControlOptions read = options;
+  const std::vector<Key> keys = keys_of(read);
   for (const char* name : {"gains", "filters", "guards"}) {
     if (!top.has(name)) continue;
     std::vector<std::string> known;
@@ -99,7 +102,7 @@ void read_link_file(const std::filesystem::path& file, std::vector<LinkJoint>& j
     const double value = section.number(key.name);
     if (value < 0.0 || (value == 0.0 && !key.may_be_zero))
       section.fail(key.name, key.may_be_zero ? "must be at least 0" : "must be above 0");
-    read.*key.field = value;
+    *key.field = value;
   }
   joints = std::move(all);
   options = read;
@@ -109,11 +112,12 @@ std::string to_link_file(const std::vector<LinkJoint>& joints, const ControlOpti
   std::string text =
       "# Joints, gains, filters and guards of a robot behind `saltus control --robot FILE`.\n";
   const char* section = "";
-  for (const Key& key : keys) {
+  ControlOptions values = options;
+  for (const Key& key : keys_of(values)) {
     if (std::string_view(section) != key.section) text += fmt::format("{}:\n", key.section);
     section = key.section;
-    text += fmt::format("{}{}: {}  # {}\n", *section != '\0' ? "  " : "", key.name,
-                        options.*key.field, key.meaning);
+    text += fmt::format("{}{}: {}  # {}\n", *section != '\0' ? "  " : "", key.name, *key.field,
+                        key.meaning);
   }
   text += "joints:  # in the order of the messages; speed, limits, start and gain are optional\n";
   for (const LinkJoint& joint : joints) {

@@ -46,10 +46,7 @@ RobotControl::RobotControl(LinkController& controller, std::vector<LinkJoint> jo
       joints_(std::move(joints)),
       options_(options),
       effort_(efforts_of(joints_)),
-      stuck_(effort_, {.time = options.stuck_time,
-                       .motion = options.stuck_motion,
-                       .speed = options.stuck_speed,
-                       .torque = options.stuck_torque}) {
+      stuck_(effort_, options.stuck) {
   const std::ptrdiff_t n = std::ssize(joints_);
   start_.resize(n);
   springs_.resize(n);
@@ -280,13 +277,11 @@ void RobotControl::run(const SensorMessage& r, long periods) {
     stop("the controller computed NaN; please report it with the folder of this run");
   } else if (std::string reason = controller_.fault(); !reason.empty()) {
     stop(std::move(reason));
-  } else if (const Eigen::Index i =
-                 stuck_.update(elapsed, r.q, r.dq, c, controller_.accelerations());
-             i >= 0) {
+  } else if (const Eigen::Index i = stuck_.update(elapsed, r.q, r.dq, c); i >= 0) {
     stop(
         fmt::format("{} has not moved for {:.2f} s although it is driven; check whether it is "
                     "blocked, and its motor",
-                    joints_[static_cast<std::size_t>(i)].name, options_.stuck_time));
+                    joints_[static_cast<std::size_t>(i)].name, options_.stuck.time));
   } else if (controller_.is_done() || balanced() >= options_.balance) {
     stop();
   }

@@ -29,9 +29,7 @@ struct ControlOptions {
   /// Bandwidths of first-order filters, Hz; 0: no filter. For gyroscope and accelerometer, for the
   /// wrenches of the feet, for joint velocities, and for commanded torques.
   double inertial_hz = 0.0, force_hz = 0.0, velocity_hz = 0.0, torque_hz = 0.0;
-  /// A joint sticks, see StuckJoints: time (s; 0: not watched), motion (rad), speed (rad/s), and
-  /// fraction of the largest torque.
-  double stuck_time = 0.2, stuck_motion = 2e-3, stuck_speed = 1.0, stuck_torque = 0.5;
+  StuckJoints::Options stuck;  ///< joints that stick
 };
 
 /// Counts of messages.

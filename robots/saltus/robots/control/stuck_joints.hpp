@@ -1,23 +1,26 @@
 // Finds joints that stick: they are driven and do not move.
 #pragma once
 
+#include <array>
+
 #include "saltus/core/types.hpp"
 #include "saltus/robots/whole_body/robot.hpp"
 
 namespace saltus::robots::control {
 
-/// Watches all joints. A joint that has not moved by `motion` for `time` sticks if it should have
-/// gained speed meanwhile: by the accelerations that the controller expects or, if it expects none,
-/// because a torque of at least `torque` times the largest one acted all the time. Does not
-/// allocate after construction.
+/// Watches all joints. A joint that has not moved for `time` sticks if its torque changed
+/// meanwhile, or was close to its limit all the time. A constant torque may only hold a load. Does
+/// not allocate after construction.
 class StuckJoints {
  public:
   /// Thresholds.
   struct Options {
-    double time = 0.2;     ///< s; 0: nothing is watched
-    double motion = 2e-3;  ///< rad
-    double speed = 1.0;    ///< speed that the joint should have gained, rad/s
-    double torque = 0.5;   ///< fraction of the largest torque
+    double time = 0.3;     ///< s; 0: nothing is watched
+    double motion = 1e-3;  ///< smallest motion, rad
+    /// Difference between the mean torque of the last two thirds of `time` and that of the first
+    /// one, as a fraction of the largest torque.
+    double change = 0.2;
+    double limit = 0.9;  ///< torque close to its limit, as a fraction of the largest
   };
   /// `effort`: largest torques, Nm.
   StuckJoints(VectorXd effort, Options options);
@@ -25,17 +28,20 @@ class StuckJoints {
   /// Starts with joints at q (rad).
   void start(const VectorXd& q);
   /// Index of a joint that sticks, or -1, `dt` seconds after the last call. `commands` act on
-  /// joints with these speeds. `accelerations`: expected ones, rad/s^2, or null.
+  /// joints with these positions and speeds.
   Eigen::Index update(double dt, const VectorXd& q, const VectorXd& dq,
-                      const Robot::Commands& commands, const VectorXd* accelerations);
-  /// Largest speed that a joint without motion should have gained so far, rad/s.
+                      const Robot::Commands& commands);
+  /// Largest change of the torque of a joint without motion so far, as a fraction of the largest
+  /// torque.
   double worst() const { return worst_; }
 
  private:
   VectorXd effort_;
   Options options_;
-  VectorXd from_, still_, gained_,
-      pushed_;  // last place, time there, speed to gain, time of torque
+  VectorXd from_, still_, at_limit_;  // last place (rad), time there, time at the limit (s)
+  VectorXd sum_;                      // of the torque over the present third, Nm s
+  std::array<VectorXd, 3> means_;     // torques of the last thirds, the latest one last
+  double third_ = 0.0;                // time since the last third, s
   double worst_ = 0.0;
 };
 

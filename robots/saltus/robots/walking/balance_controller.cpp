@@ -116,7 +116,6 @@ void BalanceController::start(const WholeBodyState& state, const Robot::Readings
     support(side).stand(applied_[side == Side::left ? 2 : 8]);
   commands_ = {};
   commands_.torques = VectorXd::Zero(state.q.size());
-  joint_accelerations_ = VectorXd::Zero(state.q.size());
   if (parts_.drives) {
     parts_.drives->start(state.q);
     commands_ = parts_.drives->commands();
@@ -322,7 +321,6 @@ void BalanceController::control(double t) {
     commands_ = parts_.drives->update(command, estimate().state);
   else
     commands_.torques = command.torques;
-  joint_accelerations_ = command.joint_acceleration;
   applied_ = expected_ = command.wrenches;
   for (const Side side : {Side::left, Side::right})
     rotate(into_sole[side == Side::right].transpose(), side, applied_);

@@ -202,8 +202,6 @@ class BalanceController {
   /// Model with estimated mass and CoM; null if they are not estimated.
   const CorrectedModel* corrected_model() const { return corrected_; }
   const Robot::Commands& commands() const { return commands_; }  ///< result of the last update()
-  /// Accelerations that these commands are to cause, rad/s^2.
-  const VectorXd& joint_accelerations() const { return joint_accelerations_; }
   const WholeBodyController::Tasks& tasks() const {
     return tasks_;
   }  ///< tasks of the whole-body controller
@@ -249,7 +247,6 @@ class BalanceController {
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   Vec<double, 12> expected_ = Vec<double, 12>::Zero();  // the same, axes of the soles
   Robot::Commands commands_;
-  VectorXd joint_accelerations_;
   Update update_;
   Statistics statistics_;
 };
