@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "problems/biped/control/live_robot.hpp"
 #include "problems/biped/survey/robot_check.hpp"
 #include "problems/biped/survey/robot_file.hpp"
 #include "saltus/app/option_parser.hpp"
@@ -23,14 +24,22 @@ namespace fs = std::filesystem;
 using robots::walking::BipedSettings;
 using robots::walking::ConfigurableBiped;
 
-constexpr const char* summary = "checks the files of a robot, or writes them from a URDF";
+constexpr const char* summary =
+    "checks a robot or its files, writes them from a URDF, or plays a robot for `saltus control`";
 constexpr const char* usage =
     "saltus robot check FILE.urdf [--config ROBOT.yaml]\n"
     "    Checks masses, limits, meshes, feet, postures and reach, one line each; status 2 if\n"
     "    something is wrong. Without --config the robot is read from the URDF alone.\n"
     "saltus robot new FILE.urdf [--out DIR]\n"
     "    Writes DIR/robot.yaml (feet, joints, sides, postures) and DIR/run.yaml (settings fitted\n"
-    "    to its size), and checks them. DIR is the robot's name unless given.\n";
+    "    to its size), and checks them. DIR is the robot's name unless given.\n"
+    "saltus robot check --link LINK [--robot FILE]\n"
+    "    Moves each joint of a robot that hangs, and reports signs, offsets, delays and rates.\n"
+    "saltus robot serve --link LINK [--KEY VALUE]\n"
+    "    Simulates the robot of push_recovery for `saltus control` in another process.\n"
+    "saltus robot play DIR --link LINK\n"
+    "    Plays the log of `saltus control` as the robot, and compares the commands.\n"
+    "    docs/robot_link.md describes the last three; each has --help.\n";
 
 struct Request {
   std::string action, urdf, config, out;
@@ -56,7 +65,8 @@ Request parse(std::span<const std::string> arguments) {
   }
   const std::vector<std::string> known{"check", "new"};
   if (std::find(known.begin(), known.end(), request.action) == known.end())
-    throw InputError(fmt::format("robot: there is no \"{}\"; use check or new", request.action));
+    throw InputError(
+        fmt::format("robot: there is no \"{}\"; use check, new, serve or play", request.action));
   if (request.urdf.empty())
     throw InputError(fmt::format("robot {} needs the URDF of the robot", request.action));
   if (request.action == "check" && !request.out.empty())
@@ -159,6 +169,17 @@ ExitStatus check(const Request& request, const ConfigurableBiped& defaults) {
 Verb robot_verb(const std::string& problem, const ConfigurableBiped& defaults) {
   const std::shared_ptr<const ConfigurableBiped> shared = defaults.clone();
   return {"robot", summary, [problem, shared](std::span<const std::string> arguments) {
+            if (!arguments.empty()) {
+              const std::string& action = arguments.front();
+              const std::span<const std::string> rest = arguments.subspan(1);
+              const auto is_link = [](const std::string& word) {
+                return word == "--link" || word.starts_with("--link=");
+              };
+              if (action == "serve") return robots::walking::serve_simulated_robot(rest, *shared);
+              if (action == "play") return robots::walking::play_log(rest);
+              if (action == "check" && std::ranges::any_of(rest, is_link))
+                return robots::walking::check_live_robot(rest, *shared);
+            }
             const Request request = parse(arguments);
             if (request.action == "help") {
               fmt::print("{}", usage);

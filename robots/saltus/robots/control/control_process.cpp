@@ -68,25 +68,32 @@ struct ControlLog::Writer {
   }
 };
 
+ControlTable::ControlTable(const std::vector<LinkJoint>& joints)
+    : columns_{"t [s]", "mode", "sequence", "answer [s]", "replaced"} {
+  for (const auto& [kind, unit] :
+       {std::pair{"q", "rad"}, std::pair{"dq", "rad/s"}, std::pair{"torque", "Nm"}})
+    for (const LinkJoint& joint : joints)
+      columns_.push_back(fmt::format("{}_{} [{}]", kind, joint.name, unit));
+  for (const char* quantity : {"angular_velocity", "specific_force"})
+    for (const char* axis : {"x", "y", "z"})
+      columns_.push_back(
+          fmt::format("{}_{} [{}]", quantity, axis, quantity[0] == 'a' ? "rad/s" : "m/s^2"));
+  for (const char* foot : {"left", "right"})
+    for (const char* part : {"fx [N]", "fy [N]", "fz [N]", "mx [Nm]", "my [Nm]", "mz [Nm]"})
+      columns_.push_back(fmt::format("{}_{}", foot, part));
+}
+
+std::string ControlTable::header() const { return fmt::format("{}", fmt::join(columns_, ",")); }
+
 ControlLog::ControlLog(const std::filesystem::path& file, const std::vector<LinkJoint>& joints,
                        int every)
     : writer_(std::make_unique<Writer>()), every_(every) {
   writer_->file = std::fopen(file.c_str(), "w");
   if (writer_->file == nullptr)
     throw InputError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
-  std::string names = "t [s],mode,sequence,answer [s],replaced";
-  for (const auto& [kind, unit] :
-       {std::pair{"q", "rad"}, std::pair{"dq", "rad/s"}, std::pair{"torque", "Nm"}})
-    for (const LinkJoint& joint : joints)
-      names += fmt::format(",{}_{} [{}]", kind, joint.name, unit);
-  for (const char* quantity : {"angular_velocity", "specific_force"})
-    for (const char* axis : {"x", "y", "z"})
-      names += fmt::format(",{}_{} [{}]", quantity, axis, quantity[0] == 'a' ? "rad/s" : "m/s^2");
-  for (const char* foot : {"left", "right"})
-    for (const char* part : {"fx [N]", "fy [N]", "fz [N]", "mx [Nm]", "my [Nm]", "mz [Nm]"})
-      names += fmt::format(",{}_{}", foot, part);
-  std::fprintf(writer_->file, "%s\n", names.c_str());
-  writer_->columns = static_cast<std::size_t>(std::count(names.begin(), names.end(), ',')) + 1;
+  const ControlTable table(joints);
+  std::fprintf(writer_->file, "%s\n", table.header().c_str());
+  writer_->columns = table.columns().size();
   writer_->ring.resize(Writer::rows * writer_->columns);
   writer_->thread = std::thread([this] { writer_->run(); });
 }
@@ -202,7 +209,9 @@ ProcessResult run_control(RobotLink& link, Codec& codec, RobotControl& control,
       }
       continue;
     }
-    if (!has_robot) {
+    if (has_robot) {
+      result.interval.add(seconds_between(last, arrival));
+    } else {
       begin = arrival;
       faults = page_faults();
     }

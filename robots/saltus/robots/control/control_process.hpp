@@ -14,6 +14,19 @@
 
 namespace saltus::robots::control {
 
+/// Columns of the log.
+class ControlTable {
+ public:
+  explicit ControlTable(const std::vector<LinkJoint>& joints);
+  /// Names of the columns with their units: time and state, then numbers.
+  const std::vector<std::string>& columns() const { return columns_; }
+  /// First line of the table.
+  std::string header() const;
+
+ private:
+  std::vector<std::string> columns_;
+};
+
 /// Writes a table while the loop runs: the loop copies rows into a ring, and a thread writes them.
 /// A full ring drops rows. Only the constructor allocates.
 class ControlLog {
@@ -69,8 +82,9 @@ struct ProcessResult {
   /// From the time stamp to the command, wall-clock time. The offset of the clocks is that of the
   /// fastest message. Empty for a robot that waits for answers.
   LatencyHistogram stamp;
-  long page_faults = 0;  ///< page faults of this process in the loop
-  double seconds = 0.0;  ///< wall-clock time from the first message to the end
+  LatencyHistogram interval;  ///< between the arrivals of two messages with new readings
+  long page_faults = 0;       ///< page faults of this process in the loop
+  double seconds = 0.0;       ///< wall-clock time from the first message to the end
 };
 
 /// Runs until the soft stop is over. `stops` is polled and requests a stop. `log` may be null.

@@ -136,9 +136,10 @@ void RobotControl::stop(std::string fault) {
   stopped_for_ = 0.0;
   from_ = last_.q;
   held_torques_ = command_.commands.torques;
-  // A robot that was never driven needs no hold.
-  command_.state =
-      command_.state == ControlState::start ? ControlState::release : ControlState::hold;
+  // A robot that was never driven needs no hold. Springs of a joint with a wrong sign are unstable.
+  command_.state = command_.state == ControlState::start || command_.state == ControlState::check
+                       ? ControlState::release
+                       : ControlState::hold;
 }
 
 const CommandMessage* RobotControl::update(const SensorMessage& readings) {
@@ -162,6 +163,11 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
   if (readings.requests_stop) stop();
   switch (command_.state) {
     case ControlState::start:
+      if (controller_.state() == ControlState::check) {  // no springs before the signs are known
+        begin(readings);
+        run(readings, 1);
+        break;
+      }
       stood_for_ = 0.0;
       from_ = readings.q;
       command_.state = ControlState::stand;

@@ -19,7 +19,7 @@ class StuckJoints {
     double motion = 1e-3;  ///< smallest motion, rad
     /// Difference between the mean torque of the last two thirds of `time` and that of the first
     /// one, as a fraction of the largest torque.
-    double change = 0.2;
+    double change = 0.3;
     double limit = 0.9;  ///< torque close to its limit, as a fraction of the largest
   };
   /// `effort`: largest torques, Nm.

@@ -40,28 +40,11 @@ DartOptions engine_options(const BipedSettings& settings, Side stance) {
   return options;
 }
 
-std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
-                                   Side stance) {
-  const DartOptions options = engine_options(settings, stance);
-  std::unique_ptr<Plant> engine = settings.plant.choice == PlantSettings::Choice::mujoco
-                                      ? make_mujoco_plant(body, options)
-                                      : make_dart_plant(body, options);
-  return options.ground.sink > 0.0 ? make_soft_ground(std::move(engine), body, options)
-                                   : std::move(engine);
-}
-
 // The controllers know the speed at which the torque of a motor vanishes.
 DriveFactors model_drives(const BipedSettings& settings) {
   DriveFactors factors = settings.robot.drives;
   factors.torque_speed_line = settings.plant.drives.torque_speed_line;
   return factors;
-}
-
-// All pushes act at the same point.
-FloatingRobot::Frame frame_of(const Push& push, const FloatingRobot& body, const UrdfModel& model) {
-  FloatingRobot::Frame frame = pushed_frame(body, model, push.link);
-  frame.pose.translate(push.point);
-  return frame;
 }
 
 // Throws if a foot initially stands beyond the edge of the ground or is inside the ground there.
@@ -127,7 +110,7 @@ class WholeBodyRun final : LoopController, LoopPlant {
         !settings_.robot.com_error.isZero(0.0))
       true_model_ = make_dart_dynamics(body_);
     const std::vector<Push> pushes = problem.pushes();
-    if (!pushes.empty()) pushed_ = frame_of(pushes.front(), body_, model);
+    if (!pushes.empty()) pushed_ = frame_of_push(pushes.front(), body_, model);  // the same for all
     robot_.reset(start_);
     controller_.start(start_, robot_.read());
     expect_room(controller_, robot, scene_, engine_options(settings_, scene_.side));
@@ -268,6 +251,23 @@ class WholeBodyRun final : LoopController, LoopPlant {
 };
 
 }  // namespace
+
+std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
+                                   Side stance) {
+  const DartOptions options = engine_options(settings, stance);
+  std::unique_ptr<Plant> engine = settings.plant.choice == PlantSettings::Choice::mujoco
+                                      ? make_mujoco_plant(body, options)
+                                      : make_dart_plant(body, options);
+  return options.ground.sink > 0.0 ? make_soft_ground(std::move(engine), body, options)
+                                   : std::move(engine);
+}
+
+FloatingRobot::Frame frame_of_push(const Push& push, const FloatingRobot& body,
+                                   const UrdfModel& model) {
+  FloatingRobot::Frame frame = pushed_frame(body, model, push.link);
+  frame.pose.translate(push.point);
+  return frame;
+}
 
 FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
                                   const std::string& link) {

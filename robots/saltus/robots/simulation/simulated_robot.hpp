@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "saltus/ocp/pulse.hpp"
+#include "saltus/robots/model/urdf_model.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 #include "saltus/robots/whole_body/elastic_drives.hpp"
 #include "saltus/robots/whole_body/joint_friction.hpp"
@@ -17,6 +18,14 @@
 #include "saltus/robots/whole_body/sensors.hpp"
 
 namespace saltus::robots::walking {
+
+/// The engine of these settings, DART or MuJoCo, with the ground beside the stance foot of this
+/// side.
+std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
+                                   Side stance);
+/// Frame at the point where a push acts. Throws InputError that names `push.link`.
+FloatingRobot::Frame frame_of_push(const Push& push, const FloatingRobot& body,
+                                   const UrdfModel& model);
 
 /// The same settings give a bit-identical motion. After construction only the engine allocates.
 class SimulatedRobot final : public Robot {

@@ -1,0 +1,21 @@
+// Actions of `saltus robot` with a link: check a live robot, serve a simulated one, play a log.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "problems/biped/configurable_biped.hpp"
+#include "saltus/app/program.hpp"
+
+namespace saltus::robots::walking {
+
+/// `saltus robot check --link`: moves each joint a little and reports.
+ExitStatus check_live_robot(std::span<const std::string> arguments,
+                            const ConfigurableBiped& defaults);
+/// `saltus robot serve`: the simulated robot for a controller in another process.
+ExitStatus serve_simulated_robot(std::span<const std::string> arguments,
+                                 const ConfigurableBiped& defaults);
+/// `saltus robot play`: the readings of a log for a controller in another process.
+ExitStatus play_log(std::span<const std::string> arguments);
+
+}  // namespace saltus::robots::walking
