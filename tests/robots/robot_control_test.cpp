@@ -838,22 +838,39 @@ TEST_F(Loop, CountsForeignMessages) {
   EXPECT_EQ(control.last_refusal(), Refusal::foreign);
 }
 
-// Every row of the log is complete.
+// The records of an MCAP file (https://mcap.dev/spec): opcode and content.
+std::vector<std::pair<int, std::string>> mcap_records(const std::string& bytes) {
+  std::vector<std::pair<int, std::string>> records;
+  const std::string magic("\x89MCAP0\r\n", 8);
+  EXPECT_EQ(bytes.substr(0, 8), magic);
+  EXPECT_EQ(bytes.substr(bytes.size() - 8), magic);
+  for (std::size_t at = 8; at + 9 <= bytes.size() - 8;) {
+    std::uint64_t size = 0;
+    std::memcpy(&size, &bytes[at + 1], sizeof size);
+    records.emplace_back(bytes[at], bytes.substr(at + 9, size));
+    at += 9 + size;
+  }
+  return records;
+}
+
+// Every row of the log is complete, in both formats.
 TEST_F(Loop, LogsWhileItRuns) {
-  const std::filesystem::path file =
+  const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("saltus_log_" + std::to_string(::getpid()));
+  std::filesystem::create_directory(folder);
   {
-    ControlLog log(file, joints_of(biped.robot, biped.start.q), 2);
+    ControlLog log(folder, joints_of(biped.robot, biped.start.q), 2);
     for (std::size_t k = 0; k < 100; ++k) {
       control.update(message(k));
-      const SensorMessage readings = message(k);
+      SensorMessage readings = message(k);
+      readings.q[0] = k == 4 ? nan : readings.q[0];
       const saltus::testing::AllocationCount count;
       log.add(readings, control.command(), 1e-4, 0);
       ASSERT_EQ(count.made_by_this_thread(), 0);
     }
     EXPECT_EQ(log.dropped(), 0);
   }
-  std::ifstream table(file);
+  std::ifstream table(folder / "trajectory.csv");
   std::string line;
   long columns = -1, rows = 0;
   while (std::getline(table, line)) {
@@ -862,8 +879,25 @@ TEST_F(Loop, LogsWhileItRuns) {
     EXPECT_EQ(commas, columns);
     ++rows;
   }
-  std::filesystem::remove(file);
   EXPECT_EQ(rows, 51);
+
+  std::ifstream file(folder / "run.mcap", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const auto records = mcap_records(bytes);
+  ASSERT_EQ(records.size(), 3u + 50 + 2);  // header, schema, channel; data end, footer
+  EXPECT_EQ(records[1].first, 3);
+  EXPECT_EQ(records[2].first, 4);
+  EXPECT_EQ(records.back().first, 2);
+  std::uint64_t nanoseconds = 0;
+  const std::string& third = records[5].second;
+  EXPECT_EQ(records[5].first, 5);
+  std::memcpy(&nanoseconds, &third[6], sizeof nanoseconds);
+  EXPECT_EQ(nanoseconds, 4000000u);
+  const std::string json = third.substr(22);
+  EXPECT_EQ(json.substr(0, 40), R"({"timestamp":0.004,"mode":"balance","seq)");
+  EXPECT_NE(json.find(":null,"), std::string::npos);
+  EXPECT_EQ(std::count(json.begin(), json.end(), ':'), columns + 1);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

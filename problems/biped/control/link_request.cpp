@@ -192,7 +192,7 @@ ExitStatus drive(const LinkRequest& request, const LinkSetup& setup,
   ProcessResult result;
   long dropped = 0;
   {
-    ControlLog log(output.path() / "trajectory.csv", setup.joints, request.log_every);
+    ControlLog log(output.path(), setup.joints, request.log_every);
     apply(request.real_time);
     const int port = control::port_of(*link);
     fmt::print("robot: {}, {} joints, period {} s; listening at {}\n", setup.name, codec.joints(),

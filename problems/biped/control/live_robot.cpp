@@ -233,12 +233,12 @@ ExitStatus play_log(std::span<const std::string> arguments) {
   constexpr const char* verb = "robot play";
   ServeRequest request;
   std::string folder;
-  double tolerance = 0.1;
+  double tolerance = 0.01;
   OptionParser parser(verb, "the readings of a log, for `saltus control`; compares the commands");
   LinkOptions options(parser, verb, request);
   parser.word("DIR", "folder of a run of `saltus control --log-every 1`", folder);
   options.link();
-  options.number("--tolerance", "NM", "largest difference of a torque; default 0.1", 0.0,
+  options.number("--tolerance", "NM", "largest difference of a torque; default 0.01", 0.0,
                  tolerance);
   declare_server(options, request.server);
   if (parser.prints_help(arguments)) return ExitStatus::ok;

@@ -12,10 +12,12 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <thread>
 #include <vector>
 
 #include "saltus/core/error.hpp"
+#include "saltus/robots/control/mcap_file.hpp"
 
 namespace saltus::robots::control {
 namespace {
@@ -42,30 +44,71 @@ long page_faults() {
 struct ControlLog::Writer {
   static constexpr std::size_t rows = 4096;
 
-  std::FILE* file;
-  std::size_t columns;
-  std::vector<double> ring;
-  std::atomic<std::size_t> written{0}, added{0};
-  std::atomic<bool> ends{false};
-  std::thread thread;
+  Writer(const std::filesystem::path& folder, const ControlTable& table)
+      : names(table.columns()),
+        mcap(folder / "run.mcap", "/trajectory", "saltus.trajectory", table.schema()),
+        ring(rows * names.size()) {
+    const std::filesystem::path csv = folder / "trajectory.csv";
+    file = std::fopen(csv.c_str(), "w");
+    if (file == nullptr)
+      throw InputError(
+          fmt::format("{}: cannot be written: {}", csv.string(), std::strerror(errno)));
+    std::fprintf(file, "%s\n", table.header().c_str());
+    for (std::string& name : names) name = ControlTable::without_unit(name);
+    thread = std::thread([this] { run(); });
+  }
+  ~Writer() {
+    ends.store(true, std::memory_order_release);
+    thread.join();
+    std::fclose(file);
+  }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
 
+  void write(const double* row) {
+    line.clear();
+    json.clear();
+    const auto to = [](std::string& text) { return std::back_inserter(text); };
+    fmt::format_to(to(line), "{:.9g}", row[0]);
+    fmt::format_to(to(json), "{{\"timestamp\":{:.9g}", row[0]);
+    const char* state = describe(static_cast<ControlState>(static_cast<int>(row[1])));
+    fmt::format_to(to(line), ",{}", state);
+    fmt::format_to(to(json), ",\"{}\":\"{}\"", names[1], state);
+    for (std::size_t c = 2; c < names.size(); ++c) {
+      number.clear();
+      fmt::format_to(to(number), "{:.9g}", row[c]);
+      line += ',';
+      line += number;
+      fmt::format_to(to(json), ",\"{}\":{}", names[c], std::isfinite(row[c]) ? number : "null");
+    }
+    line += '\n';
+    json += '}';
+    std::fwrite(line.data(), 1, line.size(), file);
+    mcap.add(row[0], json);
+  }
   void run() {
     for (;;) {
       const bool last = ends.load(std::memory_order_acquire);
       const std::size_t until = added.load(std::memory_order_acquire);
       for (std::size_t i = written.load(std::memory_order_relaxed); i < until; ++i) {
-        const double* row = &ring[(i % rows) * columns];
-        std::fprintf(file, "%.9g,%s", row[0],
-                     describe(static_cast<ControlState>(static_cast<int>(row[1]))));
-        for (std::size_t c = 2; c < columns; ++c) std::fprintf(file, ",%.9g", row[c]);
-        std::fputc('\n', file);
+        write(&ring[(i % rows) * names.size()]);
         written.store(i + 1, std::memory_order_release);
       }
       std::fflush(file);
+      mcap.flush();
       if (last) return;
       std::this_thread::sleep_for(20ms);
     }
   }
+
+  std::vector<std::string> names;
+  McapFile mcap;
+  std::FILE* file = nullptr;
+  std::vector<double> ring;
+  std::string line, json, number;  // of the thread
+  std::atomic<std::size_t> written{0}, added{0};
+  std::atomic<bool> ends{false};
+  std::thread thread;
 };
 
 ControlTable::ControlTable(const std::vector<LinkJoint>& joints)
@@ -85,24 +128,24 @@ ControlTable::ControlTable(const std::vector<LinkJoint>& joints)
 
 std::string ControlTable::header() const { return fmt::format("{}", fmt::join(columns_, ",")); }
 
-ControlLog::ControlLog(const std::filesystem::path& file, const std::vector<LinkJoint>& joints,
-                       int every)
-    : writer_(std::make_unique<Writer>()), every_(every) {
-  writer_->file = std::fopen(file.c_str(), "w");
-  if (writer_->file == nullptr)
-    throw InputError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
-  const ControlTable table(joints);
-  std::fprintf(writer_->file, "%s\n", table.header().c_str());
-  writer_->columns = table.columns().size();
-  writer_->ring.resize(Writer::rows * writer_->columns);
-  writer_->thread = std::thread([this] { writer_->run(); });
+std::string ControlTable::without_unit(const std::string& column) {
+  return column.substr(0, column.find(" ["));
 }
 
-ControlLog::~ControlLog() {
-  writer_->ends.store(true, std::memory_order_release);
-  writer_->thread.join();
-  std::fclose(writer_->file);
+std::string ControlTable::schema() const {
+  std::string text =
+      R"({"title":"saltus.trajectory","type":"object","properties":{"timestamp":{"type":"number","description":"t [s]"})";
+  for (std::size_t i = 1; i < columns_.size(); ++i)
+    text += fmt::format(R"(,"{}":{{"type":{},"description":"{}"}})", without_unit(columns_[i]),
+                        i == 1 ? R"("string")" : R"(["number","null"])", columns_[i]);
+  return text + "}}";
 }
+
+ControlLog::ControlLog(const std::filesystem::path& folder, const std::vector<LinkJoint>& joints,
+                       int every)
+    : writer_(std::make_unique<Writer>(folder, ControlTable(joints))), every_(every) {}
+
+ControlLog::~ControlLog() = default;
 
 void ControlLog::add(const SensorMessage& r, const CommandMessage& command, double answer_seconds,
                      long replaced) {
@@ -112,7 +155,7 @@ void ControlLog::add(const SensorMessage& r, const CommandMessage& command, doub
     ++dropped_;
     return;
   }
-  double* at = &writer_->ring[(i % Writer::rows) * writer_->columns];
+  double* at = &writer_->ring[(i % Writer::rows) * writer_->names.size()];
   *at++ = r.time;
   *at++ = static_cast<double>(command.state);
   *at++ = static_cast<double>(r.sequence);

@@ -22,18 +22,22 @@ class ControlTable {
   const std::vector<std::string>& columns() const { return columns_; }
   /// First line of the table.
   std::string header() const;
+  /// JSON Schema of a row as an object.
+  std::string schema() const;
+  /// Name of a column without its unit.
+  static std::string without_unit(const std::string& column);
 
  private:
   std::vector<std::string> columns_;
 };
 
-/// Writes a table while the loop runs: the loop copies rows into a ring, and a thread writes them.
-/// A full ring drops rows. Only the constructor allocates.
+/// Writes a table and an MCAP file while the loop runs: the loop copies rows into a ring, and a
+/// thread writes them. A full ring drops rows. Only the constructor and that thread allocate.
 class ControlLog {
  public:
-  /// Creates the table. Logs one of `every` commands. Throws InputError if the file cannot be
-  /// written.
-  ControlLog(const std::filesystem::path& file, const std::vector<LinkJoint>& joints, int every);
+  /// Creates trajectory.csv and run.mcap in the folder. Logs one of `every` commands. Throws
+  /// InputError if they cannot be written.
+  ControlLog(const std::filesystem::path& folder, const std::vector<LinkJoint>& joints, int every);
   ~ControlLog();
   ControlLog(const ControlLog&) = delete;
   ControlLog& operator=(const ControlLog&) = delete;
