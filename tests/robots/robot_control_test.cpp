@@ -590,8 +590,8 @@ double found_after(Position q, Torque torque) {
 
 TEST(Stuck, IsAJointWhoseTorqueGrowsWithoutMotion) {
   const auto still = [](double) { return 0.3; };
-  // 5 Nm of 20 Nm more at 1 s: noticed after a third of 0.3 s, at the end of the next third.
-  const double t = found_after(still, [](double s) { return s < 1.0 ? 8.0 : 13.0; });
+  // 7 Nm of 20 Nm more at 1 s: noticed after a third of 0.3 s, at the end of the next third.
+  const double t = found_after(still, [](double s) { return s < 1.0 ? 8.0 : 15.0; });
   EXPECT_GT(t, 1.1);
   EXPECT_LT(t, 1.31);
   EXPECT_LT(found_after(still, [](double s) { return s < 1.0 ? -3.0 : -18.5; }), 1.4);

@@ -10,9 +10,9 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/control/link_file.hpp"
 #include "saltus/robots/control/plugin_controller.hpp"
-#include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/mujoco/mjcf.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
+#include "saltus/robots/whole_body/recursive_dynamics.hpp"
 
 namespace saltus::robots::walking {
 namespace {
@@ -97,7 +97,7 @@ ExitStatus run(const Request& request, ConfigurableBiped& problem) {
   if (!request.mjcf.empty()) return write_model(request, problem, model);
   const LinkSetup setup = biped_setup(request, problem, model, config);
   BalanceController controller =
-      make_balance_controller(problem, robot, model.nominal, make_dart_dynamics(model.nominal),
+      make_balance_controller(problem, robot, model.nominal, make_recursive_dynamics(model.nominal),
                               initial_scene(problem, robot), setup.options.period);
   control::BalanceLink link(controller, model.start);
   return drive(request, setup, link, [] { return Json::object(); });
