@@ -45,7 +45,7 @@ static double wall_clock(void) {
 }
 
 static int has_fault(const char* kind, double t) {
-  return strcmp(option.fault, kind) == 0 && t >= option.fault_at;
+  return strcmp(option.fault, kind) == 0 && (option.fault_at < 0.0 || t >= option.fault_at);
 }
 
 /* The joints during one period. */

@@ -1,4 +1,4 @@
-"""`saltus control` drives the robot in C of the examples with a controller of a plugin, and both react to faults.
+"""Robots for `saltus control`: the one in C of the examples with a plugin, DART in a second process, recorded logs.
 
 Usage: joint_robot_test.py SALTUS ROBOT PLUGIN
 """
@@ -50,7 +50,8 @@ class Link(unittest.TestCase):
 
     def control(self, *words):
         """The controller, and its port."""
-        process = self.start(SALTUS, *words, "--link", "udp:0", "--out", self.out)
+        out = [] if "--out" in words else ["--out", self.out]
+        process = self.start(SALTUS, *words, "--link", "udp:0", *out)
         line = process.stdout.readline()
         port = re.search(r"UDP port (\d+)", line)
         self.assertTrue(port, line)
@@ -151,6 +152,87 @@ class Cart(Link):
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertIn(sentence, done.stderr)
                 self.assertFalse(os.path.exists(self.out))
+
+
+class Check(Link):
+    ARM = """joints:
+  shoulder: {torque: 20, speed: 5, limits: [-1, 1]}
+  elbow: {torque: 10, speed: 5, limits: [-2, 2], start: 0.5}
+"""
+
+    def check(self, *robot):
+        """Exit status and output of `robot check`, and its results by joint."""
+        controller, port = self.control("robot", "check", "--robot", self.write(self.ARM))
+        robot = self.start(ROBOT, port, "--time", "100", "--fault-joint", "1", "--fault-at", "-1", *robot,
+                           "shoulder=0.5,1,20,0", "elbow=0.2,0.5,10,0.5")
+        status, text = self.finish(controller)
+        self.assertEqual(self.finish(robot)[0], 0)
+        return status, text, {joint["joint"]: joint for joint in self.summary()["joints"]}
+
+    def test_right_joints(self):
+        status, text, joints = self.check("--delay", "4")
+        self.assertEqual(status, 0, text)
+        for joint in joints.values():
+            self.assertEqual(joint["sign"], 1)
+            self.assertEqual(joint["findings"], [])
+            self.assertAlmostEqual(joint["delay_s"], 0.005, delta=1e-9)  # 4 periods, and that of the motion
+            self.assertAlmostEqual(joint["followed"], 1.0, delta=0.05)
+            self.assertAlmostEqual(joint["velocity_ratio"], 1.0, delta=0.01)
+
+    def test_wrong_joints(self):
+        for fault, sentence in (("sign", "wrong elbow: it moves against its torque"),
+                                ("offset", "wrong elbow: it reads +0.020 rad in its known posture"),
+                                ("stuck", "wrong elbow: it does not move by 0.010 rad")):
+            with self.subTest(fault=fault):
+                status, text, joints = self.check("--fault", fault)
+                self.assertEqual(status, 5, text)
+                self.assertIn(sentence, text)
+                self.assertEqual(joints["shoulder"]["findings"], [])
+                self.assertEqual(len(joints["elbow"]["findings"]), 1)
+
+
+class Dart(Link):
+    def play(self, folder):
+        controller, port = self.control("control")
+        status, text = self.finish(self.start(SALTUS, "robot", "play", folder, "--link", "udp:" + port))
+        self.assertEqual(self.finish(controller)[0], 0)
+        return status, text
+
+    def test_simulated_and_recorded(self):
+        recorded = os.path.join(self.folder.name, "recorded")
+        controller, port = self.control("control", "--log-every", "1", "--out", recorded)
+        robot = self.start(SALTUS, "robot", "serve", "--link", "udp:" + port, "--time", "0.3", "--loss", "0.02", "--jitter",
+                           "0.003")
+        status, text = self.finish(robot)
+        control_status, control_text = self.finish(controller)
+        self.assertEqual((status, control_status), (0, 0), text + control_text)
+        self.assertIn("robot: stands in DART", text)
+        self.assertEqual(self.guarded(text), 0)
+
+        status, text = self.play(recorded)
+        self.assertEqual(status, 0, text)
+        self.assertIn("the commands agree", text)
+        self.assertGreater(int(re.search(r"(\d+) commands compared", text)[1]), 100)
+
+        table = os.path.join(recorded, "trajectory.csv")
+        with open(table, encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        column = lines[0].split(",").index("torque_l_knee [Nm]")
+        row = next(i for i, line in enumerate(lines) if line.startswith("0.1") and ",balance," in line)
+        cells = lines[row].split(",")
+        cells[column] = str(float(cells[column]) + 1.0)
+        lines[row] = ",".join(cells)
+        with open(table, "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+        status, text = self.play(recorded)
+        self.assertEqual(status, 5, text)
+        self.assertIn("largest difference 1 Nm (l_knee at", text)
+
+    def test_without_a_controller(self):
+        done = subprocess.run([SALTUS, "robot", "serve", "--link", "udp:9", "--wait", "0.2"], text=True,
+                              capture_output=True, timeout=DEADLINE)
+        self.assertEqual(done.returncode, 6, done.stderr)
+        self.assertIn("no controller balances", done.stderr)
 
 
 if __name__ == "__main__":
