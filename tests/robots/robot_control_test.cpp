@@ -412,6 +412,7 @@ TEST_F(Reactions, BalancesAsWithoutALinkAndDoesNotAllocate) {
     const SensorMessage readings = message(k);
     const saltus::testing::AllocationCount count;
     const CommandMessage* command = control.update(readings);
+    control.prepare();
     ASSERT_EQ(count.made(), 0) << k;
     ASSERT_NE(command, nullptr);
     EXPECT_EQ(command->answers, readings.sequence);

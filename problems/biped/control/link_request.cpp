@@ -234,6 +234,7 @@ ExitStatus drive(const LinkRequest& request, const LinkSetup& setup,
       counts.refused, counts.replaced);
   print_times("from arrival to command", result.answer);
   print_times("from time stamp to command", result.stamp);
+  if (result.stamp.count() > 0) print_times("between messages", result.interval);
   if (!end.sentence.empty()) fmt::print(stderr, "saltus: control: {}\n", end.sentence);
   return end.status;
 }

@@ -58,6 +58,12 @@ const Robot::Commands& BalanceLink::update(double time, const SensorMessage& rea
   return controller_.update(readings_);
 }
 
+// The part of the next plan that needs no readings, after the command of a plan was sent.
+void BalanceLink::prepare() {
+  if (!controller_.last().has_planned) return;
+  controller_.prepare(readings_.time + controller_.planner().planner().controller().period());
+}
+
 std::string BalanceLink::fault() const {
   const Eigen::Isometry3d& base = controller_.estimate().state.base;
   const double tilt =

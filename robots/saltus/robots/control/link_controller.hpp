@@ -57,6 +57,7 @@ class BalanceLink final : public LinkController {
   void start(const SensorMessage& readings) override;
   const Robot::Commands& update(double time, const SensorMessage& readings) override;
   std::string fault() const override;
+  void prepare() override;
 
  private:
   void read(double time, const SensorMessage& readings);

@@ -15,7 +15,7 @@ namespace saltus::robots::control {
 void read_link_file(const std::filesystem::path& file, std::vector<LinkJoint>& joints,
                     ControlOptions& options);
 
-/// The same content as YAML, to begin with.
+/// Writes these joints and options as such a file, with comments.
 std::string to_link_file(const std::vector<LinkJoint>& joints, const ControlOptions& options);
 
 }  // namespace saltus::robots::control
