@@ -141,6 +141,7 @@ int main(int count, char** words) {
   static unsigned char bytes[SALTUS_LINK_BYTES];
   const double begin = wall_clock();
   double heard = begin, balance_at = INFINITY, stop_at = INFINITY;
+  saltus_guard_action action = SALTUS_GUARD_RELEASES;
   int status = 0;
   for (uint64_t k = 0;; ++k) {
     const double now = (double)k * option.period; /* the robot's clock */
@@ -152,6 +153,7 @@ int main(int count, char** words) {
     readings->time = llround(1e9 * (has_fault("clock", t) ? balance_at + option.fault_at : now));
     readings->pace = option.pace;
     readings->requests_stop = now >= stop_at;
+    readings->is_guarded = action == SALTUS_GUARD_DAMPS;
     measure(readings, t);
     const uint64_t delay = (uint64_t)option.delay;
     int expects = k >= delay && !has_fault("silence", t);
@@ -182,7 +184,7 @@ int main(int count, char** words) {
       q[i] = joint[i].q;
       dq[i] = joint[i].dq;
     }
-    saltus_guard_torques(&guard, now, q, dq, torques);
+    action = saltus_guard_torques(&guard, now, q, dq, torques);
     move(torques, t);
     if (guard.command.state == SALTUS_RELEASE) break;
     if (now > stop_at + 5.0 || wall_clock() - heard > (isfinite(guard.commanded_at) ? 3.0 : 30.0)) {

@@ -36,10 +36,10 @@ class Protocol:
         self.n = len(joints)
         self.robot = zlib.crc32("".join(name + "\n" for name in joints).encode())
 
-    def sensors(self, sequence, seconds, pace, stop, numbers):
+    def sensors(self, sequence, seconds, pace, stop, numbers, guards=False):
         body = struct.pack(f"<dd{len(numbers)}d", pace, 0.0, *numbers)
-        head = [MAGIC, VERSION, SENSORS, HEADER.size + len(body), 0, self.robot, self.n, int(stop), sequence,
-                round(seconds * 1e9)]
+        head = [MAGIC, VERSION, SENSORS, HEADER.size + len(body), 0, self.robot, self.n,
+                int(stop) + 2 * int(guards), sequence, round(seconds * 1e9)]
         head[4] = zlib.crc32(HEADER.pack(*head) + body)
         return HEADER.pack(*head) + body
 
@@ -192,7 +192,7 @@ def main():
     force = o.push / o.push_for * np.array([math.cos(math.radians(o.angle)), math.sin(math.radians(o.angle)), 0.0])
     command, newest, commanded_at, guarded, on_stand, state, is_alive = (zeros,) * 5, 0, 0.0, 0, True, START, True
     begin, k, sequence, delivered, answered = time.perf_counter(), 0, 0, -1, -1
-    waiting_since = begin
+    waiting_since, guards = begin, False
     while k < steps:
         now = sequence * period  # the clock of the robot runs on the stand, too
         t = k * period           # since the robot left the stand
@@ -203,7 +203,7 @@ def main():
             if o.fault == "clock":
                 stamp = now - (t - o.fault_at)
         if not (o.fault == "silence" and t >= o.fault_at):
-            out.put(now, sequence, (sequence, protocol.sensors(sequence, stamp, o.pace, False, readings)))
+            out.put(now, sequence, (sequence, protocol.sensors(sequence, stamp, o.pace, False, readings, guards)))
         before = delivered
         for number, message in out.take(now):
             delivered = max(delivered, number)
@@ -233,7 +233,8 @@ def main():
             commanded_at = now
             continue
         silent = now - commanded_at
-        if silent < o.guard:
+        guards = silent >= o.guard
+        if not guards:
             body.drive(command, silent)
         else:
             guarded += 1

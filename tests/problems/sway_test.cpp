@@ -90,7 +90,7 @@ TEST(RobotVerb, RejectsInvalidArguments) {
   const auto says = [](const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
   };
-  EXPECT_PRED2(says, refused({"mend", "a.urdf"}), "use check or new");
+  EXPECT_PRED2(says, refused({"mend", "a.urdf"}), "use check, new, serve or play");
   EXPECT_PRED2(says, refused({"check"}), "needs the URDF of the robot");
   EXPECT_PRED2(says, refused({"new"}), "needs the URDF of the robot");
   EXPECT_PRED2(says, refused({"check", "a.urdf", "--out", "b"}), "--out belongs to `robot new`");

@@ -28,6 +28,10 @@ class Bytes(unittest.TestCase):
         numbers = np.arange(22 + 2 * 3) / 4
         self.assertEqual(self.protocol.sensors(7, 1.5, 0.5, True, numbers).hex(), SENSORS.hex())
 
+    def test_guard_flag(self):
+        numbers = np.arange(22 + 2 * 3) / 4
+        self.assertEqual(self.protocol.sensors(7, 1.5, 0.5, False, numbers, guards=True)[22:24], b"\x02\0")
+
     def test_command(self):
         sequence, answers, state, *numbers = self.protocol.command(COMMAND)
         self.assertEqual((sequence, answers, state), (9, 7, 2))

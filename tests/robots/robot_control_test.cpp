@@ -512,6 +512,14 @@ TEST_F(Reactions, CutsTorquesToTheLimits) {
   EXPECT_EQ(one.cut(), 1);
 }
 
+TEST_F(Reactions, StopsSoftlyWhenTheRobotHasFallen) {
+  BalanceLink strict(controller, biped.start, 1e-9);  // rad, less than the estimate at the start
+  RobotControl one(strict, joints_of(biped.robot, biped.start.q), options());
+  for (std::size_t k = 0; k < 20 && !one.is_stopping(); ++k) one.update(message(k));
+  EXPECT_EQ(one.state(), ControlState::hold);
+  EXPECT_NE(one.fault().find("has fallen: its base is inclined"), std::string::npos) << one.fault();
+}
+
 TEST_F(Reactions, StopsSoftlyAfterALongGap) {
   balance_until(10);
   ASSERT_NE(control.update(message(10 + 31 + 1)), nullptr);
@@ -658,6 +666,18 @@ TEST(Stuck, StopsSoftlyAndNamesTheJoint) {
   EXPECT_EQ(robot.state(), ControlState::hold);
   EXPECT_NE(robot.fault().find("knee has not moved for 0.30 s although"), std::string::npos)
       << robot.fault();
+}
+
+TEST(Stuck, IsNotAJointWhoseCommandsDoNotAct) {
+  Push push;
+  RobotControl robot(push, two, {});
+  for (std::uint64_t k = 0; k < 1000; ++k) {
+    SensorMessage m = of_two(k);
+    m.is_guarded = true;
+    robot.update(m);
+  }
+  EXPECT_EQ(robot.state(), ControlState::balance) << robot.fault();
+  EXPECT_EQ(robot.counts().guarded, 1000);
 }
 
 // ---- filters and gains

@@ -92,6 +92,16 @@ TEST(RobotHeader, WritesTheBytesOfTheController) {
   EXPECT_EQ(back.dq[2], readings.dq[2]);
   EXPECT_EQ(back.left[0], readings.left[0]);
   EXPECT_EQ(back.requests_stop, 1);
+  EXPECT_EQ(back.is_guarded, 0);
+  back.requests_stop = 0;
+  back.is_guarded = 1;
+  const std::size_t guarded = saltus_write_sensors(&link, &back, bytes);
+  ASSERT_EQ(codec.decode(std::as_bytes(std::span(bytes, guarded)), got), Refusal::none);
+  EXPECT_TRUE(got.is_guarded);
+  EXPECT_FALSE(got.requests_stop);
+  EXPECT_EQ(bytes[22], 2);
+  const auto bytes_again = codec.encode(got);
+  EXPECT_EQ(hex_of(bytes_again.data(), bytes_again.size()), hex_of(bytes, guarded));
 
   const saltus_command command = c_command();
   const std::size_t command_size = saltus_write_command(&link, &command, bytes);

@@ -40,6 +40,7 @@ typedef struct saltus_sensors {
   int64_t time;                 /**< time of the readings on the robot's clock, ns */
   double pace;                  /**< wall-clock seconds per second of this clock; 0: lock-step */
   int requests_stop;            /**< not 0: the controller shall stop softly */
+  int is_guarded;               /**< not 0: the guard acts instead of the commands */
   double angular_velocity[3];   /**< of the base, mean over the last period, rad/s */
   double specific_force[3];     /**< acceleration minus gravity, mean over the last period, m/s^2 */
   double orientation[4];        /**< of the base (w, x, y, z); zeros: unknown */
@@ -176,8 +177,9 @@ static inline size_t saltus_write_sensors(const saltus_link* link, const saltus_
                                           unsigned char* bytes) {
   static const double reserved = 0.0;
   const size_t size = saltus_sensors_size(link->joints);
-  unsigned char* at = saltus_put_header(bytes, link, 1, size, readings->requests_stop != 0,
-                                        readings->sequence, readings->time);
+  unsigned char* at = saltus_put_header(
+      bytes, link, 1, size, (readings->requests_stop != 0) | 2 * (readings->is_guarded != 0),
+      readings->sequence, readings->time);
   at = saltus_put_numbers(at, &readings->pace, 1);
   at = saltus_put_numbers(at, &reserved, 1);
   at = saltus_put_numbers(at, readings->angular_velocity, 3);
@@ -196,6 +198,7 @@ static inline int saltus_read_sensors(const saltus_link* link, const unsigned ch
                                       size_t size, saltus_sensors* readings) {
   if (!saltus_has_header(bytes, size, link, 1, saltus_sensors_size(link->joints))) return 0;
   readings->requests_stop = (int)(saltus_get(bytes + 22, 2) & 1);
+  readings->is_guarded = (int)(saltus_get(bytes + 22, 2) >> 1 & 1);
   readings->sequence = saltus_get(bytes + 24, 8);
   readings->time = (int64_t)saltus_get(bytes + 32, 8);
   saltus_get_numbers(bytes + 40, &readings->pace, 1);

@@ -133,9 +133,8 @@ std::string ControlTable::without_unit(const std::string& column) {
 }
 
 std::string ControlTable::schema() const {
-  std::string text =
-      R"({"title":"saltus.trajectory","type":"object","properties":{)"
-      R"("timestamp":{"type":"number","description":"t [s]"})";
+  std::string text = R"({"title":"saltus.trajectory","type":"object","properties":{)"
+                     R"("timestamp":{"type":"number","description":"t [s]"})";
   for (std::size_t i = 1; i < columns_.size(); ++i)
     text += fmt::format(R"(,"{}":{{"type":{},"description":"{}"}})", without_unit(columns_[i]),
                         i == 1 ? R"("string")" : R"(["number","null"])", columns_[i]);

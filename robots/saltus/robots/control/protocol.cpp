@@ -16,7 +16,7 @@ constexpr std::uint32_t magic = 0x4c544c53;  // "SLTL"
 constexpr std::uint16_t sensors = 1, command = 2;
 constexpr std::size_t header_size = 40, checksum_at = 12;
 constexpr std::size_t sensor_size = header_size + 8 * 24, command_size = header_size + 16;
-constexpr std::uint16_t stop_flag = 1;
+constexpr unsigned stop_flag = 1, guard_flag = 2;
 constexpr double nanoseconds = 1e9;
 
 // Writes or reads the fields one after another.
@@ -180,9 +180,10 @@ Codec::Codec(std::span<const std::string> joints)
 }
 
 std::span<const std::byte> Codec::encode(const SensorMessage& m) {
-  std::byte* at =
-      begin(bytes_, sensors, robot_, joints_,
-            {m.requests_stop ? stop_flag : std::uint16_t{0}, m.sequence, stamp(m.time)});
+  std::byte* at = begin(bytes_, sensors, robot_, joints_,
+                        {static_cast<std::uint16_t>((m.requests_stop ? stop_flag : 0) |
+                                                    (m.is_guarded ? guard_flag : 0)),
+                         m.sequence, stamp(m.time)});
   store(at, m.pace);
   store(at, 0.0);  // reserved
   store_all(at, m.angular_velocity);
@@ -213,6 +214,7 @@ Refusal Codec::decode(std::span<const std::byte> bytes, SensorMessage& m) const 
   m.sequence = header.sequence;
   m.time = seconds(header.time);
   m.requests_stop = (header.flags & stop_flag) != 0;
+  m.is_guarded = (header.flags & guard_flag) != 0;
   m.q.resize(joints_);
   m.dq.resize(joints_);
   const std::byte* at = bytes.data() + header_size;

@@ -24,6 +24,7 @@ struct SensorMessage {
   /// answer to every message.
   double pace = 1.0;
   bool requests_stop = false;  ///< True if the controller shall stop softly.
+  bool is_guarded = false;     ///< True if the robot's guard acts instead of the commands.
   /// Mean over the last period, rad/s, axes of the base; as Robot::Readings.
   Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();
   /// Mean over the last period, m/s^2, axes of the base; as Robot::Readings.

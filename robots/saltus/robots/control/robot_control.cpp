@@ -266,6 +266,10 @@ void RobotControl::run(const SensorMessage& r, long periods) {
   counts_.replaced += periods - 1;
   Robot::Commands& c = command_.commands;
   const double elapsed = static_cast<double>(periods) * options_.period;
+  if (r.is_guarded) {  // the commands do not act
+    ++counts_.guarded;
+    stuck_.start(r.q);
+  }
   c.torques = computed->torques;
   low_pass(options_.torque_hz, elapsed, c.torques, torques_);
   if (computed->positions.size() == c.positions.size()) {

@@ -40,6 +40,7 @@ struct LinkCounts {
   long duplicate = 0;  ///< messages that had arrived before
   long refused = 0;    ///< messages that the codec refused
   long replaced = 0;   ///< readings that were interpolated
+  long guarded = 0;    ///< used messages of a robot whose guard acted while the controller ran
 };
 
 /// Turns readings into commands. Only the start of balancing and the sentence about a fault

@@ -85,7 +85,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
   const double period = robot.period();
   const WallClock::time_point begin = WallClock::now();
   WallClock::time_point heard = begin;
-  bool hangs = true, is_alive = true, stops = false;
+  bool hangs = true, is_alive = true, stops = false, guards = false;
   std::uint64_t written = 0;
   const auto take_over = [&commands, n](const saltus_command& c) {
     commands.torques = Eigen::Map<const VectorXd>(c.torques, n);
@@ -108,6 +108,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
     message.time = now;
     message.pace = options.pace;
     message.requests_stop = stops;
+    message.is_guarded = guards;
     out.put(now, k, codec.encode(message));
     const std::int64_t before = delivered;
     out.take(now, [&](const Lossy::Message& m) {
@@ -167,6 +168,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
         robot.write(commands);
         break;
     }
+    guards = result.guarded < guard->guarded;
     result.guarded = guard->guarded;
     result.failure = robot.wait();
     result.time += period;
