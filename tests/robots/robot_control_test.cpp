@@ -529,7 +529,7 @@ TEST_F(Reactions, StopsSoftlyAfterALongGap) {
 
 TEST_F(Reactions, StopsSoftlyOnRequestWithoutAFault) {
   balance_until(10);
-  SensorMessage last = message(10);
+  SensorMessage last = message(10 + 50);  // also if shared memory has kept the last request only
   last.requests_stop = true;
   control.update(last);
   EXPECT_EQ(control.fault(), "");

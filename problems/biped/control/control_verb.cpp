@@ -59,7 +59,8 @@ void parse(std::span<const std::string> arguments, Request& r) {
   if (!r.plugin.empty()) {
     if (r.config || !r.assignments.empty() || !r.mjcf.empty())
       throw InputError("control: --plugin takes neither --mjcf nor settings of push_recovery");
-    if (!r.robot) throw InputError("control: --plugin needs the joints of the robot, --robot FILE");
+    if (r.robot.empty())
+      throw InputError("control: --plugin needs the joints of the robot, --robot FILE");
   } else if (!r.controller.empty()) {
     throw InputError("control: --controller names a controller of --plugin FILE");
   }
@@ -67,7 +68,7 @@ void parse(std::span<const std::string> arguments, Request& r) {
 
 ExitStatus run_plugin(const Request& request) {
   LinkSetup setup{.options = request.control, .name = request.plugin};
-  control::read_link_file(*request.robot, setup.joints, setup.options);
+  control::read_link_file(request.robot, setup.joints, setup.options);
   control::PluginController controller(request.plugin, request.controller,
                                        static_cast<int>(setup.joints.size()), setup.options.period);
   const ExitStatus status = drive(request, setup, controller, [&controller] {

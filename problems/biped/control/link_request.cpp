@@ -158,10 +158,10 @@ LinkSetup biped_setup(const LinkRequest& request, const BipedProblem& problem,
                   .config = std::move(config)};
   const double step = problem.settings().plant.engine.step;
   setup.options.period = step;
-  if (request.robot) control::read_link_file(*request.robot, setup.joints, setup.options);
+  if (!request.robot.empty()) control::read_link_file(request.robot, setup.joints, setup.options);
   if (setup.options.period != step)
     throw InputError(fmt::format("{}: the period is {} s, but simulator.step_s is {} s",
-                                 request.robot->string(), setup.options.period, step));
+                                 request.robot.string(), setup.options.period, step));
   return setup;
 }
 

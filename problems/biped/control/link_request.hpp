@@ -21,7 +21,7 @@ namespace saltus::robots::walking {
 struct LinkRequest {
   std::string link;                             ///< address
   std::optional<std::filesystem::path> config;  ///< settings of push_recovery
-  std::optional<std::filesystem::path> robot;   ///< file of the robot
+  std::filesystem::path robot;                  ///< file of the robot; empty: none
   std::filesystem::path out;                    ///< folder of the log
   std::vector<Assignment> assignments;          ///< settings of push_recovery
   control::ControlOptions control;              ///< states and guards

@@ -144,9 +144,9 @@ ExitStatus check_live_robot(std::span<const std::string> arguments,
   require_link(request, verb);
 
   LinkSetup setup{.options = request.control, .name = "robot"};
-  const bool is_other = request.robot && !request.config && request.assignments.empty();
+  const bool is_other = !request.robot.empty() && !request.config && request.assignments.empty();
   if (is_other) {
-    control::read_link_file(*request.robot, setup.joints, setup.options);
+    control::read_link_file(request.robot, setup.joints, setup.options);
   } else {
     const std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
     const std::string config = apply_settings(request, *problem);

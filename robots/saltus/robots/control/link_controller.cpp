@@ -12,6 +12,7 @@ namespace saltus::robots::control {
 
 std::vector<std::string> names_of(const std::vector<LinkJoint>& joints) {
   std::vector<std::string> names;
+  names.reserve(joints.size());
   for (const LinkJoint& joint : joints) names.push_back(joint.name);
   return names;
 }

@@ -148,7 +148,7 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
   const std::uint64_t periods = has_readings_ ? readings.sequence - last_.sequence : 1;
   const double elapsed = static_cast<double>(periods) * options_.period;
   std::string reason = implausible(readings, elapsed);
-  if (reason.empty() && is_running() &&
+  if (reason.empty() && is_running() && !readings.requests_stop &&
       periods > static_cast<std::uint64_t>(options_.most_missing) + 1)
     reason = fmt::format("{} consecutive messages of the robot were lost; check the connection",
                          periods - 1);
