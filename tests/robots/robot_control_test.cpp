@@ -802,7 +802,7 @@ TEST_F(Loop, EndsAtTheRequestOfTheRobot) {
   const ProcessResult result = run({.silence = 10.0});
   EXPECT_EQ(result.end, ProcessResult::End::request);
   EXPECT_EQ(control.fault(), "");
-  EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()) - 59 + 30);
+  EXPECT_EQ(control.counts().used, static_cast<long>(lines.size()) - 59 + 31);
   EXPECT_EQ(result.answer.count(), control.counts().used);
 }
 

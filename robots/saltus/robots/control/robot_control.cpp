@@ -152,8 +152,8 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
       periods > static_cast<std::uint64_t>(options_.most_missing) + 1)
     reason = fmt::format("{} consecutive messages of the robot were lost; check the connection",
                          periods - 1);
+  const bool began = is_stopping();
   if (!reason.empty()) {
-    const bool began = is_stopping();
     stop(std::move(reason));
     last_.sequence = readings.sequence;  // the other readings stay the last plausible ones
     has_readings_ = true;
@@ -187,7 +187,7 @@ const CommandMessage* RobotControl::update(const SensorMessage& readings) {
     case ControlState::hold:
     case ControlState::damp:
     case ControlState::release:
-      continue_stop(elapsed);
+      continue_stop(began ? elapsed : 0.0);
       break;
   }
   last_ = readings;
