@@ -1,6 +1,6 @@
 """Robots for `saltus control`: the one in C of the examples with a plugin, DART in a second process, recorded logs.
 
-Usage: joint_robot_test.py SALTUS ROBOT PLUGIN
+Usage: joint_robot_test.py SALTUS ROBOT PLUGIN CONVERSION
 """
 
 import json
@@ -12,8 +12,8 @@ import tempfile
 import time
 import unittest
 
-SALTUS, ROBOT, PLUGIN = (os.path.abspath(name) for name in sys.argv[1:4])
-del sys.argv[1:4]
+SALTUS, ROBOT, PLUGIN, CONVERSION = (os.path.abspath(name) for name in sys.argv[1:5])
+del sys.argv[1:5]
 DEADLINE = 120  # s, on a loaded machine
 # Seconds per second of the robot, where a fault can only be noticed in real time.
 SLOW = "5"
@@ -94,6 +94,15 @@ class Cart(Link):
         self.assertEqual(summary["tick"]["count"], 101)  # every 20 ms
         self.assertEqual(summary["ticks_without_plan"], 0)
         self.assertEqual(summary["messages"]["lost"], 0)
+
+    def test_converts_state_and_input(self):
+        """The plugin has another state and another input than the joints."""
+        controller, port = self.control("control", "--plugin", CONVERSION, "--robot",
+                                        self.write(CART.replace("torque: 3.0", "torque: 6.0")))
+        status, text = self.finish(self.start(ROBOT, port, "--time", "2.5", "slider=2,0.4,6,0.25"))
+        control_status, control_text = self.finish(controller)
+        self.assertEqual((status, control_status), (0, 0), text + control_text)
+        self.assertAlmostEqual(float(re.search(r"joints: (\S+);", text)[1]), 1.0, delta=0.02)
 
     def test_readings_arrive_late(self):
         status, text, control_status, control_text = self.pair("--time", "0.5", "--delay", "5")

@@ -78,16 +78,20 @@ typedef struct saltus_command {
 /* ---- plugins of `saltus control --plugin` ----
  *
  * The state of a plugin's controller is (positions, velocities) of all joints, and its inputs are
- * their torques, unless the plugin exports functions of these types and names. They must not
- * allocate. `readings->left` and so on are as received; `requests_stop` is not set. */
+ * their torques, unless the plugin defines these two functions or one of them (in C++ as
+ * extern "C"). They must not allocate. `requests_stop` and `is_guarded` are not set. */
+#ifdef __GNUC__
+#define SALTUS_OF_PLUGIN __attribute__((visibility("default")))
+#else
+#define SALTUS_OF_PLUGIN
+#endif
 
-/** Type of saltus_state_of_sensors(): writes the state of the controller. */
-typedef void (*saltus_state_of_sensors)(const saltus_sensors* readings, int joints, double* state,
-                                        int states);
-/** Type of saltus_torques_of_input(): writes the torques of all joints for an input. `readings`
- * are those of the last tick. */
-typedef void (*saltus_torques_of_input)(const saltus_sensors* readings, const double* input,
-                                        int inputs, double* torques, int joints);
+/** Writes the state of the controller. */
+SALTUS_OF_PLUGIN void saltus_state_of_sensors(const saltus_sensors* readings, int joints,
+                                              double* state, int states);
+/** Writes the torques of all joints for an input. `readings` are those of the last tick. */
+SALTUS_OF_PLUGIN void saltus_torques_of_input(const saltus_sensors* readings, const double* input,
+                                              int inputs, double* torques, int joints);
 
 /* ---- bytes ---- */
 

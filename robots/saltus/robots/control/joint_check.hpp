@@ -45,8 +45,9 @@ class JointCheck final : public LinkController {
 
   /// Reports of all joints, with findings.
   std::vector<Report> reports() const;
-  /// Mean size of the specific force, m/s^2, and of the angular velocity, rad/s.
+  /// Mean size of the specific force, m/s^2.
   double gravity() const { return gravity_ / static_cast<double>(updates_); }
+  /// Mean size of the angular velocity, rad/s.
   double turning() const { return turning_ / static_cast<double>(updates_); }
 
  private:

@@ -29,8 +29,9 @@ struct PluginController::Plugin {
   decltype(&::saltus_prepare) prepare = nullptr;
   decltype(&::saltus_feedback) feedback = nullptr;
   decltype(&::saltus_read_piece) read_piece = nullptr;
-  saltus_state_of_sensors state_of = nullptr;    // optional
-  saltus_torques_of_input torques_of = nullptr;  // optional
+  // Optional.
+  decltype(&::saltus_state_of_sensors) state_of = nullptr;
+  decltype(&::saltus_torques_of_input) torques_of = nullptr;
 
   int joints = 0;
   double link_period = 0.0;

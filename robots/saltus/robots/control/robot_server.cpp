@@ -64,6 +64,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
   Codec codec(names);
   const saltus_link identity{codec.robot(), n};
   std::vector<double> limits;
+  limits.reserve(joints.size());
   for (const LinkJoint& joint : joints) limits.push_back(joint.effort);
   const auto guard = std::make_unique<saltus_guard>();
   saltus_guard_init(guard.get(), n, limits.data());
