@@ -23,6 +23,7 @@ OPTIONS = {
 }
 FIELDS_OF_ANY_TYPE = {"integrator": "Integrator | None", "qp": "str", "fallback": "Callable", "input": "Callable",
                       "state": "Callable", "before_tick": "Callable", "until": "Callable"}
+OF_OBJECT = ("__repr__", "__str__", "__eq__", "__ne__", "__hash__", "__array_ufunc__")
 SIGNATURE = re.compile(r"^(?:\d+\. )?(\w+)\((.*)\) -> (.*)$")
 
 
@@ -81,7 +82,8 @@ def signatures(core, doc, name, owner):
                                  .replace("ndarray", "ArrayLike"))
             if "*args: Any" in arguments:  # keywords follow it anyway
                 arguments = [a for a in arguments if a != "*"]
-            found.append([f"({', '.join(arguments)}) -> {plain(match[3])}", ""])
+            returned = "Any" if match[3] == "object" else plain(match[3])
+            found.append([f"({', '.join(arguments)}) -> {returned}", ""])
         elif found and line.strip() and line.strip() != "Overloaded function.":
             found[-1][1] = f"{found[-1][1]} {line.strip()}".strip()
     return found
@@ -94,8 +96,9 @@ def function(core, name, value, indent, owner="", static=False):
             yield f"{indent}@overload"
         if static:
             yield f"{indent}@staticmethod"
-        yield f"{indent}def {name}{signature}:"
-        yield f'{indent}    """{text}"""' if text else f"{indent}    ..."
+        yield f"{indent}def {name}{signature}:{'' if text else ' ...'}"
+        if text:
+            yield f'{indent}    """{text}"""'
 
 
 def members(core, cls, indent):
@@ -104,9 +107,16 @@ def members(core, cls, indent):
     if enum:
         for name in cls.__members__:
             yield f"{indent}{name}: {cls.__qualname__}"
-        yield f"{indent}name: str"
-        yield f"{indent}value: int"
+        yield f"{indent}__members__: dict[str, {cls.__qualname__}]"
+        for name, kind in (("name", "str"), ("value", "int")):
+            yield f"{indent}@property"
+            yield f"{indent}def {name}(self) -> {kind}: ..."
+        yield f"{indent}def __init__(self, value: int) -> None: ..."
+        yield f"{indent}def __int__(self) -> int: ..."
+        yield f"{indent}def __index__(self) -> int: ..."
         return
+    if not issubclass(cls, Exception) and not signatures(core, cls.__init__.__doc__, "__init__", cls.__name__):
+        yield f"{indent}def __init__(self, *args: Any, **kwargs: Any) -> None: ..."
     for name in sorted(own):
         value = own[name]
         if inspect.isclass(value):
@@ -118,9 +128,8 @@ def members(core, cls, indent):
             if value.fset is not None:
                 yield f"{indent}@{name}.setter"
                 yield f"{indent}def {name}(self, value: {plain(match[1]) if match else 'Any'}) -> None: ..."
-        elif isinstance(value, cls.__class__) or name.startswith("_") and name not in ("__init__", "__call__"):
-            if hasattr(cls, "__members__"):
-                continue
+        elif isinstance(value, cls.__class__) or name.startswith("_") and (name in OF_OBJECT or not name.startswith("__")):
+            continue
         elif callable(getattr(cls, name)):
             yield from function(core, name, getattr(cls, name), indent, cls.__name__, isinstance(value, staticmethod))
     for name in sorted(own):

@@ -197,6 +197,10 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   recording.state_names = c.states;
   recording.input_names = c.inputs;
   write_recording(context.output, recording);
+  if (!solution.multipliers.empty()) {
+    const std::string multipliers = multipliers_csv(solution);
+    context.output.write("multipliers.csv", std::string_view(multipliers));
+  }
 
   Json summary = summary_head(outcome, c.summary);
   summary.update(solution_json(solution, recording));

@@ -102,6 +102,7 @@ Json solution_json(const Solution& solution, const Recording& recording) {
                       {"kind", describe(e.kind)},
                       {"mode_before", e.mode_before},
                       {"mode_after", e.mode_after}});
+  const Json described = Json::parse(summary_json("", solution));
   return {{"ok", solution.ok()},
           {"status", describe(solution.status)},
           {"cost", solution.cost},
@@ -111,6 +112,8 @@ Json solution_json(const Solution& solution, const Recording& recording) {
           {"method", solution.method},
           {"phases", phases},
           {"costs", costs},
+          {"multipliers", described["multipliers"]},
+          {"violations", described["violations"]},
           {"events", events}};
 }
 

@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -19,6 +20,7 @@
 #include "saltus/core/types.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/integrator.hpp"
+#include "saltus/solver/solver.hpp"
 
 namespace saltus::python {
 
@@ -28,6 +30,7 @@ using namespace py::literals;
 void add_formulas(py::module_& m);     ///< expressions, functions
 void add_definitions(py::module_& m);  ///< bounds, phases, problems
 void add_solves(py::module_& m);       ///< options, solvers, results
+void add_searches(py::module_& m);     ///< several starts, sequences of modes
 void add_loops(py::module_& m);        ///< controllers, plants, closed loops
 
 /// Sizes of the arguments of a formula. The algebraic states z come after x.
@@ -46,6 +49,31 @@ void require_rows(const Function& function, int rows, const std::string& where, 
 /// An integrator, which several phases may share.
 struct Integrator {
   IntegratorChoice choice;  ///< the scheme
+};
+
+/// A solver that Python owns too.
+class SharedSolver final : public Solver {
+ public:
+  explicit SharedSolver(std::shared_ptr<Solver> solver) : solver_(std::move(solver)) {}
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
+    if (!observer().should_stop) return solver_->solve(program, start, warm);
+    struct Restore {
+      Solver& solver;
+      SolveObserver own;
+      ~Restore() { solver.set_observer(own); }
+    } restore{*solver_, solver_->observer()};
+    SolveObserver both = restore.own;
+    both.should_stop = [&] { return observer().wants_stop() || restore.own.wants_stop(); };
+    solver_->set_observer(both);
+    return solver_->solve(program, start, warm);
+  }
+  void set_deadline(WallClock::time_point deadline) override { solver_->set_deadline(deadline); }
+  double tolerance() const override { return solver_->tolerance(); }
+  bool keeps_stages() const override { return solver_->keeps_stages(); }
+  std::string name() const override { return solver_->name(); }
+
+ private:
+  std::shared_ptr<Solver> solver_;
 };
 
 /// A vector from a number or a sequence.

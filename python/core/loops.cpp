@@ -18,22 +18,6 @@ namespace {
 
 using Release = py::gil_scoped_release;
 
-// A solver that Python owns too.
-class SharedSolver final : public Solver {
- public:
-  explicit SharedSolver(std::shared_ptr<Solver> solver) : solver_(std::move(solver)) {}
-  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
-    return solver_->solve(program, start, warm);
-  }
-  void set_deadline(WallClock::time_point deadline) override { solver_->set_deadline(deadline); }
-  double tolerance() const override { return solver_->tolerance(); }
-  bool keeps_stages() const override { return solver_->keeps_stages(); }
-  std::string name() const override { return solver_->name(); }
-
- private:
-  std::shared_ptr<Solver> solver_;
-};
-
 // The solver of the ticks: the real-time iteration with these options, or a full solve.
 using TickSolver = std::variant<std::monostate, RealTimeIterationOptions, std::shared_ptr<Solver>>;
 

@@ -19,5 +19,6 @@ PYBIND11_MODULE(_core, m) {
   saltus::python::add_formulas(m);
   saltus::python::add_definitions(m);
   saltus::python::add_solves(m);
+  saltus::python::add_searches(m);
   saltus::python::add_loops(m);
 }

@@ -449,6 +449,17 @@ void add_results(py::module_& m) {
                          [](const auto& c) { return std::pair(c.term, c.largest); });
           },
           "Largest violations of soft terms by phase and term.")
+      .def_property_readonly(
+          "multipliers",
+          [](const Solution& s) {
+            py::dict table;
+            for (const Solution::Multiplier& m : s.multipliers)
+              table[py::make_tuple(m.phase, m.term, m.row)] =
+                  py::make_tuple(py::array(py::cast(m.times)), py::array(py::cast(m.values)));
+            return table;
+          },
+          "Multipliers by phase, term and row: pairs of times and derivatives of the cost with "
+          "respect to the active bound.")
       .def_readonly("crossings", &Solution::crossings,
                     "Zero crossings of guards at ends of phases.")
       .def_readonly("verification", &Solution::verification, "Result of the verifier, or None.")
@@ -650,13 +661,20 @@ void add_calls(py::module_& m) {
       [](const OptimalControlProblem& problem, const std::variant<Trajectory, Solution>& plan,
          const std::string& folder, std::vector<std::string> state_names,
          std::vector<std::string> input_names) {
-        const Trajectory* trajectory = std::get_if<Trajectory>(&plan);
-        save(problem, trajectory != nullptr ? *trajectory : std::get<Solution>(plan).trajectory,
-             folder, std::move(state_names), std::move(input_names));
+        std::visit(
+            [&](const auto& saved) {
+              save(problem, saved, folder, std::move(state_names), std::move(input_names));
+            },
+            plan);
       },
       "problem"_a, "plan"_a, "folder"_a, "state_names"_a = std::vector<std::string>{},
       "input_names"_a = std::vector<std::string>{},
-      "Writes trajectory.csv and events.csv, which `saltus plot FOLDER` draws.");
+      "Writes trajectory.csv and events.csv, which `saltus plot FOLDER` draws; of a Solution also "
+      "summary.json and multipliers.csv for `saltus view FOLDER`.");
+  m.def("multipliers_csv", &multipliers_csv, "plan"_a,
+        "Text of a CSV table of the multipliers of a Solution over time.");
+  m.def("summary_json", &summary_json, "name"_a, "plan"_a,
+        "Text of summary.json: status, cost and its terms, multipliers and violations.");
 }
 
 }  // namespace

@@ -29,6 +29,11 @@ def _modelling():
     try:
         return importlib.import_module(".modelling", __name__)
     except ImportError as error:
+        if "cannot open shared object file" in str(error):
+            raise ImportError(f"the extension saltus._core needs the library {str(error).split(':')[0]}, which is missing: "
+                              "apt-get install libfmt-dev libsuitesparse-dev libsundials-dev coinor-libipopt-dev; if that "
+                              "does not help, the wheel is for another release of Debian: build it with "
+                              "`pip install ./python` in a checkout") from error
         if "_core" not in str(error):
             raise
         raise ImportError("the extension saltus._core is not built: `pip install ./python` in a checkout of Saltus "

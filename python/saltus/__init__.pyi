@@ -6,3 +6,4 @@ from ._formulas import (acos as acos, asin as asin, atan as atan, atan2 as atan2
                         smooth_max as smooth_max, smooth_min as smooth_min, smooth_step as smooth_step, sqrt as sqrt,
                         tan as tan, tanh as tanh)
 from .results import Run as Run, SaltusError as SaltusError, Table as Table, load as load, run as run
+from .viewer import view as view

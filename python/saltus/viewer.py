@@ -9,12 +9,14 @@ docs/viewer.md describes the page and the scene.
 
 import argparse
 import base64
+import csv
 import html
 import importlib.util
 import json
 import os
 import re
 import sys
+import tempfile
 import time
 import webbrowser
 
@@ -32,12 +34,15 @@ from .whole_file import write_text  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SHARE = os.path.dirname(os.path.dirname(HERE))  # share/saltus, or the sources
-THREE = "/usr/share/javascript/three"  # Debian package libjs-three
-COPYRIGHT = "/usr/share/doc/libjs-three/copyright"
+THREE = next((place for place in (os.path.join(HERE, "three"), "/usr/share/javascript/three")  # a wheel; libjs-three
+              if os.path.isdir(place)), "")
+COPYRIGHT = next((path for path in (os.path.join(THREE, "copyright"), "/usr/share/doc/libjs-three/copyright")
+                  if os.path.isfile(path)), "")
 FEW = 50000  # values: a table of at most so many keeps 32 bits per value, a larger one has 16
 MANY = 400000  # values: a larger table is thinned
 PANELS = 12  # shown at first
 LIVE_PAUSE = 0.5  # s
+NO_MULTIPLIER = 1e-7  # what solvers leave at inactive constraints
 # Columns that share a panel: what comes before, the part that differs, what comes after.
 GROUPS = (re.compile(r"(.*?)([wxyz])()"), re.compile(r"(.*?)(roll|pitch|yaw)(.*)"), re.compile(r"()(left|right)([_ ].*)"))
 LEAST = ({"x", "y"}, {"roll", "pitch"}, {"left", "right"})  # parts that a group must have
@@ -217,6 +222,21 @@ VIOLATIONS = ("misses", "missed_at_ends", "missed_on_the_way", "plan_missed_at_e
               "unmet", "checked")
 
 
+def _term_of(entry):
+    """ "phase: term", with the row if it is not the first."""
+    term = ": ".join(entry[key] for key in ("phase", "term") if entry.get(key))
+    return f"{term} {entry['row']}" if entry.get("row") else term
+
+
+def _multipliers(entries):
+    """The active constraints, with derivatives of the cost."""
+    active = [entry for entry in entries if max(abs(entry.get(side) or 0.0) for side in ("lower", "upper")) > NO_MULTIPLIER]
+    if not active:
+        return {}
+    return {"derivative of the cost with respect to": "the lower, the upper bound",
+            **{_term_of(entry): f"{_shown(entry['lower'])}, {_shown(entry['upper'])}" for entry in active}}
+
+
 def notes_of(runs):
     """Tables for the page: cost terms, violations and the summary; a column for each run."""
     sections = []
@@ -228,19 +248,19 @@ def notes_of(runs):
 
     section("Cost terms", [{f"{c.get('phase', '')}: {c.get('term', '')}": _shown(c.get("value"))
                             for c in run.summary.get("costs") or []} for run in runs])
-    section("Multipliers", [{f"{c.get('phase', '')}: {c.get('term', '')}": _shown(c.get("value"))
-                             for c in run.summary.get("multipliers") or []} for run in runs])
+    section("Multipliers", [_multipliers(run.summary.get("multipliers") or []) for run in runs])
     violated = []
     for run in runs:
         entries = {}
         for kind in VIOLATIONS:
             for entry in run.summary.get(kind) or []:
                 if isinstance(entry, dict):
-                    name = ": ".join(str(entry[k]) for k in ("phase", "term", "name", "t_s") if k in entry)
+                    name = ": ".join(str(entry[k]) for k in ("phase", "term", "name", "kind") if entry.get(k))
                     said = entry.get("text") or ", ".join(
-                        f"{k} {_shown(entry[k])}" for k in ("time_s", "amount", "value", "reference", "error", "tolerance")
+                        f"{k} {_shown(entry[k])}" for k in ("t_s", "amount", "value", "reference", "error", "tolerance")
                         if entry.get(k) is not None)
-                    entries[f"{kind.replace('_', ' ')}: {name}"] = said
+                    key = f"{kind.replace('_', ' ')}: {name}"
+                    entries[key if key not in entries else f"{key} at {_shown(entry.get('t_s'))} s"] = said
         violated.append(entries)
     section("Violations and checks", violated)
     section("Summary", [_scalars(run.summary) for run in runs])
@@ -309,7 +329,7 @@ def _columns(value):
 def _plots_folder():
     """The folder with uPlot: of the package uplot-python, or of the set-up."""
     cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    places = [os.path.join(SHARE, "uplot"), os.path.join(cache, "saltus", "uplot")]
+    places = [os.path.join(place, "uplot") for place in (HERE, SHARE, os.path.join(cache, "saltus"))]
     found = importlib.util.find_spec("uplot")
     if found and found.submodule_search_locations:
         places += [os.path.join(place, "static") for place in found.submodule_search_locations]
@@ -331,7 +351,7 @@ def _script(*parts):
 
 def _licence():
     """The text of the MIT licence, which must accompany the libraries."""
-    if not os.path.exists(COPYRIGHT):
+    if not COPYRIGHT:
         return ""
     found = re.search(r"^License: Expat\n(?: .*\n)+", _read(COPYRIGHT), re.MULTILINE)
     return found.group(0).replace("--", "- -") if found else ""
@@ -438,10 +458,39 @@ class View:
                 'title="view of a run"></iframe>')
 
 
+def _loaded(run, folder):
+    """The run of a folder, or of the result of a solve or a closed loop, which is written into `folder`."""
+    if isinstance(run, (str, os.PathLike)):
+        return load(run)
+    if hasattr(run, "solution"):  # solve_refined(), search()
+        run = run.solution
+    if hasattr(run, "recording"):
+        run.write(os.path.join(folder, "closed loop"))
+        return load(os.path.join(folder, "closed loop"))
+    if not hasattr(run, "trajectory") or hasattr(run, "tables"):
+        return run
+    from . import _core
+    if run.trajectory.empty:
+        raise ViewError(f"the plan has no trajectory: {run.message}")
+    folder = os.path.join(folder, "plan")
+    os.makedirs(folder)
+    samples = run.trajectory.samples(8)
+    names = run.trajectory.phases
+    columns = {"t [s]": samples["t"], "phase": [names[i] for i in samples["phase"]]}
+    for letter in ("x", "u", "z"):
+        columns.update({f"{letter}{i}": values for i, values in enumerate(np.transpose(samples.get(letter, [])))})
+    with open(os.path.join(folder, "trajectory.csv"), "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([columns, *zip(*columns.values())])
+    write_text(os.path.join(folder, "multipliers.csv"), _core.multipliers_csv(run))
+    write_text(os.path.join(folder, "summary.json"), _core.summary_json("plan", run))
+    return load(folder)
+
+
 def view(run, *others, scene=None):
-    """A page about a run, or a comparison of several: runs of load() or run(), or folders. In a notebook it appears
-    inline; `save(path)` writes it as one file."""
-    return View([load(run) if isinstance(run, (str, os.PathLike)) else run for run in (run, *others)], scene)
+    """A page about a run, or a comparison of several. A run is a folder, a result of load() or run(), a solution, or the
+    log of a closed loop. In a notebook the page appears inline; `save(path)` writes it as one file."""
+    with tempfile.TemporaryDirectory(prefix="saltus-view-") as folder:
+        return View([_loaded(entry, os.path.join(folder, str(i), "run")) for i, entry in enumerate((run, *others))], scene)
 
 
 def write(folder):

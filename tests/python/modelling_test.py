@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Problems in Python: formulas, definitions, messages, solves, control loops, exports.
 
-Usage: modelling_test.py BUILD [CASADI], with the folder python of the build and, optionally, a folder with CasADi.
+Usage: modelling_test.py BUILD, with the folder python of the build, or `installed` for the installed package.
 """
 
 import copy
@@ -15,7 +15,9 @@ import time
 import unittest
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path[:0] = [os.path.join(ROOT, "python"), sys.argv.pop(1)]
+build = sys.argv.pop(1)
+if build != "installed":
+    sys.path[:0] = [os.path.join(ROOT, "python"), build]
 import numpy as np  # noqa: E402
 
 import saltus as sl  # noqa: E402
@@ -295,6 +297,109 @@ class Solves(unittest.TestCase):
         self.assertTrue(why.is_infeasible())
         self.assertAlmostEqual(why.shortages[0].amount, 0.5, places=5)
         self.assertIn("'there'", why.text())
+
+    def test_multipliers(self):
+        # The cost is 6 d^2 for the distance d = 1, so d cost / d d = 12; the costates are -12 and 12 t - 6.
+        plan = sl.solve(ride(), intervals_per_phase=100)
+        times, values = plan.multipliers["drive", "there", 0]
+        self.assertEqual((list(times), values.shape), ([1.0], (1,)))
+        self.assertAlmostEqual(values[0], 12.0, delta=2e-3)  # constant inputs: 1 / (1 - 1 / n^2)
+        times, speed = plan.multipliers["drive", "costate", 1]
+        np.testing.assert_allclose(speed, 12.0 * times - 6.0, atol=7e-2)  # h / 2 from the nodes
+        np.testing.assert_allclose([plan.multipliers["drive", "costate", i][1][0] for i in range(2)], plan.start_multipliers)
+        self.assertEqual(sl.multipliers_csv(plan).splitlines()[0], "t [s],there 0,there 1,costate 0,costate 1")
+        # Units do not matter: a state in mm and an input in mm/s^2.
+        small = Phase("drive", lambda t, x, u: [x[1], u[0]], exactly(1.0), nx=2, nu=1).nominal([1e3, 1e3], 1e3)
+        small.minimise("effort", lambda t, x, u: 0.5e-6 * u[0] * u[0]).reach("there", lambda t, x: x, exactly([1e3, 0.0]))
+        scaled = sl.solve(sl.OptimalControlProblem().start_at([0, 0]).then(small), intervals_per_phase=100)
+        np.testing.assert_allclose(scaled.multipliers["drive", "there", 0][1], 1e-3 * plan.multipliers["drive", "there", 0][1],
+                                   rtol=1e-6)
+
+    def test_several_starts(self):
+        # The cost (x^2 - 1)^2 at the end has two minima.
+        drive = Phase("drive", lambda t, x, u: [u[0]], exactly(1.0), nx=1, nu=1)
+        drive.minimise_at_end("wells", lambda t, x: (x[0] ** 2 - 1.0) ** 2 + 0.1 * x[0])
+        drive.minimise("effort", lambda t, x, u: 1e-3 * u[0] ** 2)
+        problem = sl.OptimalControlProblem("wells").start_at([0.0]).then(drive)
+        found = sl.solve_from(problem, [{"inputs": [[1.0]], "states": [sl.Guess.interpolate([0.0], [1.0])]},
+                                        sl.SeveralSolutions.Start(inputs=[[-1.0]], states=[[-1.0]]),
+                                        dict(inputs=[[-2.0]])], intervals_per_phase=5)
+        self.assertTrue(found and found.ok())
+        self.assertEqual((len(found.optima), found.optimum_of[0], found.failed), (2, 1, []))
+        self.assertEqual(found.optimum_of[1], 0)
+        self.assertLess(found.optima[0].cost, found.optima[1].cost)
+        self.assertLess(found.optima[0].trajectory.final_state[0], 0.0)
+        self.assertEqual(sl.solve_from(problem, [{}, {"trajectory": found.optima[1].trajectory}], intervals_per_phase=5,
+                                       make_solver=lambda: sl.make_native_solver(tolerance=1e-9)).optimum_of[1], 0)
+        shared = sl.make_native_solver()
+        for make, sentence in ((lambda: shared, "the same solver twice"), (lambda: None, "no solver")):
+            with self.assertRaisesRegex(sl.DefinitionError, sentence):
+                sl.solve_from(problem, [{}, {}], make_solver=make, threads=1)
+        with self.assertRaisesRegex(sl.DefinitionError, "start 0: 2 durations are given, but the problem has 1 phases"):
+            sl.solve_from(problem, [{"durations": [1.0, 2.0]}])
+        with self.assertRaisesRegex(TypeError, "there is no option 'duration'; the options are durations, states"):
+            sl.solve_from(problem, [{"duration": [1.0]}])
+
+        def interrupt():
+            signal.raise_signal(signal.SIGINT)
+            return sl.make_native_solver()
+        with self.assertRaises(KeyboardInterrupt):
+            sl.solve_from(problem, [{}] * 3, make_solver=interrupt, threads=1)
+
+    def test_joint_schedules(self):
+        legs = [sl.Schedule(["stand", "swing", "stand"], [(f"{side} lifts", lift), (f"{side} lands", lift + 0.3)])
+                for side, lift in (("left", 0.1), ("right", 0.6))]
+        contacts = sl.JointSchedule(legs, capacity=8)
+        self.assertEqual(contacts.parts, 2)
+        joint = contacts.join(0.0, 1.0)
+        self.assertEqual([name for name, _ in joint.events], ["left lifts", "left lands", "right lifts", "right lands"])
+        self.assertEqual([joint.mode_at(t) for t in (0.0, 0.2, 0.5, 0.7)],
+                         ["stand stand", "swing stand", "stand stand", "stand swing"])
+        contacts.part(0).retime("left lands", 0.35)
+        self.assertAlmostEqual(contacts.join(0.0, 1.0).time_of("left lands"), 0.35)
+        self.assertAlmostEqual(contacts.joined().time_of("left lands"), 0.35)
+        self.assertIsInstance(contacts.during(0, "swing"), sl.Window)
+        with self.assertRaisesRegex(sl.DefinitionError, "swing"):
+            contacts.during(0, "swings")
+        with self.assertRaises(sl.DefinitionError):
+            contacts.part(2)
+
+    def test_search_over_modes(self):
+        # x' is 1 or -1 in sampled time; the optimum of sum x^2 from 0.5 alternates after one step down.
+        def graph(*durations):
+            modes = sl.ModeGraph("drift")
+            for name, speed in (("up", 1.0), ("down", -1.0)):
+                phase = Phase(name, lambda t, x, speed=speed: [speed + 0.0 * x[0]], durations[0], nx=1)
+                modes.mode(phase.minimise("distance", lambda t, x: x[0] * x[0]).guess_duration(1.0))
+            return modes.start_at([0.5])
+        best = sl.search(graph(exactly(1.0)).all_transitions(), phases=4)
+        self.assertEqual(best.guarantee, sl.SequenceResult.Guarantee.optimal, best.message)
+        self.assertEqual(best.sequence, ["down", "up", "down", "up"])
+        self.assertEqual(best.modes, [1, 0, 1, 0])
+        self.assertAlmostEqual(best.cost, 4.0 / 12.0, places=6)  # int (0.5 - t)^2 over each sample
+        self.assertTrue(best and best.found() and best.gap() < 1e-5)
+        self.assertLessEqual(best.lower_bound, best.cost + 1e-9)
+        self.assertIn("optimal", sl.describe(best.guarantee))
+        dwelling = sl.search(graph(exactly(1.0)).all_transitions().dwell("down", 2), phases=3)
+        self.assertGreater(dwelling.cost, 3.0 / 12.0 + 0.1)
+        free = graph(sl.between(0.1, 3.0)).transition("up", "down", sl.jump("hit", lambda t, x: 0.5 * x)).transition("down", "up")
+        free.begin_in(["down"]).end_in(["up"]).total_time(exactly(2.0)).enter_at_most("down", 1)
+        free.minimise_at_end("place", lambda t, x: x[0] ** 2).validate()
+        found = sl.search(free, at_most=2, intervals_per_phase=4)
+        self.assertEqual((found.sequence, found.guarantee), (["down", "up"], sl.SequenceResult.Guarantee.enumerated))
+        self.assertTrue(found.solution.ok())
+        self.assertEqual(free.problem(["down", "up"]).phases, ["down 1", "up 2"])
+        crossing = graph(sl.between(0.1, 3.0)).transition_when("down", "up", "floor", lambda t, x: x[0], sl.Crossing.falling)
+        crossing.begin_in(["down"]).end_in(["up"]).total_time(exactly(1.0)).reach_at_end("there", lambda t, x: x[0], sl.at_most(9.0))
+        down, _ = sl.search(crossing, at_most=2, intervals_per_phase=4).solution.durations
+        self.assertAlmostEqual(down, 0.5, places=6)
+        for wrong, sentence in ((lambda: sl.search(graph(exactly(1.0)).transition("up", "sideways"), phases=2), "sideways"),
+                                (lambda: sl.ModeGraph().transition_when("a", "b", "hit", lambda t, x: x[0], sl.Crossing.falling),
+                                 "add mode 'a' before it"),
+                                (lambda: sl.ModeGraph().minimise_at_end("end", lambda t, x: x[0]), "add the modes before it"),
+                                (lambda: graph(exactly(1.0)).minimise_at_end("end", lambda t, x: [1.0, x[0]]), "must return a scalar")):
+            with self.assertRaisesRegex(sl.DefinitionError, sentence):
+                wrong()
 
     def test_observers_and_interrupts(self):
         drive = Phase("drive", lambda t, x, u: [x[1], sl.sin(u[0]) - x[1] ** 2], exactly(1.0), nx=2, nu=1)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The type stubs name every class, function, argument and option of the extension.
 
-Usage: stubs_test.py BUILD, with the folder python of the build.
+Usage: stubs_test.py BUILD, with the folder python of the build, or `installed` for the installed package.
 """
 
 import ast
@@ -10,9 +10,14 @@ import sys
 import unittest
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path[:0] = [os.path.join(ROOT, "python"), sys.argv.pop(1)]
-import make_stubs  # noqa: E402
+build = sys.argv.pop(1)
+if build != "installed":
+    sys.path[:0] = [os.path.join(ROOT, "python"), build]
 import saltus.modelling  # noqa: E402
+
+if build == "installed":
+    sys.path.append(os.path.join(ROOT, "python"))
+import make_stubs  # noqa: E402
 from saltus import _core  # noqa: E402
 
 
@@ -43,7 +48,7 @@ class Stubs(unittest.TestCase):
             imports = [node for node in ast.parse(file.read()).body if isinstance(node, ast.ImportFrom)]
         names = {name.name for node in imports for name in node.names if node.module != "results"}
         core = {name for name in dir(_core) if not name.startswith("_")}
-        self.assertEqual(names - {"*", "load", "run", "Run", "Table", "SaltusError"},
+        self.assertEqual(names - {"*", "load", "run", "Run", "Table", "SaltusError", "view"},
                          set(saltus.modelling.__all__) - core)
 
     def test_everything_has_a_docstring(self):

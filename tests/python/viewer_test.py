@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Checks the page of `saltus view`: its data without a browser, and the page itself in a headless Chromium.
 
-Usage: viewer_test.py SOURCE_DIR UPLOT_DIR, a folder with uPlot.iife.js. Exits with 77, "skipped", without numpy or
-uPlot. Without Chromium or three.js the tests of the page are skipped.
+Usage: viewer_test.py SOURCE_DIR UPLOT_DIR [BUILD], a folder with uPlot.iife.js, or `installed` for the installed package;
+and the folder python of the build, for plans. Exits with 77, "skipped", without numpy or uPlot. Without Chromium or
+three.js the tests of the page are skipped.
 """
 
 import contextlib
@@ -19,18 +20,23 @@ import time
 import unittest
 
 SKIPPED = 77
-source, uplot = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
+source, uplot, build = (sys.argv[1:] + ["", "", ""])[:3]
+sys.argv[1:] = []
 if importlib.util.find_spec("numpy") is None:
     print("skipped: this python3 has no numpy")
     sys.exit(SKIPPED)
-if not os.path.exists(os.path.join(uplot, "uPlot.iife.js")):
+INSTALLED = uplot == "installed"
+if not INSTALLED and not os.path.exists(os.path.join(uplot, "uPlot.iife.js")):
     print(f"skipped: there is no uPlot in {uplot} (./saltus setup fetches it)")
     sys.exit(SKIPPED)
 cache = tempfile.TemporaryDirectory(prefix="saltus-viewer-")
 os.environ["XDG_CACHE_HOME"] = cache.name
 os.makedirs(os.path.join(cache.name, "saltus"))
-os.symlink(os.path.abspath(uplot), os.path.join(cache.name, "saltus", "uplot"))
-sys.path[:0] = [os.path.join(source, "python"), os.path.join(source, "docs", "reference")]
+if not INSTALLED:
+    os.symlink(os.path.abspath(uplot), os.path.join(cache.name, "saltus", "uplot"))
+    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in (os.path.join(source, "python"), build) if path)
+    sys.path[:0] = os.environ["PYTHONPATH"].split(os.pathsep)
+sys.path.append(os.path.join(source, "docs", "reference"))
 
 import numpy as np  # noqa: E402
 import open_pages  # noqa: E402
@@ -42,6 +48,7 @@ CHROMIUM = next((path for path in map(shutil.which, open_pages.BROWSERS) if path
 FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 OF_THE_DRIVER = "GL Driver Message"  # about screenshots with software rendering
 HAS_THREE = os.path.exists(os.path.join(viewer.THREE, "three.min.js"))
+HAS_CORE = importlib.util.find_spec("saltus._core") is not None
 LENGTH = 2.0  # s
 SCENE = {"view": "xz", "items": [
     {"name": "cart", "shape": "box", "size": [0.4, 0.2, 0.2], "at": ["position", 0, {"column": "height", "times": 2, "plus": 1}]},
@@ -80,9 +87,20 @@ def make_run(folder, scale=1.0, scene=True):
     return folder
 
 
+def ball():
+    """The plan of a point mass whose speed is limited, and its closed loop."""
+    drive = saltus.Phase("drive", lambda t, x, u: [x[1], u[0]], saltus.exactly(1.0), nx=2, nu=1)
+    drive.minimise("effort", lambda t, x, u: 0.5 * u[0] * u[0]).keep("limit", lambda t, x: x[1], saltus.at_most(1.2))
+    drive.reach("there", lambda t, x: x, saltus.exactly([1.0, 0.0]))
+    problem = saltus.OptimalControlProblem("ball").start_at([0, 0]).then(drive)
+    plan = saltus.solve(problem)
+    law = saltus.simulate_closed_loop(lambda t, x: plan.trajectory.input(min(t, 1.0)),
+                                      saltus.nominal_plant(problem, saltus.runge_kutta4()), duration=1.0, period=0.01)
+    return problem, plan, law
+
+
 def run_module(*words, **how):
-    return subprocess.run([sys.executable, "-B", "-m", "saltus.viewer", *words], capture_output=True, text=True, check=False,
-                          env={**os.environ, "PYTHONPATH": os.path.join(source, "python")}, **how)
+    return subprocess.run([sys.executable, "-B", "-m", "saltus.viewer", *words], capture_output=True, text=True, check=False, **how)
 
 
 class Folder(unittest.TestCase):
@@ -138,6 +156,24 @@ class Data(Folder):
         write(self.folder.name, "map.csv", "impulse [N s],recovered\n1,1\n")
         self.assertIn("no table with a column t", run_module(self.folder.name).stderr)
 
+    @unittest.skipUnless(HAS_CORE, "the extension is not built")
+    def test_multipliers_of_a_plan(self):
+        problem, plan, _ = ball()
+        self.assertTrue(plan.ok(), plan.message)
+        saltus.save(problem, plan, self.path("plan"))
+        run = saltus.load(self.path("plan"))
+        self.assertEqual(list(run.tables["multipliers"]), ["t", "limit", "there 0", "there 1", "costate 0", "costate 1"])
+        entries = {(m["term"], m["row"]): m for m in run.summary["multipliers"]}
+        # The cost is 6 without the limit; d cost / d limit of the speed is not positive.
+        self.assertEqual(set(entries), {("limit", 0), ("there", 0), ("there", 1)})
+        self.assertLess(entries["limit", 0]["upper"], -1.0)
+        self.assertAlmostEqual(entries["limit", 0]["lower"], 0.0, places=6)
+        curves = run.tables["multipliers"]["limit"]
+        self.assertAlmostEqual(np.nansum(curves), entries["limit", 0]["upper"], places=5)
+        sections = {section["title"].split(":")[0]: dict((row[0], row[1]) for row in section["rows"]) for section in viewer.notes_of([run])}
+        self.assertEqual(set(sections), {"Cost terms", "Multipliers", "Violations and checks", "Summary"})
+        self.assertIn("drive: limit", sections["Multipliers"])
+
     @unittest.skipUnless(HAS_THREE, "three.js is missing (package libjs-three)")
     def test_page_is_small_and_needs_no_network(self):
         folder = make_run(self.path("run"))
@@ -152,11 +188,13 @@ class Data(Folder):
         for wanted in ("src=", "href=", "@import"):
             self.assertNotIn(wanted, text.split("<script>")[0])
 
+    @unittest.skipIf(INSTALLED, "the package has no scenes of the library")
     def test_scene_in_the_documentation_is_that_of_the_library(self):
         with open(os.path.join(source, "docs", "viewer.md"), encoding="utf-8") as page, \
                 open(viewer.find_scene(self.folder.name, "c03_pendulum_on_cart"), encoding="utf-8") as scene:
             self.assertIn(scene.read(), page.read())
 
+    @unittest.skipIf(INSTALLED, "the package has no scenes of the library")
     def test_scene_of_a_project_and_of_the_library(self):
         os.makedirs(self.path("project"))
         write(self.path("project"), "scene.json", SCENE)
@@ -231,6 +269,22 @@ class Page(Folder):
             self.assertIn("first 2.250", text)
             self.assertIn("second 4.500", text)
 
+    @unittest.skipUnless(HAS_CORE, "the extension is not built")
+    def test_plan_against_plant(self):
+        _, plan, log = ball()
+        saltus.view(log, plan).save(self.path("view.html"))
+        with self.opened(self.path("view.html")) as browser:
+            self.assertEqual(browser.evaluate("runs.map(run => run.name)"), ["closed loop", "plan"])
+            browser.evaluate("go(0.5); 0")
+            text = browser.evaluate("panels[0].box.innerText")
+            self.assertTrue("closed loop 0.500" in text and "plan 0.500" in text, text)
+            # Multipliers are drawn on demand.
+            self.assertNotIn("limit", browser.evaluate("panels.map(p => p.box.innerText).join()"))
+            browser.evaluate("view_data.panels.forEach(p => { p.shown = p.table === 'multipliers' && p.title === 'limit'; });"
+                             "build_panels(); 0")
+            self.assertEqual(browser.evaluate("panels.length"), 1)
+            self.assertIn("limit", browser.evaluate("panels[0].box.innerText"))
+
     def test_logarithmic_time(self):
         folder = make_run(self.path("run"), scene=False)
         write(folder, "summary.json", {"logarithmic_time": True})
@@ -244,7 +298,7 @@ class Page(Folder):
         os.remove(os.path.join(folder, "summary.json"))
         write(folder, "trajectory.csv", rows(0.5))
         viewing = subprocess.Popen([sys.executable, "-B", "-m", "saltus.viewer", folder, "--live"], stdout=subprocess.PIPE,
-                                   env={**os.environ, "PYTHONPATH": os.path.join(source, "python")}, text=True)
+                                   text=True)
         self.addCleanup(viewing.stdout.close)
         try:
             self.assertTrue(viewing.stdout.readline().strip().endswith("view.html"))

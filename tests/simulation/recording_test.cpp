@@ -173,6 +173,28 @@ TEST(Recording, KeepsAnEventAtTheEndOfAPiece) {
     }
 }
 
+TEST(Recording, SavedSolutionHasMultipliersAndSummary) {
+  Solution plan;
+  plan.status = SolveStatus::optimal;
+  plan.multipliers = {{"fall", "ceiling", 0, {0.0, 0.5}, {0.0, -2.0}},
+                      {"fall", "ceiling", 1, {0.5}, {1.5}},
+                      {"fall", "bounds of input 0", 0, {0.0, 0.5, 0.5}, {0.25, 0.0, -0.5}},
+                      {"fall", Solution::Multiplier::costate, 0, {0.0}, {7.0}}};
+  plan.costs = {{"fall", "effort", 3.0}};
+  plan.soft_violations = {{"fall", "landing", 0.5, 1.0}};
+  EXPECT_EQ(multipliers_csv(plan),
+            "t [s],ceiling 0,ceiling 1,bounds of input 0,costate\n"
+            "0,0,,0.25,7\n0.5,-2,1.5,0,\n0.5,,,-0.5,\n");
+  const std::string summary = summary_json("ball", plan);
+  for (const char* part :
+       {R"("name": "ball")", R"("term": "effort", "value": 3)",
+        R"("term": "ceiling", "row": 0, "lower": 0, "upper": -2, "t_s": 0.5)",
+        R"("term": "bounds of input 0", "row": 0, "lower": 0.25, "upper": -0.5, "t_s": 0.5)",
+        R"("kind": "soft", "phase": "fall", "term": "landing", "t_s": 1, "amount": 0.5)"})
+    EXPECT_NE(summary.find(part), std::string::npos) << part << " in " << summary;
+  EXPECT_EQ(summary.find("costate"), std::string::npos);
+}
+
 TEST(Recording, LogWritesItsFiles) {
   const auto folder =
       std::filesystem::temp_directory_path() / ("saltus_loop_" + std::to_string(::getpid()));

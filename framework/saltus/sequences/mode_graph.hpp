@@ -85,6 +85,9 @@ class ModeGraph {
     return transition_when(std::move(from), std::move(to), std::move(event), std::move(function),
                            crossing, std::move(jump));
   }
+  /// The same with a Function of (t | x).
+  ModeGraph& transition_when(std::string from, std::string to, std::string event, Function guard,
+                             Crossing crossing, Jump jump = Jump{});
   /// Allows all transitions without a jump, including each mode to itself.
   ModeGraph& all_transitions();
   /// Excludes a transition, also after all_transitions().
@@ -116,14 +119,20 @@ class ModeGraph {
   template <int nx, class F>
   ModeGraph& minimise_at_end(std::string name, F formula) {
     static_assert(ReturnsRows<F, 1, nx, 0, 0>, "a cost must return a scalar");
-    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), Term::Kind::cost,
-                  {});
+    return minimise_at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)));
+  }
+  /// The same with a Function of (t | x).
+  ModeGraph& minimise_at_end(std::string name, Function formula) {
+    return at_end(std::move(name), std::move(formula), Term::Kind::cost, {});
   }
   /// Adds a constraint of (t, x) at the end of the last mode, whichever it is.
   template <int nx, class F>
   ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
-    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)),
-                  Term::Kind::constraint, bounds);
+    return reach_at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), bounds);
+  }
+  /// The same with a Function of (t | x).
+  ModeGraph& reach_at_end(std::string name, Function formula, Bounds bounds) {
+    return at_end(std::move(name), std::move(formula), Term::Kind::constraint, bounds);
   }
 
   // --- queries
@@ -189,8 +198,6 @@ class ModeGraph {
   void check(bool limited_phases) const;
 
  private:
-  ModeGraph& transition_when(std::string from, std::string to, std::string event, Function guard,
-                             Crossing crossing, Jump jump);
   ModeGraph& at_end(std::string name, Function formula, Term::Kind kind, Bounds bounds);
   PhaseDefinition with_end(PhaseDefinition phase) const;
   OptimalControlProblem begin() const;

@@ -124,6 +124,9 @@ void save(const OptimalControlProblem& problem, const Trajectory& plan, const st
 void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
           std::vector<std::string> state_names, std::vector<std::string> input_names) {
   save(problem, plan.trajectory, folder, std::move(state_names), std::move(input_names));
+  const std::filesystem::path path(folder);
+  write_atomically(path / "summary.json", summary_json(problem.name(), plan));
+  if (!plan.multipliers.empty()) write_atomically(path / "multipliers.csv", multipliers_csv(plan));
 }
 
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,

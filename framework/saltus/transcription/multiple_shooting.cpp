@@ -13,6 +13,7 @@
 #include "saltus/ocp/windows_of.hpp"
 #include "saltus/transcription/crossing_report.hpp"
 #include "saltus/transcription/exact_penalties.hpp"
+#include "saltus/transcription/multipliers.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
 #include "saltus/transcription/verdict.hpp"
@@ -293,6 +294,7 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   if (result.is_doubtful) report_scale_mismatch(result, solution);
   check_magnitudes(shooting, start, solution);
   if (!solution.trajectory.empty()) {
+    solution.multipliers = multipliers_of(shooting.program(), solution.point);
     check_descent(shooting, start, solution);
     check_curvature(shooting, result.check, most_gain(solver), solution);
     apply_crossing_check(shooting.options().accuracy, solution);

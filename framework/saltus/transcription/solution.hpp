@@ -110,6 +110,21 @@ inline constexpr const char* change_of_inputs = "change of inputs";
 
 /// The solution of a problem.
 struct Solution {
+  /// Multipliers of one row of a constraint at its grid points, in the units of the problem.
+  struct Multiplier {
+    static constexpr const char* costate = "costate";  ///< `term` of the costates
+
+    std::string phase;  ///< name of the phase; empty: the whole problem
+    /// Name of the term, link or integral, "total time", "bounds of state 0", "bounds of input 0",
+    /// or "costate".
+    std::string term;
+    int row = 0;                ///< row of the term, or index of the state
+    std::vector<double> times;  ///< times of the grid points, s
+    /// Derivatives of the optimal cost with respect to the active bound, positive at a lower and
+    /// negative at an upper bound. For costates, with respect to the state.
+    std::vector<double> values;
+  };
+
   /// Violation of a soft constraint. `phase` of a link or an integral is the phase where it ends.
   struct SoftViolation {
     std::string phase, term;  ///< names
@@ -192,6 +207,8 @@ struct Solution {
   double seconds = 0.0;  ///< wall-clock time of the solver
   std::string method;    ///< integrator, cost rule, Hessian
   NlpPoint point;        ///< primal-dual point for warm starts
+  /// Multipliers of all constraints. Filled by solve(), not in control loops.
+  std::vector<Multiplier> multipliers;
   /// d cost / d x0: multipliers of the start in physical units. Positive where a larger start value
   /// increases the cost. Equal to the costates up to sign conventions.
   VectorXd start_multipliers;
