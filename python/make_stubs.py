@@ -5,6 +5,7 @@ Usage: make_stubs.py BUILD [--print], with the folder python of the build. --pri
 """
 
 import inspect
+import operator
 import os
 import re
 import sys
@@ -19,10 +20,12 @@ OPTIONS = {
     "runge_kutta8": ["RungeKuttaOptions"], "gauss_legendre": ["ImplicitRungeKuttaOptions"],
     "radau_iia": ["ImplicitRungeKuttaOptions"], "implicit_midpoint": ["ImplicitMidpointOptions"],
     "cvodes": ["CvodesOptions"], "arkode": ["ArkodeOptions"], "idas": ["IdasOptions"],
-    "make_native_solver": ["NativeSolverOptions"], "make_ipopt": ["IpoptOptions"],
+    "make_native_solver": ["NativeSolverOptions"], "make_ipopt": ["IpoptOptions"], "search": ["SearchOptions"],
+    "solve_from": ["SeveralSolutions.Options"],
 }
 FIELDS_OF_ANY_TYPE = {"integrator": "Integrator | None", "qp": "str", "fallback": "Callable", "input": "Callable",
-                      "state": "Callable", "before_tick": "Callable", "until": "Callable"}
+                      "state": "Callable", "states": "Sequence[Guess | ArrayLike]", "inputs": "Sequence[Guess | ArrayLike]",
+                      "make_solver": "Callable[[], Solver]", "before_tick": "Callable", "until": "Callable"}
 OF_OBJECT = ("__repr__", "__str__", "__eq__", "__ne__", "__hash__", "__array_ufunc__")
 SIGNATURE = re.compile(r"^(?:\d+\. )?(\w+)\((.*)\) -> (.*)$")
 
@@ -32,6 +35,12 @@ def plain(text):
     text = re.sub(r"saltus\._core\.", "", text)
     text = re.sub(r"saltus::(?:\w+::)*(\w+)", r"\1", text)  # a class that is bound later
     text = re.sub(r"\bfunction\b", "Callable", text)
+    # Spellings of pybind11 3.
+    text = re.sub(r'typing\.Annotated\[numpy\.typing\.(ArrayLike|NDArray)(?:\[numpy\.\w+\])?(?:, numpy\.\w+)?, "[^"]*"(?:, "[^"]*")*\]',
+                  lambda m: "ArrayLike" if m[1] == "ArrayLike" else "ndarray", text)
+    text = re.sub(r"numpy\.typing\.NDArray\[numpy\.\w+\]", "ndarray", text)
+    text = re.sub(r"typing\.Supports(Int|Float) \| typing\.SupportsIndex", lambda m: m[1].lower(), text)
+    text = re.sub(r"collections\.abc\.(Sequence|Callable)\b", r"\1", text)
     text = re.sub(r"numpy\.(?:typing\.)?\w*\[?[^\s,\]]*?(?:numpy\.)?float64\[[^\]]*\](?:, flags\.[\w.]+)*\]?", "ndarray", text)
     text = re.sub(r"numpy\.ndarray(?:\[[^\[\]]*(?:\[[^\]]*\])?[^\[\]]*\])?", "ndarray", text)
     text = re.sub(r"\b(?:typing\.)?(List|Dict|Tuple)\[", lambda m: m[1].lower() + "[", text)
@@ -50,7 +59,7 @@ def split(arguments):
 
 
 def field_types(core, struct):
-    cls = getattr(core, struct)
+    cls = operator.attrgetter(struct)(core)
     for name in cls._fields.split(", "):
         doc = getattr(getattr(cls, name, None), "fget", None)
         match = re.search(r"-> (.*)", (doc and doc.__doc__) or "")
@@ -61,7 +70,10 @@ def options_of(core, name):
     if name in OPTIONS:
         structs = OPTIONS[name]
     else:
-        structs = [name] if hasattr(getattr(core, name, None), "_fields") else []
+        try:
+            structs = [name] if hasattr(operator.attrgetter(name)(core), "_fields") else []
+        except AttributeError:
+            structs = []
     fields = dict(pair for struct in structs for pair in field_types(core, struct))
     return ["*", *(f"{key}: {kind.replace('ndarray', 'ArrayLike')} = ..." for key, kind in fields.items())] if fields else []
 
@@ -131,7 +143,7 @@ def members(core, cls, indent):
         elif isinstance(value, cls.__class__) or name.startswith("_") and (name in OF_OBJECT or not name.startswith("__")):
             continue
         elif callable(getattr(cls, name)):
-            yield from function(core, name, getattr(cls, name), indent, cls.__name__, isinstance(value, staticmethod))
+            yield from function(core, name, getattr(cls, name), indent, cls.__qualname__, isinstance(value, staticmethod))
     for name in sorted(own):
         if isinstance(own[name], core.Penalty.Kind):
             yield f"{indent}{name}: Penalty.Kind"
@@ -151,7 +163,7 @@ def class_of(core, cls, indent=""):
 
 def stubs(core):
     lines = ['"""Modelling, solves and control loops of Saltus. Written by python/make_stubs.py."""', "",
-             "from typing import Any, Callable, Optional, Union, overload", "", "from numpy import ndarray",
+             "from typing import Any, Callable, Optional, Sequence, Union, overload", "", "from numpy import ndarray",
              "from numpy.typing import ArrayLike", ""]
     for name in sorted(dir(core)):
         if name.startswith("_"):

@@ -1,6 +1,6 @@
 """Modelling, solves and control loops of Saltus. Written by python/make_stubs.py."""
 
-from typing import Any, Callable, Optional, Union, overload
+from typing import Any, Callable, Optional, Sequence, Union, overload
 
 from numpy import ndarray
 from numpy.typing import ArrayLike
@@ -32,7 +32,7 @@ class ArkodeOptions:
 
 class Automaton:
     """Modes and events inside a phase."""
-    def __init__(self, nx: int, nu: int = ..., np: int = ..., nz: int = ..., equations: object = ..., guess: Optional[ArrayLike] = ...) -> None: ...
+    def __init__(self, nx: int, nu: int = ..., np: int = ..., nz: int = ..., equations: object = ..., guess: ArrayLike | None = ...) -> None: ...
     def event(self, name: str, from_: str, to: str, guard: object, crossing: Crossing, reset: object = ...) -> Automaton:
         """Adds an event between two modes."""
     def mode(self, name: str, dynamics: object) -> Automaton:
@@ -221,11 +221,11 @@ class Disturbances:
 
 class ExplainOptions:
     """Options of explain()."""
-    def __init__(self, *, remedies: int = ..., time_limit: float = ..., guess: Optional[Trajectory] = ..., soft_terms: bool = ...) -> None: ...
+    def __init__(self, *, remedies: int = ..., time_limit: float = ..., guess: Trajectory | None = ..., soft_terms: bool = ...) -> None: ...
     @property
-    def guess(self) -> Optional[Trajectory]: ...
+    def guess(self) -> Trajectory | None: ...
     @guess.setter
-    def guess(self, value: Optional[Trajectory]) -> None: ...
+    def guess(self, value: Trajectory | None) -> None: ...
     @property
     def remedies(self) -> int: ...
     @remedies.setter
@@ -549,6 +549,21 @@ class IpoptOptions:
     @warm_start_barrier.setter
     def warm_start_barrier(self, value: float) -> None: ...
 
+class JointSchedule:
+    """Several schedules that run at the same time, such as one per leg."""
+    def __init__(self, parts: Sequence[Schedule], capacity: int) -> None:
+        """`capacity` is the maximum number of events of the joint schedule."""
+    def during(self, i: int, mode: str) -> Window:
+        """Window in which part i is in this mode, for any modes of the other parts."""
+    def join(self, from_: float, to: float) -> Schedule:
+        """The joint schedule of (from_, to]."""
+    def joined(self) -> Schedule:
+        """The result of the last join()."""
+    def part(self, i: int) -> Schedule:
+        """The schedule of part i, for editing."""
+    @property
+    def parts(self) -> int: ...
+
 class Jump:
     """A reset of the state between two phases."""
     def __init__(self, name: str, formula: object) -> None: ...
@@ -567,7 +582,7 @@ class LatencyHistogram:
 
 class Limits:
     """Bounds on every row; with a penalty, violations are charged."""
-    def __init__(self, bounds: Union[Bounds, list[Bounds]], penalty: Optional[Penalty] = ...) -> None: ...
+    def __init__(self, bounds: Bounds | Sequence[Bounds], penalty: Penalty | None = ...) -> None: ...
 
 class LoopLog:
     """Result of a closed-loop run."""
@@ -590,7 +605,7 @@ class LoopLog:
         @property
         def preparation(self) -> float: ...
         @property
-        def provenance(self) -> Optional[Provenance]: ...
+        def provenance(self) -> Provenance | None: ...
         @property
         def seconds(self) -> float: ...
         @property
@@ -718,11 +733,52 @@ class LoopStatistics:
 
 class Mesh:
     """Division of a phase into intervals."""
-    def __init__(self, intervals: int = ..., nodes: list[float] = ...) -> None: ...
+    def __init__(self, intervals: int = ..., nodes: Sequence[float] = ...) -> None: ...
     @property
     def intervals(self) -> int: ...
     @property
     def nodes(self) -> list[float]: ...
+
+class ModeGraph:
+    """A problem with a free sequence of modes: modes, allowed transitions and conditions at the end. Every method returns the graph."""
+    def __init__(self, name: str = ...) -> None: ...
+    def __len__(self) -> int: ...
+    def all_transitions(self) -> ModeGraph:
+        """Allows all transitions without a jump, including each mode to itself."""
+    def begin_in(self, modes: Sequence[str]) -> ModeGraph:
+        """Modes that may be the first one."""
+    def costs(self, rule: CostRule) -> ModeGraph:
+        """Sets the rule for running costs of all modes."""
+    def dwell(self, mode: str, phases: int) -> ModeGraph:
+        """Minimum number of phases of the mode after each entry."""
+    def end_in(self, modes: Sequence[str]) -> ModeGraph:
+        """Modes that may be the last one."""
+    def enter_at_most(self, mode: str, times: int) -> ModeGraph:
+        """Maximum number of entries into the mode."""
+    def minimise_at_end(self, name: str, formula: object) -> ModeGraph:
+        """Adds a cost of (t, x) at the end of the last mode."""
+    def mode(self, phase: Phase) -> ModeGraph:
+        """Appends a mode: a copy of the phase."""
+    @property
+    def name(self) -> str: ...
+    def no_transition(self, from_: str, to: str) -> ModeGraph:
+        """Excludes a transition."""
+    def problem(self, sequence: Sequence[str]) -> OptimalControlProblem:
+        """The problem of this sequence of modes."""
+    def reach_at_end(self, name: str, formula: object, bounds: Bounds) -> ModeGraph:
+        """Adds a constraint of (t, x) at the end of the last mode."""
+    def start_at(self, state: ArrayLike) -> ModeGraph:
+        """Fixes the state at the start."""
+    def start_time(self, t: float) -> ModeGraph:
+        """Sets the absolute start time, s."""
+    def total_time(self, bounds: Bounds) -> ModeGraph:
+        """Bounds the sum of all durations, s."""
+    def transition(self, from_: str, to: str, jump: Jump = ...) -> ModeGraph:
+        """Allows `to` after `from_`."""
+    def transition_when(self, from_: str, to: str, event: str, guard: object, crossing: Crossing, jump: Jump = ...) -> ModeGraph:
+        """Allows `to` after `from_` where the guard of (t, x) crosses zero."""
+    def validate(self, limited_phases: bool = ...) -> None:
+        """Checks the graph; raises DefinitionError."""
 
 class MultipleShooting:
     """Transcription of a problem for many solves with different data."""
@@ -731,7 +787,7 @@ class MultipleShooting:
     def guess_from(self, trajectory: Trajectory) -> PrimalDualPoint: ...
     def initial_guess(self) -> PrimalDualPoint: ...
     def retime(self, event: str, time: float) -> None: ...
-    def set_data(self, name: str, values: Union[float, ArrayLike]) -> None:
+    def set_data(self, name: str, values: float | ArrayLike) -> None:
         """Sets data by the name of a block."""
     def set_penalty_weight(self, weight_name: str, weight: float) -> None: ...
     def set_previous_input(self, input: ArrayLike) -> None: ...
@@ -779,7 +835,7 @@ class OptimalControlProblem:
         """Sets the rule for running costs."""
     def editable_schedule(self) -> Schedule:
         """The schedule, to move events."""
-    def link(self, name: str, formula: object, limits: Union[Limits, Bounds, list[Bounds]], *args: Any) -> OptimalControlProblem:
+    def link(self, name: str, formula: object, limits: Limits | Bounds | Sequence[Bounds], *args: Any) -> OptimalControlProblem:
         """Constrains a formula of ends of phases, which have t, duration, x and p."""
     def minimise_link(self, name: str, formula: object, *args: Any) -> OptimalControlProblem:
         """Adds a scalar formula of ends of phases to the cost."""
@@ -793,9 +849,9 @@ class OptimalControlProblem:
         """Sets every penalty weight of this name."""
     def start_at(self, state: ArrayLike) -> OptimalControlProblem:
         """Fixes the state at the start."""
-    def start_time(self, t: Union[float, Bounds], guess: float = ...) -> OptimalControlProblem:
+    def start_time(self, t: float | Bounds, guess: float = ...) -> OptimalControlProblem:
         """Fixes the absolute start time, or frees it within bounds."""
-    def start_within(self, bounds: list[Bounds], guess: ArrayLike) -> OptimalControlProblem:
+    def start_within(self, bounds: Sequence[Bounds], guess: ArrayLike) -> OptimalControlProblem:
         """Frees the state at the start within bounds."""
     def then(self, phase: Phase, jump: Jump = ...) -> OptimalControlProblem:
         """Appends a copy of the phase, entered through the jump. Later changes have no effect."""
@@ -833,35 +889,35 @@ class Phase:
     @overload
     def __init__(self, name: str, automaton: Automaton, duration: Bounds) -> None: ...
     @overload
-    def __init__(self, name: str, dynamics: object, duration: Bounds, nx: int, nu: int = ..., np: int = ..., nz: int = ..., equations: object = ..., guess: Optional[ArrayLike] = ...) -> None:
+    def __init__(self, name: str, dynamics: object, duration: Bounds, nx: int, nu: int = ..., np: int = ..., nz: int = ..., equations: object = ..., guess: ArrayLike | None = ...) -> None:
         """`dynamics` returns dx/dt. `duration` is in seconds; exactly(T) fixes it."""
     def allow(self, term: str, between_nodes: float, at_nodes: float = ...) -> Phase:
         """Sets tolerances of a path constraint in its units."""
-    def begin_with(self, name: str, formula: object, bounds: Union[Bounds, list[Bounds]], penalty: Optional[Penalty] = ...) -> Phase:
+    def begin_with(self, name: str, formula: object, bounds: Bounds | Sequence[Bounds], penalty: Penalty | None = ...) -> Phase:
         """Constraint at the start of the phase, after the jump."""
-    def bound_algebraic(self, i: int, bounds: Bounds, window: Window = ..., penalty: Optional[Penalty] = ...) -> Phase:
+    def bound_algebraic(self, i: int, bounds: Bounds, window: Window = ..., penalty: Penalty | None = ...) -> Phase:
         """Bounds algebraic state i in a window."""
-    def bound_input(self, i: int, bounds: Bounds, window: Window = ..., penalty: Optional[Penalty] = ...) -> Phase:
+    def bound_input(self, i: int, bounds: Bounds, window: Window = ..., penalty: Penalty | None = ...) -> Phase:
         """Bounds input i in a window."""
-    def bound_integral(self, name: str, formula: object, limits: Union[Limits, Bounds, list[Bounds]], magnitude: float = ...) -> Phase:
+    def bound_integral(self, name: str, formula: object, limits: Limits | Bounds | Sequence[Bounds], magnitude: float = ...) -> Phase:
         """Limits the integral of the scalar formula at the end of the phase."""
-    def bound_state(self, i: int, bounds: Bounds, window: Window = ..., penalty: Optional[Penalty] = ...) -> Phase:
+    def bound_state(self, i: int, bounds: Bounds, window: Window = ..., penalty: Penalty | None = ...) -> Phase:
         """Bounds state i in a window."""
-    def common_resultant(self, firsts: list[int], size: int) -> Phase:
+    def common_resultant(self, firsts: Sequence[int], size: int) -> Phase:
         """Groups of inputs act only through a common resultant."""
-    def data(self, name: str, value: Union[float, ArrayLike]) -> Phase:
+    def data(self, name: str, value: float | ArrayLike) -> Phase:
         """Adds a block of data to p, in order of declaration."""
     def ends_when(self, event: str, guard: object, crossing: Crossing) -> Phase:
         """Ends the phase where the guard crosses zero in this direction."""
     def guess_duration(self, seconds: float) -> Phase:
         """Initial guess of a free duration."""
-    def guess_input(self, guess: Union[Guess, ArrayLike]) -> Phase:
+    def guess_input(self, guess: Guess | ArrayLike) -> Phase:
         """Initial guess of the inputs; a vector is constant."""
-    def guess_state(self, guess: Union[Guess, ArrayLike]) -> Phase:
+    def guess_state(self, guess: Guess | ArrayLike) -> Phase:
         """Initial guess of the states; a vector is constant."""
     def inputs(self, parametrisation: InputParametrisation) -> Phase:
         """Shape of the inputs over an interval."""
-    def keep(self, name: str, formula: object, bounds: Union[Bounds, list[Bounds]], window: Window = ..., penalty: Optional[Penalty] = ...) -> Phase:
+    def keep(self, name: str, formula: object, bounds: Bounds | Sequence[Bounds], window: Window = ..., penalty: Penalty | None = ...) -> Phase:
         """Keeps the formula within bounds during the window."""
     def minimise(self, name: str, formula: object, window: Window = ...) -> Phase:
         """Adds the integral of the scalar formula over the window to the cost."""
@@ -871,25 +927,25 @@ class Phase:
         """Adds the scalar formula at one end of the phase to the cost."""
     @property
     def name(self) -> str: ...
-    def nominal(self, state: Union[float, ArrayLike], input: Union[float, ArrayLike] = ...) -> Phase:
+    def nominal(self, state: float | ArrayLike, input: float | ArrayLike = ...) -> Phase:
         """Magnitudes that scale variables and defects."""
     def nominal_duration(self, seconds: float) -> Phase:
         """Magnitude of a free duration."""
     def on(self, event: str, guard: object, crossing: Crossing, reset: object) -> Phase:
         """Resets the state where the guard crosses zero. The phase continues."""
-    def penalise_change(self, weights: Union[float, ArrayLike]) -> Phase:
+    def penalise_change(self, weights: float | ArrayLike) -> Phase:
         """Adds 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals."""
-    def reach(self, name: str, formula: object, bounds: Union[Bounds, list[Bounds]], penalty: Optional[Penalty] = ...) -> Phase:
+    def reach(self, name: str, formula: object, bounds: Bounds | Sequence[Bounds], penalty: Penalty | None = ...) -> Phase:
         """Constraint at the end of the phase, before the jump."""
     def switch_at(self, event: str, guard: object, above: object) -> Phase:
         """The dynamics are active where the guard is negative, `above` where it is positive."""
-    def track(self, name: str, residual: object, weights: Union[float, ArrayLike], window: Window = ..., reference: Union[Reference, Union[float, ArrayLike]] = ...) -> Phase:
+    def track(self, name: str, residual: object, weights: float | ArrayLike, window: Window = ..., reference: Reference | float | ArrayLike = ...) -> Phase:
         """Adds the integral of 1/2 |residual - reference|^2_W, W = diag(weights). A number is the weight of every row."""
-    def track_at_end(self, name: str, residual: object, weights: Union[float, ArrayLike], reference: Union[Reference, Union[float, ArrayLike]] = ...) -> Phase:
+    def track_at_end(self, name: str, residual: object, weights: float | ArrayLike, reference: Reference | float | ArrayLike = ...) -> Phase:
         """Adds 1/2 |residual - reference|^2_W at one end of the phase."""
-    def track_at_start(self, name: str, residual: object, weights: Union[float, ArrayLike], reference: Union[Reference, Union[float, ArrayLike]] = ...) -> Phase:
+    def track_at_start(self, name: str, residual: object, weights: float | ArrayLike, reference: Reference | float | ArrayLike = ...) -> Phase:
         """Adds 1/2 |residual - reference|^2_W at one end of the phase."""
-    def unknown(self, name: str, guess: Union[float, ArrayLike], bounds: Bounds, magnitude: float = ...) -> Phase:
+    def unknown(self, name: str, guess: float | ArrayLike, bounds: Bounds, magnitude: float = ...) -> Phase:
         """Adds a parameter that the solver determines."""
 
 class PhaseEnd:
@@ -1031,7 +1087,7 @@ class RealTimeIterationOptions:
 
 class RecedingHorizonController:
     """Model predictive controller whose horizon starts at the present."""
-    def __init__(self, shooting: MultipleShooting, solver: Union[None, RealTimeIterationOptions, Solver] = ..., *, period: float = ..., deadline: float = ..., optimality: float = ..., feasibility: float = ..., longest_shift: float = ..., send: Callable[[ControlTick], None] = ..., fallback_input: ArrayLike = ..., fallback: Callable = ...) -> None:
+    def __init__(self, shooting: MultipleShooting, solver: None | RealTimeIterationOptions | Solver = ..., *, period: float = ..., deadline: float = ..., optimality: float = ..., feasibility: float = ..., longest_shift: float = ..., send: Callable[[ControlTick], None] = ..., fallback_input: ArrayLike = ..., fallback: Callable = ...) -> None:
         """Takes over the transcription. `solver` is RealTimeIterationOptions (default) or a Solver for full solves. Options: those of ControllerOptions."""
     def adopt_plan(self, t: float, plan: Trajectory) -> None: ...
     def end_of_phase(self, phase: int) -> float: ...
@@ -1047,18 +1103,16 @@ class RecedingHorizonController:
     def report(self) -> Solution:
         """The plan of the last tick with costs and residuals."""
     def retime(self, event: str, time: float) -> None: ...
-    def set_data(self, name: str, values: Union[float, ArrayLike]) -> None:
+    def set_data(self, name: str, values: float | ArrayLike) -> None:
         """Sets data by the name of a block."""
     def set_previous_input(self, input: ArrayLike) -> None: ...
     def set_schedule(self, schedule: Schedule) -> None: ...
-    @property
-    def shooting(self) -> MultipleShooting: ...
     @property
     def solver_name(self) -> str: ...
     @property
     def statistics(self) -> LoopStatistics: ...
     def tick(self, t: float, state: ArrayLike) -> ControlTick:
-        """Calls both."""
+        """Calls prepare(t) and feedback(state)."""
 
 class Recording:
     """A recorded run."""
@@ -1077,7 +1131,7 @@ class Reference:
     @overload
     def __init__(self, value: ArrayLike) -> None: ...
     @overload
-    def __init__(self, times: list[float], values: ArrayLike) -> None:
+    def __init__(self, times: Sequence[float], values: ArrayLike) -> None:
         """Samples at increasing times, one row of `values` per time."""
 
 class RefinedSolution:
@@ -1134,11 +1188,11 @@ class RungeKuttaOptions:
 
 class Schedule:
     """Modes in order and the events between them."""
-    def __init__(self, modes: list[str], events: list[tuple[str, float]]) -> None:
+    def __init__(self, modes: Sequence[str], events: Sequence[tuple[str, float]]) -> None:
         """Events are pairs of name and time in seconds."""
     def confirm(self, event: str, time: float) -> None: ...
     def contains(self, event: str) -> bool: ...
-    def declare(self, modes: list[str]) -> Schedule: ...
+    def declare(self, modes: Sequence[str]) -> Schedule: ...
     def erase(self, event: str) -> None: ...
     @property
     def events(self) -> list[tuple[str, float]]: ...
@@ -1153,6 +1207,163 @@ class Schedule:
     def retime_from(self, event: str, time: float) -> None: ...
     def shift(self, elapsed: float) -> None: ...
     def time_of(self, event: str) -> float: ...
+
+class SearchOptions:
+    """Options of search()."""
+    def __init__(self, *, phases: int = ..., at_most: int = ..., gap: float = ..., least_cost: float = ..., deadline: float = ..., max_nodes: int = ..., tolerance: float = ..., warm: bool = ..., confirm: bool = ..., intervals_per_phase: int = ..., integrator: Integrator | None = ..., costs_are_nonnegative: bool = ...) -> None: ...
+    @property
+    def at_most(self) -> int: ...
+    @at_most.setter
+    def at_most(self, value: int) -> None: ...
+    @property
+    def confirm(self) -> bool: ...
+    @confirm.setter
+    def confirm(self, value: bool) -> None: ...
+    @property
+    def costs_are_nonnegative(self) -> bool: ...
+    @costs_are_nonnegative.setter
+    def costs_are_nonnegative(self, value: bool) -> None: ...
+    @property
+    def deadline(self) -> float: ...
+    @deadline.setter
+    def deadline(self, value: float) -> None: ...
+    @property
+    def gap(self) -> float: ...
+    @gap.setter
+    def gap(self, value: float) -> None: ...
+    @property
+    def intervals_per_phase(self) -> int: ...
+    @intervals_per_phase.setter
+    def intervals_per_phase(self, value: int) -> None: ...
+    @property
+    def least_cost(self) -> float: ...
+    @least_cost.setter
+    def least_cost(self, value: float) -> None: ...
+    @property
+    def max_nodes(self) -> int: ...
+    @max_nodes.setter
+    def max_nodes(self, value: int) -> None: ...
+    @property
+    def phases(self) -> int: ...
+    @phases.setter
+    def phases(self, value: int) -> None: ...
+    @property
+    def tolerance(self) -> float: ...
+    @tolerance.setter
+    def tolerance(self, value: float) -> None: ...
+    @property
+    def warm(self) -> bool: ...
+    @warm.setter
+    def warm(self, value: bool) -> None: ...
+
+class SequenceResult:
+    """Result of a search over sequences of modes."""
+    def __init__(self, *args: Any, **kwargs: Any) -> None: ...
+    class Guarantee:
+        """Guarantee for the best sequence."""
+        optimal: SequenceResult.Guarantee
+        bounded: SequenceResult.Guarantee
+        enumerated: SequenceResult.Guarantee
+        incomplete: SequenceResult.Guarantee
+        infeasible: SequenceResult.Guarantee
+        inconclusive: SequenceResult.Guarantee
+        contradicted: SequenceResult.Guarantee
+        __members__: dict[str, SequenceResult.Guarantee]
+        @property
+        def name(self) -> str: ...
+        @property
+        def value(self) -> int: ...
+        def __init__(self, value: int) -> None: ...
+        def __int__(self) -> int: ...
+        def __index__(self) -> int: ...
+    def __bool__(self) -> bool: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def cpu_seconds(self) -> float: ...
+    def found(self) -> bool:
+        """True if a sequence was found."""
+    def gap(self) -> float:
+        """Gap relative to the cost."""
+    @property
+    def guarantee(self) -> SequenceResult.Guarantee: ...
+    @property
+    def infeasible(self) -> int: ...
+    @property
+    def inputs(self) -> list[ndarray]: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def least_cost(self) -> float: ...
+    @property
+    def lower_bound(self) -> float: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def modes(self) -> list[int]: ...
+    @property
+    def nodes(self) -> int: ...
+    @property
+    def reused(self) -> int: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def sequence(self) -> list[str]: ...
+    @property
+    def solution(self) -> Solution: ...
+    @property
+    def solver_seconds(self) -> float: ...
+    @property
+    def states(self) -> list[ndarray]: ...
+    @property
+    def unresolved(self) -> int: ...
+
+class SeveralSolutions:
+    """Result of solve_from()."""
+    def __init__(self, *args: Any, **kwargs: Any) -> None: ...
+    class Options:
+        """Options of solve_from()."""
+        def __init__(self, *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., make_solver: Callable[[], Solver] = ..., threads: int = ..., same_point: float = ..., same_cost: float = ...) -> None: ...
+        @property
+        def intervals(self) -> list[int]: ...
+        @intervals.setter
+        def intervals(self, value: list[int]) -> None: ...
+        @property
+        def intervals_per_phase(self) -> int: ...
+        @intervals_per_phase.setter
+        def intervals_per_phase(self, value: int) -> None: ...
+        @property
+        def same_cost(self) -> float: ...
+        @same_cost.setter
+        def same_cost(self, value: float) -> None: ...
+        @property
+        def same_point(self) -> float: ...
+        @same_point.setter
+        def same_point(self, value: float) -> None: ...
+        @property
+        def threads(self) -> int: ...
+        @threads.setter
+        def threads(self, value: int) -> None: ...
+    class Start:
+        """One start. Empty fields use the guess of the problem. Fields: durations, states, inputs (one entry per phase), trajectory."""
+        def __init__(self, *, durations: list[float] = ..., states: Sequence[Guess | ArrayLike] = ..., inputs: Sequence[Guess | ArrayLike] = ..., trajectory: Trajectory | None = ...) -> None: ...
+        @property
+        def durations(self) -> list[float]: ...
+        @durations.setter
+        def durations(self, value: list[float]) -> None: ...
+        @property
+        def trajectory(self) -> Trajectory | None: ...
+        @trajectory.setter
+        def trajectory(self, value: Trajectory | None) -> None: ...
+    def __bool__(self) -> bool: ...
+    @property
+    def failed(self) -> list[Solution]: ...
+    def ok(self) -> bool:
+        """True if any start led to an optimum."""
+    @property
+    def optima(self) -> list[Solution]: ...
+    @property
+    def optimum_of(self) -> list[int]: ...
 
 class ShootingOptions:
     """Options of the transcription."""
@@ -1184,7 +1395,7 @@ class ShootingOptions:
 
 class ShrinkingHorizonController:
     """Controller of a motion with an end: plans the remaining phases."""
-    def __init__(self, problem: OptimalControlProblem, solver: Union[None, RealTimeIterationOptions, Solver] = ..., *, period: float = ..., deadline: float = ..., optimality: float = ..., feasibility: float = ..., longest_shift: float = ..., send: Callable[[ControlTick], None] = ..., fallback_input: ArrayLike = ..., fallback: Callable = ..., intervals_per_phase: int = ..., intervals: list[int] = ..., meshes: list[Mesh] = ..., integrator: Integrator | None = ..., accuracy: GridAccuracy = ..., threads: int = ..., automatic_scale: bool = ...) -> None:
+    def __init__(self, problem: OptimalControlProblem, solver: None | RealTimeIterationOptions | Solver = ..., *, period: float = ..., deadline: float = ..., optimality: float = ..., feasibility: float = ..., longest_shift: float = ..., send: Callable[[ControlTick], None] = ..., fallback_input: ArrayLike = ..., fallback: Callable = ..., intervals_per_phase: int = ..., intervals: list[int] = ..., meshes: list[Mesh] = ..., integrator: Integrator | None = ..., accuracy: GridAccuracy = ..., threads: int = ..., automatic_scale: bool = ...) -> None:
         """Options: those of ControllerOptions and ShootingOptions."""
     def adopt_plan(self, plan: Trajectory) -> None: ...
     def end_of_phase(self, phase: int) -> float: ...
@@ -1232,6 +1443,8 @@ class Solution:
     def message(self) -> str: ...
     @property
     def method(self) -> str: ...
+    @property
+    def multipliers(self) -> dict: ...
     def ok(self) -> bool:
         """True if it is optimal to the requested tolerance."""
     @property
@@ -1249,7 +1462,7 @@ class Solution:
     @property
     def trajectory(self) -> Trajectory: ...
     @property
-    def verification(self) -> Optional[Verification]: ...
+    def verification(self) -> Verification | None: ...
     @property
     def warnings(self) -> list[str]: ...
 
@@ -1288,11 +1501,11 @@ class SolveObserver:
 
 class SolveOptions:
     """Options of solve()."""
-    def __init__(self, *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., threads: int = ..., solver: Solver = ..., guess: Optional[Trajectory] = ..., observer: SolveObserver = ...) -> None: ...
+    def __init__(self, *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., threads: int = ..., solver: Solver = ..., guess: Trajectory | None = ..., observer: SolveObserver = ...) -> None: ...
     @property
-    def guess(self) -> Optional[Trajectory]: ...
+    def guess(self) -> Trajectory | None: ...
     @guess.setter
-    def guess(self, value: Optional[Trajectory]) -> None: ...
+    def guess(self, value: Trajectory | None) -> None: ...
     @property
     def intervals(self) -> list[int]: ...
     @intervals.setter
@@ -1353,7 +1566,7 @@ class Trajectory:
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...
     def after(self, phases: int) -> Trajectory:
         """Without its first phases."""
-    def algebraic(self, t: Union[float, ArrayLike]) -> Any:
+    def algebraic(self, t: float | ArrayLike) -> Any:
         """Algebraic states at a time, or one row per time."""
     def csv(self, samples_per_interval: int = ...) -> str:
         """Text of a CSV table."""
@@ -1363,7 +1576,7 @@ class Trajectory:
     def end_time(self) -> float: ...
     @property
     def final_state(self) -> ndarray: ...
-    def input(self, t: Union[float, ArrayLike]) -> Any:
+    def input(self, t: float | ArrayLike) -> Any:
         """Input at a time, or one row per time."""
     def parameters_of(self, phase: int) -> ndarray:
         """Data and unknowns of a phase."""
@@ -1373,9 +1586,9 @@ class Trajectory:
         """Arrays t, phase, x, u (and z) with one row per sample; an event has two rows."""
     @property
     def start_time(self) -> float: ...
-    def state(self, t: Union[float, ArrayLike]) -> Any:
+    def state(self, t: float | ArrayLike) -> Any:
         """State at a time, or one row per time."""
-    def state_before(self, t: Union[float, ArrayLike]) -> Any:
+    def state_before(self, t: float | ArrayLike) -> Any:
         """Left limit of the state."""
 
 class Verification:
@@ -1410,7 +1623,7 @@ class Verification:
 
 class Window:
     """The half-open interval [start, end) in which a term acts; empty sides are those of the phase. In C++ the sides are `from` and `to`."""
-    def __init__(self, from_: Union[None, float, Instant] = ..., to: Union[None, float, Instant] = ..., clock: Clock = ..., modes: list[str] = ...) -> None: ...
+    def __init__(self, from_: None | float | Instant = ..., to: None | float | Instant = ..., clock: Clock = ..., modes: Sequence[str] = ...) -> None: ...
 
 def arkode(*, order: int = ..., tolerance: float = ..., absolute_tolerance: float = ..., fixed_steps: int = ..., max_steps: int = ...) -> Integrator:
     """ARKODE of SUNDIALS. Options: order, tolerance, absolute_tolerance, fixed_steps, max_steps."""
@@ -1430,8 +1643,12 @@ def check(problem: OptimalControlProblem, *, intervals_per_phase: int = ..., int
 def cvodes(*, tolerance: float = ..., absolute_tolerance: float = ..., max_steps: int = ...) -> Integrator:
     """CVODES of SUNDIALS. Options: tolerance, absolute_tolerance, max_steps."""
 
+@overload
 def describe(status: SolveStatus) -> str:
     """Describes the status in one sentence."""
+@overload
+def describe(guarantee: SequenceResult.Guarantee) -> str:
+    """Describes the guarantee in one sentence."""
 
 def during(*args: Any) -> Window:
     """Window in which one of these modes is active."""
@@ -1448,7 +1665,7 @@ def exactly(value: float) -> Bounds:
 @overload
 def exactly(values: ArrayLike) -> list[Bounds]: ...
 
-def explain(problem: OptimalControlProblem, *, remedies: int = ..., time_limit: float = ..., guess: Optional[Trajectory] = ..., soft_terms: bool = ..., intervals_per_phase: int = ..., intervals: list[int] = ..., meshes: list[Mesh] = ..., integrator: Integrator | None = ..., accuracy: GridAccuracy = ..., threads: int = ..., automatic_scale: bool = ...) -> Explanation:
+def explain(problem: OptimalControlProblem, *, remedies: int = ..., time_limit: float = ..., guess: Trajectory | None = ..., soft_terms: bool = ..., intervals_per_phase: int = ..., intervals: list[int] = ..., meshes: list[Mesh] = ..., integrator: Integrator | None = ..., accuracy: GridAccuracy = ..., threads: int = ..., automatic_scale: bool = ...) -> Explanation:
     """Explains why a problem is infeasible and which changes would help. Options: remedies, time_limit, guess, soft_terms and those of ShootingOptions."""
 
 def gauss_legendre(*, stages: int = ..., steps: int = ...) -> Integrator:
@@ -1486,6 +1703,9 @@ def make_plant(dynamics: object, scheme: Integrator, start: ArrayLike, parameter
 def mesh_graded_to_both_ends(intervals: int, ratio: float) -> Mesh:
     """Short intervals at both ends."""
 
+def multipliers_csv(plan: Solution) -> str:
+    """Text of a CSV table of the multipliers of a Solution over time."""
+
 def nominal_plant(problem: OptimalControlProblem, scheme: Integrator) -> IntegratorPlant:
     """The nominal model: dynamics, parameters, events and start of the first phase."""
 
@@ -1501,8 +1721,11 @@ def runge_kutta4(*, steps: int = ...) -> Integrator:
 def runge_kutta8(*, steps: int = ...) -> Integrator:
     """A method of order 8. Option: steps."""
 
-def save(problem: OptimalControlProblem, plan: Union[Trajectory, Solution], folder: str, state_names: list[str] = ..., input_names: list[str] = ...) -> None:
-    """Writes trajectory.csv and events.csv, which `saltus plot FOLDER` draws."""
+def save(problem: OptimalControlProblem, plan: Trajectory | Solution, folder: str, state_names: Sequence[str] = ..., input_names: Sequence[str] = ...) -> None:
+    """Writes trajectory.csv and events.csv, which `saltus plot FOLDER` draws; of a Solution also summary.json and multipliers.csv for `saltus view FOLDER`."""
+
+def search(graph: ModeGraph, *, phases: int = ..., at_most: int = ..., gap: float = ..., least_cost: float = ..., deadline: float = ..., max_nodes: int = ..., tolerance: float = ..., warm: bool = ..., confirm: bool = ..., intervals_per_phase: int = ..., integrator: Integrator | None = ..., costs_are_nonnegative: bool = ...) -> SequenceResult:
+    """Finds the best sequence of modes with its times. Set phases, or at_most for modes of free duration. Options: those of SearchOptions."""
 
 @overload
 def simulate_closed_loop(controller: RecedingHorizonController, plant: LoopPlant, *, duration: float = ..., period: float = ..., samples_per_tick: int = ..., record: bool = ..., plan_every: int = ..., keep_unmet: int = ..., disturbances: Disturbances = ..., state_names: list[str] = ..., input_names: list[str] = ..., before_tick: Callable = ..., on_event: Callable[[HybridEvent], None] = ..., until: Callable = ...) -> LoopLog:
@@ -1521,17 +1744,23 @@ def soft(name: str, weight: float, kind: Penalty.Kind = ...) -> Penalty:
     """A penalty with a name, so that its weight can be changed between solves."""
 
 @overload
-def solve(problem: OptimalControlProblem, *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., threads: int = ..., solver: Solver = ..., guess: Optional[Trajectory] = ..., observer: SolveObserver = ...) -> Solution:
+def solve(problem: OptimalControlProblem, *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., threads: int = ..., solver: Solver = ..., guess: Trajectory | None = ..., observer: SolveObserver = ...) -> Solution:
     """Solves a problem. Options: intervals_per_phase = 30, intervals, integrator, threads, solver, guess, observer. A solve that does not converge returns its status and message."""
 @overload
 def solve(shooting: MultipleShooting, solver: Solver, start: PrimalDualPoint = ...) -> Solution:
     """Solves a transcription with the current data, from a point if one is given."""
+
+def solve_from(problem: OptimalControlProblem, starts: Sequence[SeveralSolutions.Start | dict], *, intervals_per_phase: int = ..., intervals: list[int] = ..., integrator: Integrator | None = ..., make_solver: Callable[[], Solver] = ..., threads: int = ..., same_point: float = ..., same_cost: float = ...) -> SeveralSolutions:
+    """Solves from several starts, in parallel, and returns the distinct optima. A start is a SeveralSolutions.Start or a dict of its fields. Options: intervals_per_phase = 30, intervals, integrator, make_solver (a callable that returns a new solver), threads, same_point, same_cost."""
 
 def solve_refined(problem: OptimalControlProblem, solver: Solver = ..., *, intervals_per_phase: int = ..., intervals: list[int] = ..., meshes: list[Mesh] = ..., integrator: Integrator | None = ..., accuracy: GridAccuracy = ..., threads: int = ..., automatic_scale: bool = ..., tolerance: float = ..., integration: float = ..., hold_inputs: bool = ..., rounds: int = ..., most_intervals: int = ...) -> RefinedSolution:
     """Solves and cuts intervals until the plan is accurate between the nodes. Options: those of ShootingOptions and RefinementOptions."""
 
 def start_of(phase: Phase) -> PhaseEnd:
     """The start of a phase."""
+
+def summary_json(name: str, plan: Solution) -> str:
+    """Text of summary.json: status, cost and its terms, multipliers and violations."""
 
 def unbounded() -> Bounds:
     """No bounds."""

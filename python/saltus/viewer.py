@@ -222,19 +222,15 @@ VIOLATIONS = ("misses", "missed_at_ends", "missed_on_the_way", "plan_missed_at_e
               "unmet", "checked")
 
 
-def _term_of(entry):
-    """ "phase: term", with the row if it is not the first."""
-    term = ": ".join(entry[key] for key in ("phase", "term") if entry.get(key))
-    return f"{term} {entry['row']}" if entry.get("row") else term
-
-
 def _multipliers(entries):
     """The active constraints, with derivatives of the cost."""
-    active = [entry for entry in entries if max(abs(entry.get(side) or 0.0) for side in ("lower", "upper")) > NO_MULTIPLIER]
-    if not active:
-        return {}
-    return {"derivative of the cost with respect to": "the lower, the upper bound",
-            **{_term_of(entry): f"{_shown(entry['lower'])}, {_shown(entry['upper'])}" for entry in active}}
+    active, texts = [e for e in entries if max(abs(e.get(side) or 0.0) for side in ("lower", "upper")) > NO_MULTIPLIER], {}
+    rows = {(entry.get("phase"), entry["term"]) for entry in entries if entry.get("row")}  # of terms with several
+    for entry in active:
+        name = ": ".join(entry[key] for key in ("phase", "term") if entry.get(key))
+        name += f" {entry['row']}" if (entry.get("phase"), entry["term"]) in rows else ""
+        texts[name] = f"{_shown(entry['lower'])}, {_shown(entry['upper'])}"
+    return {"derivative of the cost with respect to": "the lower, the upper bound", **texts} if texts else {}
 
 
 def notes_of(runs):

@@ -307,7 +307,7 @@ class Solves(unittest.TestCase):
         times, speed = plan.multipliers["drive", "costate", 1]
         np.testing.assert_allclose(speed, 12.0 * times - 6.0, atol=7e-2)  # h / 2 from the nodes
         np.testing.assert_allclose([plan.multipliers["drive", "costate", i][1][0] for i in range(2)], plan.start_multipliers)
-        self.assertEqual(sl.multipliers_csv(plan).splitlines()[0], "t [s],there 0,there 1,costate 0,costate 1")
+        self.assertEqual(sl.multipliers_csv(plan).splitlines()[0], "t [s],costate 0,costate 1")
         # Units do not matter: a state in mm and an input in mm/s^2.
         small = Phase("drive", lambda t, x, u: [x[1], u[0]], exactly(1.0), nx=2, nu=1).nominal([1e3, 1e3], 1e3)
         small.minimise("effort", lambda t, x, u: 0.5e-6 * u[0] * u[0]).reach("there", lambda t, x: x, exactly([1e3, 0.0]))
@@ -329,8 +329,9 @@ class Solves(unittest.TestCase):
         self.assertEqual(found.optimum_of[1], 0)
         self.assertLess(found.optima[0].cost, found.optima[1].cost)
         self.assertLess(found.optima[0].trajectory.final_state[0], 0.0)
-        self.assertEqual(sl.solve_from(problem, [{}, {"trajectory": found.optima[1].trajectory}], intervals_per_phase=5,
-                                       make_solver=lambda: sl.make_native_solver(tolerance=1e-9)).optimum_of[1], 0)
+        again = sl.solve_from(problem, [{"trajectory": found.optima[1].trajectory}], intervals_per_phase=5,
+                              make_solver=lambda: sl.make_native_solver(tolerance=1e-9))
+        self.assertAlmostEqual(again.optima[0].cost, found.optima[1].cost, places=7)
         shared = sl.make_native_solver()
         for make, sentence in ((lambda: shared, "the same solver twice"), (lambda: None, "no solver")):
             with self.assertRaisesRegex(sl.DefinitionError, sentence):
@@ -379,7 +380,7 @@ class Solves(unittest.TestCase):
         self.assertAlmostEqual(best.cost, 4.0 / 12.0, places=6)  # int (0.5 - t)^2 over each sample
         self.assertTrue(best and best.found() and best.gap() < 1e-5)
         self.assertLessEqual(best.lower_bound, best.cost + 1e-9)
-        self.assertIn("optimal", sl.describe(best.guarantee))
+        self.assertEqual(sl.describe(best.guarantee), "no other sequence costs less, within the requested gap")
         dwelling = sl.search(graph(exactly(1.0)).all_transitions().dwell("down", 2), phases=3)
         self.assertGreater(dwelling.cost, 3.0 / 12.0 + 0.1)
         free = graph(sl.between(0.1, 3.0)).transition("up", "down", sl.jump("hit", lambda t, x: 0.5 * x)).transition("down", "up")

@@ -17,7 +17,7 @@ CELLS = ('''import saltus
 from saltus import *
 import numpy as np''',
          '''swing = Phase("swing up", lambda t, x, u: [x[1], 9.81 * sin(x[0]) + u[0]], between(0.5, 6.0), nx=2, nu=1)
-swing.bound_input(0, between(-4.0, 4.0)).track("effort", lambda t, x, u: u, 0.01)
+swing.bound_input(0, between(-8.0, 8.0)).track("effort", lambda t, x, u: u, 0.01)
 swing.reach("upright", lambda t, x: x, exactly([0.0, 0.0])).minimise_at_end("time", lambda t, x: t)
 swing.guess_duration(2.0).guess_state(Guess.interpolate([np.pi, 0.0], [0.0, 0.0]))
 problem = OptimalControlProblem("pendulum").start_at([np.pi, 0.0]).then(swing)
@@ -68,7 +68,7 @@ def main(source, folder):
         said += [sentence for sentence in map(browser.error, browser.events) if sentence]
         browser.close()
     print(f"{panels} panels, the plan ends at {end:.3f} s; at 1 s: {' '.join(text.split())}; {len(page) / 1e6:.1f} MB")
-    if panels != 3 or not 1.0 < end < 6.0:
+    if panels != 3 or not 1.0 < end < 5.0:
         sys.exit("the page in the notebook shows other curves")
     if said:
         sys.exit("the console of the browser has errors: " + "; ".join(said))

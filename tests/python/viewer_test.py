@@ -94,8 +94,8 @@ def ball():
     drive.reach("there", lambda t, x: x, saltus.exactly([1.0, 0.0]))
     problem = saltus.OptimalControlProblem("ball").start_at([0, 0]).then(drive)
     plan = saltus.solve(problem)
-    law = saltus.simulate_closed_loop(lambda t, x: plan.trajectory.input(min(t, 1.0)),
-                                      saltus.nominal_plant(problem, saltus.runge_kutta4()), duration=1.0, period=0.01)
+    law = saltus.simulate_closed_loop(lambda t, x: plan.trajectory.input(t + 1e-6),  # of the interval after t
+                                      saltus.nominal_plant(problem, saltus.runge_kutta4()), duration=1.0, period=1.0 / 30)
     return problem, plan, law
 
 
@@ -162,7 +162,7 @@ class Data(Folder):
         self.assertTrue(plan.ok(), plan.message)
         saltus.save(problem, plan, self.path("plan"))
         run = saltus.load(self.path("plan"))
-        self.assertEqual(list(run.tables["multipliers"]), ["t", "limit", "there 0", "there 1", "costate 0", "costate 1"])
+        self.assertEqual(list(run.tables["multipliers"]), ["t", "limit", "costate 0", "costate 1"])
         entries = {(m["term"], m["row"]): m for m in run.summary["multipliers"]}
         # The cost is 6 without the limit; d cost / d limit of the speed is not positive.
         self.assertEqual(set(entries), {("limit", 0), ("there", 0), ("there", 1)})
@@ -172,7 +172,7 @@ class Data(Folder):
         self.assertAlmostEqual(np.nansum(curves), entries["limit", 0]["upper"], places=5)
         sections = {section["title"].split(":")[0]: dict((row[0], row[1]) for row in section["rows"]) for section in viewer.notes_of([run])}
         self.assertEqual(set(sections), {"Cost terms", "Multipliers", "Violations and checks", "Summary"})
-        self.assertIn("drive: limit", sections["Multipliers"])
+        self.assertEqual(list(sections["Multipliers"])[1:], ["drive: limit", "drive: there 0", "drive: there 1"])
 
     @unittest.skipUnless(HAS_THREE, "three.js is missing (package libjs-three)")
     def test_page_is_small_and_needs_no_network(self):

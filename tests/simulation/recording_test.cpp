@@ -177,14 +177,15 @@ TEST(Recording, SavedSolutionHasMultipliersAndSummary) {
   Solution plan;
   plan.status = SolveStatus::optimal;
   plan.multipliers = {{"fall", "ceiling", 0, {0.0, 0.5}, {0.0, -2.0}},
-                      {"fall", "ceiling", 1, {0.5}, {1.5}},
+                      {"fall", "ceiling", 1, {0.5, 1.0}, {1.5, 0.0}},
+                      {"fall", "landing", 0, {1.0}, {4.0}},
                       {"fall", "bounds of input 0", 0, {0.0, 0.5, 0.5}, {0.25, 0.0, -0.5}},
-                      {"fall", Solution::Multiplier::costate, 0, {0.0}, {7.0}}};
+                      {"fall", Solution::Multiplier::costate, 0, {0.0, 1.0}, {7.0, 8.0}}};
   plan.costs = {{"fall", "effort", 3.0}};
   plan.soft_violations = {{"fall", "landing", 0.5, 1.0}};
   EXPECT_EQ(multipliers_csv(plan),
             "t [s],ceiling 0,ceiling 1,bounds of input 0,costate\n"
-            "0,0,,0.25,7\n0.5,-2,1.5,0,\n0.5,,,-0.5,\n");
+            "0,0,,0.25,7\n0.5,-2,1.5,0,\n0.5,,,-0.5,\n1,,0,,8\n");
   const std::string summary = summary_json("ball", plan);
   for (const char* part :
        {R"("name": "ball")", R"("term": "effort", "value": 3)",

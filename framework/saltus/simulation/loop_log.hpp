@@ -136,6 +136,7 @@ void save(const OptimalControlProblem& problem, const Solution& plan, const std:
 
 /// Multipliers over time: "t [s]" and one column per row of a constraint, named after its phase (if
 /// there are several), term and row. Cells between the grid points of a constraint are empty.
+/// Constraints at one time only are left out.
 std::string multipliers_csv(const Solution& plan);
 /// The members of summary.json: name, status, cost and its terms, multipliers and violations. A
 /// multiplier is the derivative of the cost with respect to the lower and the upper bound of a row,

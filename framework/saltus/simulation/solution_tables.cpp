@@ -61,9 +61,12 @@ std::string multipliers_csv(const Solution& plan) {
   std::vector<std::string> columns{"t [s]"};
   // A column may have two values at one time. Rows are ordered by time and number of the value.
   std::map<std::pair<double, int>, std::vector<double>> rows;
-  const std::size_t count = plan.multipliers.size();
+  std::vector<const Solution::Multiplier*> curves;
+  for (const Solution::Multiplier& multiplier : plan.multipliers)
+    if (multiplier.times.size() > 1) curves.push_back(&multiplier);
+  const std::size_t count = curves.size();
   for (std::size_t column = 0; column < count; ++column) {
-    const Solution::Multiplier& multiplier = plan.multipliers[column];
+    const Solution::Multiplier& multiplier = *curves[column];
     columns.push_back(column_of(plan, multiplier));
     std::map<double, int> seen;
     for (std::size_t i = 0; i < multiplier.values.size(); ++i) {
