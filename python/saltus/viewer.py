@@ -219,7 +219,7 @@ def _scalars(value, prefix=""):
 
 
 VIOLATIONS = ("misses", "missed_at_ends", "missed_on_the_way", "plan_missed_at_ends", "violations", "soft_violations",
-              "unmet", "checked")
+              "shortages", "remedies", "checked")
 
 
 def _multipliers(entries):
@@ -248,15 +248,19 @@ def notes_of(runs):
     violated = []
     for run in runs:
         entries = {}
+        unmet = run.summary.get("unmet")
+        explained = run.summary.get("explanation") or (unmet.get("explanation") if isinstance(unmet, dict) else None) or {}
+        found = {**run.summary, "shortages": explained.get("missing"), "remedies": explained.get("remedies")}
         for kind in VIOLATIONS:
-            for entry in run.summary.get(kind) or []:
+            for entry in found.get(kind) or []:
                 if isinstance(entry, dict):
                     name = ": ".join(str(entry[k]) for k in ("phase", "term", "name", "kind") if entry.get(k))
                     said = entry.get("text") or ", ".join(
                         f"{k} {_shown(entry[k])}" for k in ("t_s", "amount", "value", "reference", "error", "tolerance")
                         if entry.get(k) is not None)
-                    key = f"{kind.replace('_', ' ')}: {name}"
-                    entries[key if key not in entries else f"{key} at {_shown(entry.get('t_s'))} s"] = said
+                    key = f"{kind.replace('_', ' ')}: {name}".rstrip(": ")
+                    same = sum(other == key or other.startswith(key + " (") for other in entries)
+                    entries[f"{key} ({same + 1})" if same else key] = said
         violated.append(entries)
     section("Violations and checks", violated)
     section("Summary", [_scalars(run.summary) for run in runs])

@@ -229,6 +229,10 @@ class Definitions(unittest.TestCase):
 
 
 class Solves(unittest.TestCase):
+    def setUp(self):
+        # The shell may have started this test with interrupts ignored.
+        self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
+
     def test_a_known_optimum(self):
         plan = sl.solve(ride(), intervals_per_phase=100)
         self.assertTrue(plan.ok() and bool(plan), plan.message)
