@@ -453,9 +453,9 @@ void add_results(py::module_& m) {
           "multipliers",
           [](const Solution& s) {
             py::dict table;
-            for (const Solution::Multiplier& m : s.multipliers)
-              table[py::make_tuple(m.phase, m.term, m.row)] =
-                  py::make_tuple(py::array(py::cast(m.times)), py::array(py::cast(m.values)));
+            for (const Solution::Multiplier& curve : s.multipliers)
+              table[py::make_tuple(curve.phase, curve.term, curve.row)] = py::make_tuple(
+                  py::array(py::cast(curve.times)), py::array(py::cast(curve.values)));
             return table;
           },
           "Multipliers by phase, term and row: pairs of times and derivatives of the cost with "

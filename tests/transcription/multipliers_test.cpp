@@ -87,7 +87,9 @@ TEST(Multipliers, AreDerivativesOfTheOptimalCost) {
   for (const Solution::Multiplier& m : plan.multipliers)
     if (m.term == Solution::Multiplier::costate && m.row == 0) {
       EXPECT_NEAR(m.values.front(), m.values.back(), 1e-6);
-      if (m.phase == "first") EXPECT_NEAR(m.values.front(), plan.start_multipliers[0], 1e-12);
+      if (m.phase == "first") {
+        EXPECT_NEAR(m.values.front(), plan.start_multipliers[0], 1e-12);
+      }
     }
 }
 

@@ -1,4 +1,6 @@
 // Solutions as JSON and tables, in the format that `saltus view` reads.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <map>
@@ -19,10 +21,11 @@ std::string column_of(const Solution& plan, const Solution::Multiplier& multipli
   for (const Solution::Multiplier& other : plan.multipliers)
     has_rows = has_rows ||
                (other.row > 0 && other.term == multiplier.term && other.phase == multiplier.phase);
-  std::string name = multiplier.term;
-  if (has_rows) name += " " + std::to_string(multiplier.row);
-  return has_several_phases(plan) && !multiplier.phase.empty() ? multiplier.phase + ": " + name
-                                                               : name;
+  const std::string name =
+      has_rows ? fmt::format("{} {}", multiplier.term, multiplier.row) : multiplier.term;
+  return has_several_phases(plan) && !multiplier.phase.empty()
+             ? fmt::format("{}: {}", multiplier.phase, name)
+             : name;
 }
 
 std::string json_of(const Solution::Multiplier& multiplier) {
