@@ -23,8 +23,8 @@ struct Cart {
 
 // The bounds that the test moves.
 struct Moved {
-  double start = 0.0, speed_limit = 1.1, push = 2.5, end = 1.6, work = 1.55, total = 2.0,
-         softly = 0.8;
+  double start = 0.0, speed_limit = 1.2, push = 1.5, softly = 1.8, end = 1.6, work = 0.3,
+         total = 2.0;
 };
 
 Solution solve_with(const Moved& m) {
