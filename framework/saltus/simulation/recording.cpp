@@ -126,7 +126,7 @@ void save(const OptimalControlProblem& problem, const Solution& plan, const std:
   save(problem, plan.trajectory, folder, std::move(state_names), std::move(input_names));
   const std::filesystem::path path(folder);
   write_atomically(path / "summary.json", summary_json(problem.name(), plan));
-  if (!plan.multipliers.empty()) write_atomically(path / "multipliers.csv", multipliers_csv(plan));
+  write_atomically(path / "multipliers.csv", multipliers_csv(plan));
 }
 
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
