@@ -13,9 +13,9 @@
 
 namespace saltus {
 
-using namespace shooting;
-
 namespace {
+
+using shooting::IntervalInstance, shooting::LimitInstance, shooting::RowInstance;
 
 enum class Kind { term, limit, total_time, state, input, costate };
 
