@@ -85,7 +85,7 @@ class ModeGraph {
     return transition_when(std::move(from), std::move(to), std::move(event), std::move(function),
                            crossing, std::move(jump));
   }
-  /// The same with a Function of (t | x).
+  /// Takes the guard as a Function of (t | x).
   ModeGraph& transition_when(std::string from, std::string to, std::string event, Function guard,
                              Crossing crossing, Jump jump = Jump{});
   /// Allows all transitions without a jump, including each mode to itself.
@@ -121,7 +121,7 @@ class ModeGraph {
     static_assert(ReturnsRows<F, 1, nx, 0, 0>, "a cost must return a scalar");
     return minimise_at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)));
   }
-  /// The same with a Function of (t | x).
+  /// Takes the cost as a Function of (t | x).
   ModeGraph& minimise_at_end(std::string name, Function formula) {
     return at_end(std::move(name), std::move(formula), Term::Kind::cost, {});
   }
@@ -130,7 +130,7 @@ class ModeGraph {
   ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
     return reach_at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), bounds);
   }
-  /// The same with a Function of (t | x).
+  /// Takes the constraint as a Function of (t | x).
   ModeGraph& reach_at_end(std::string name, Function formula, Bounds bounds) {
     return at_end(std::move(name), std::move(formula), Term::Kind::constraint, bounds);
   }
