@@ -462,13 +462,15 @@ def _loaded(run, folder):
     """The run of a folder, or of the result of a solve or a closed loop, which is written into `folder`."""
     if isinstance(run, (str, os.PathLike)):
         return load(run)
+    if hasattr(run, "tables"):  # load(), run()
+        return run
     if hasattr(run, "solution"):  # solve_refined(), search()
         run = run.solution
     if hasattr(run, "recording"):
         run.write(os.path.join(folder, "closed loop"))
         return load(os.path.join(folder, "closed loop"))
-    if not hasattr(run, "trajectory") or hasattr(run, "tables"):
-        return run
+    if not hasattr(run, "trajectory"):
+        raise ViewError(f"{type(run).__name__} is no run; give a folder, a result of load() or run(), a solution or a loop log")
     from . import _core
     if run.trajectory.empty:
         raise ViewError(f"the plan has no trajectory: {run.message}")

@@ -150,11 +150,17 @@ class Data(Folder):
         write(folder, "scene.json", "{")
         self.assertIn("scene.json: ", run_module(folder).stderr)
 
+    def test_what_is_no_run_is_refused(self):
+        with self.assertRaisesRegex(viewer.ViewError, "int is no run; give a folder"):
+            saltus.view(7)
+
     def test_folder_without_tables(self):
         done = run_module(self.folder.name)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (3, 1), done.stderr)
         write(self.folder.name, "map.csv", "impulse [N s],recovered\n1,1\n")
         self.assertIn("no table with a column t", run_module(self.folder.name).stderr)
+        with self.assertRaisesRegex(viewer.ViewError, "no table with a column t"):
+            saltus.view(saltus.load(self.folder.name))
 
     @unittest.skipUnless(HAS_CORE, "the extension is not built")
     def test_multipliers_of_a_plan(self):
