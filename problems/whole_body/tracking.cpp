@@ -143,6 +143,8 @@ class Tracker {
     }
     const VectorXd planned = reference_.state(t);
     const Mode& mode = mode_at(t);
+    if (mode_ != nullptr && &mode != mode_) result_.begins.push_back(now);
+    mode_ = &mode;
     const VectorXd input = reference_.input(t);
     const VectorXd dq = reference_.rate(t).tail<coordinates>();
     const Robot target(body_.tree, planned.tail<coordinates>().eval());
@@ -291,6 +293,7 @@ class Tracker {
   std::span<const PlannedTask> motions_;
   TrackingOptions options_;
   PlannedMotion reference_;
+  const Mode* mode_ = nullptr;  // a step ago
   bool waits_ = options_.waits;
   double begin_ = 0.0;                // of the motion, s
   double next_plan_ = 0.0;            // time of the plan, s

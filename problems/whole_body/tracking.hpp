@@ -16,20 +16,21 @@ namespace saltus::whole_body {
 
 /// Differences between plan and simulation.
 struct Tracking {
-  bool fell = false;          // CoM below 0.6 of its planned height above the feet, or an error
-  double fell_at = 0.0;       // s
-  double com = 0.0;           // largest distance of the CoM from the plan, m
-  double com_at_end = 0.0;    // the same at the end of the run, m
-  double feet = 0.0;          // largest distance of a standing sole from its planned place, m
-  double slip = 0.0;          // largest motion of a sole while it stands, m
-  double torque = 0.0;        // largest fraction of a joint's torque limit that was used
-  std::string torque_of;      // and that joint
-  double speed = 0.0;         // largest fraction of a joint's speed limit
-  std::string speed_of;       // and that joint
-  double force = 0.0;         // largest vertical force on a foot, mean of 20 ms, in weights
-  double duration = 0.0;      // of the motion, s
-  int motion = 0;             // index of the motion
-  CsvTable table{{"t [s]"}};  // the motion, a row every 5 ms
+  bool fell = false;           // CoM below 0.6 of its planned height above the feet, or an error
+  double fell_at = 0.0;        // s
+  double com = 0.0;            // largest distance of the CoM from the plan, m
+  double com_at_end = 0.0;     // the same at the end of the run, m
+  double feet = 0.0;           // largest distance of a standing sole from its planned place, m
+  double slip = 0.0;           // largest motion of a sole while it stands, m
+  double torque = 0.0;         // largest fraction of a joint's torque limit that was used
+  std::string torque_of;       // and that joint
+  double speed = 0.0;          // largest fraction of a joint's speed limit
+  std::string speed_of;        // and that joint
+  double force = 0.0;          // largest vertical force on a foot, mean of 20 ms, in weights
+  double duration = 0.0;       // of the motion, s
+  int motion = 0;              // index of the motion
+  std::vector<double> begins;  // of the modes after the first, s
+  CsvTable table{{"t [s]"}};   // the motion, a row every 5 ms
 };
 
 /// A motion with its plan.

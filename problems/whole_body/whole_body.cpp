@@ -102,6 +102,7 @@ robots::Plant::Ground ground_of(const Config& config, const Body& body) {
 
 Json tracking_json(const Tracking& t) {
   return {{"fell", t.fell},
+          {"modes_begin_s", t.begins},
           {"largest_distance_of_com_m", t.com},
           {"distance_of_com_at_end_m", t.com_at_end},
           {"largest_distance_of_soles_m", t.feet},

@@ -39,7 +39,7 @@ def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     motion = read_table(os.path.join(folder, "tracking.csv"))
-    changes = [sum(summary["durations_s"][: i + 1]) for i in range(len(summary["durations_s"]))]
+    changes = summary["tracking"]["modes_begin_s"]
     figure, axes = plt.subplot_mosaic([["side", "top"], ["forces", "torques"]], figsize=(9.0, 6.5),
                                       constrained_layout=True)
     end = "fell" if summary["tracking"]["fell"] else "tracked"

@@ -195,6 +195,9 @@ def events_of(run):
     for name, table in run.tables.items():
         if name.startswith("events") and "event" in table:
             return [[float(t), str(text)] for t, text in zip(table.time, table["event"])]
+    begins = (run.summary.get("tracking") or {}).get("modes_begin_s")
+    if begins is not None:
+        return [[float(time), f"mode {i} begins"] for i, time in enumerate(begins, 2)]
     durations = run.summary.get("durations_s") or []
     return [[float(sum(durations[:i])), f"end of phase {i}"] for i in range(1, len(durations))]
 
