@@ -21,7 +21,9 @@ int PlannedMotion::periods(double t) const {
   return periodic_ ? static_cast<int>(std::floor((t - begin()) / length())) : 0;
 }
 
-double PlannedMotion::in_plan(double t) const { return t - periods(t) * length(); }
+double PlannedMotion::in_plan(double t) const {
+  return periodic_ ? std::clamp(t - periods(t) * length(), begin(), end()) : t;
+}
 
 VectorXd PlannedMotion::state(double t) const { return moved(at(in_plan(t), 0), periods(t)); }
 

@@ -16,7 +16,7 @@ namespace saltus::whole_body {
 
 /// Differences between plan and simulation.
 struct Tracking {
-  bool fell = false;           // CoM below 0.6 of its planned height above the feet, or an error
+  bool fell = false;           // CoM below 0.3 m above the feet or 0.2 m from the plan, or an error
   double fell_at = 0.0;        // s
   double com = 0.0;            // largest distance of the CoM from the plan, m
   double com_at_end = 0.0;     // the same at the end of the run, m

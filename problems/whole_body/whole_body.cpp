@@ -83,6 +83,11 @@ void declare_settings(Settings& s, Config& c) {
   robots::walking::declare_point_of_push(s, c.push);
   s.flag("track", c.track, "simulate the whole body in DART as it follows the plan");
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+  s.rule({"task", "replan.period_s"}, [&c] {
+    return c.task == "walk" && c.replan > 0.0
+               ? "task walk repeats itself and cannot be planned again: leave out replan.period_s"
+               : "";
+  });
 }
 
 // The ground of the task: level until the edge in front of the toes.
