@@ -1,20 +1,24 @@
-/* A robot for `saltus control` in C: joints without a body, each an inertia with friction, that
- * hang from a stand. It needs saltus_robot.h and no library; replace `move` and `measure` by the
- * drivers of a robot.
+/* A robot for `saltus control` in C: separate joints that hang from a stand, each an inertia with
+ * friction. It needs saltus_robot.h and no library. Replace `move` and `measure` with the drivers
+ * of a robot.
  *
  * Usage: joint_robot PORT [--KEY VALUE]... NAME[=INERTIA[,FRICTION[,TORQUE[,START]]]]...
- *   PORT      of `saltus control --link udp:PORT` on this machine
- *   --time    duration in balance, s; then the robot requests a stop (3)
- *   --pace    wall-clock time per robot time; 0: lock-step, waits for each answer (0)
- *   --period  of the readings, s (0.001)
- *   --delay   periods by which readings are late (0)
- *   --guard   time without commands until the guard acts, s (0.015)
- *   --fault   nan, clock, stuck, silence, sign or offset, from --fault-at (1 s) on, of the joint
- * with the number --fault-joint (0) Units: kg m^2, Nm s/rad, Nm, rad; for a linear joint kg, N s/m,
- * N, m.
  *
- * Prints the end. Exit status: 0 after a stop of the controller, 1 if the controller is gone, 2 for
- * wrong arguments, 3 without a controller. */
+ *   PORT           port of `saltus control --link udp:PORT` on this machine
+ *   --time         duration in balance, s; then the robot requests a stop (default 3)
+ *   --pace         wall-clock seconds per second of the robot; 0: lock-step, waits for each answer
+ *                  (default 0)
+ *   --period       period of the readings, s (default 0.001)
+ *   --delay        delay of the readings in periods (default 0)
+ *   --guard        time without commands until the guard acts, s (default 0.015)
+ *   --fault        nan, clock, stuck, silence, sign or offset
+ *   --fault-at     start of the fault in balance, s (default 1)
+ *   --fault-joint  index of the faulty joint (default 0)
+ *
+ * Units: kg m^2, Nm s/rad, Nm, rad; for a linear joint kg, N s/m, N, m.
+ *
+ * Prints the result. Exit status: 0 if the controller has stopped the robot, 1 if the controller
+ * has gone, 2 for wrong arguments, 3 without a controller. */
 #define _GNU_SOURCE /* ppoll */
 #include <arpa/inet.h>
 #include <poll.h>
@@ -48,12 +52,12 @@ static int has_fault(const char* kind, double t) {
   return strcmp(option.fault, kind) == 0 && (option.fault_at < 0.0 || t >= option.fault_at);
 }
 
-/* The joints during one period. */
+/* Moves the joints for one period. */
 static void move(const double* torques, double t) {
   for (int i = 0; i < joints; ++i) {
     const int is_faulty = i == (int)option.fault_joint;
     const double torque = is_faulty && has_fault("sign", t) ? -torques[i] : torques[i];
-    /* Implicit in the friction, so that any friction is stable. */
+    /* Implicit Euler for the friction, which is stable for any coefficient. */
     joint[i].dq = (joint[i].dq + option.period * torque / joint[i].inertia) /
                   (1.0 + option.period * joint[i].friction / joint[i].inertia);
     if (is_faulty && has_fault("stuck", t)) joint[i].dq = 0.0;
@@ -137,7 +141,7 @@ int main(int count, char** words) {
   saltus_guard_init(&guard, joints, limits);
   guard.silence = option.guard;
 
-  static saltus_sensors waiting[most_delay]; /* readings that are late */
+  static saltus_sensors waiting[most_delay]; /* delayed readings */
   static unsigned char bytes[SALTUS_LINK_BYTES];
   const double begin = wall_clock();
   double heard = begin, balance_at = INFINITY, stop_at = INFINITY;
@@ -145,7 +149,7 @@ int main(int count, char** words) {
   int status = 0;
   for (uint64_t k = 0;; ++k) {
     const double now = (double)k * option.period; /* the robot's clock */
-    const double t = now - balance_at;            /* in balance; negative before */
+    const double t = now - balance_at;            /* time in balance; negative before it */
     if (t > option.time && stop_at == INFINITY) stop_at = now;
     saltus_sensors* readings = &waiting[k % most_delay];
     memset(readings, 0, sizeof *readings);
@@ -161,7 +165,7 @@ int main(int count, char** words) {
       send(link_socket, bytes,
            saltus_write_sensors(&link, &waiting[(k - delay) % most_delay], bytes), 0);
 
-    /* Lock-step: until the answer. Otherwise until the end of the period. */
+    /* In lock-step wait for the answer, otherwise until the end of the period. */
     const double end = option.pace > 0.0 ? begin + option.pace * (double)(k + 1) * option.period
                                          : wall_clock() + (isfinite(balance_at) ? 2.0 : 0.1);
     while (option.pace > 0.0 || expects) {

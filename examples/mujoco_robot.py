@@ -180,7 +180,7 @@ def main():
     parser.add_argument("--guard-damping", type=float, default=0.2, help="dampers of the guard, torque limits per rad/s")
     parser.add_argument("--guard-release", type=float, default=0.3, help="time after which the guard releases, s")
     parser.add_argument("--fault", choices=["nan", "clock", "stuck", "silence"], help="a fault to simulate")
-    parser.add_argument("--fault-joint", type=int, default=3, help="number of the joint of a fault")
+    parser.add_argument("--fault-joint", type=int, default=3, help="index of the faulty joint")
     parser.add_argument("--fault-at", type=float, default=1.0, help="its start, s")
     o = parser.parse_args()
 

@@ -3,9 +3,9 @@
 
 Usage: make_wheels.py OUT [--python PYTHON]... [--prefix PREFIX] [--test] [--notebook]
 
-OUT gets the wheels and the folders of the builds, which later calls use again. PYTHON is an interpreter with its headers; the
-default is each of python3.11 and python3.13 on the PATH. The extension is linked to the Saltus in PREFIX or, without
-it, to one that is compiled once for any processor. --test runs the tests of tests/python and the programs of
+OUT receives the wheels and the build folders, which later calls reuse. PYTHON is an interpreter with its headers; the default
+is each of python3.11 and python3.13 on the PATH. The extension is linked to the Saltus in PREFIX. Without PREFIX, Saltus
+is compiled once for any processor. --test runs the tests of tests/python and the programs of
 docs/python with the installed wheel and without a network, and checks the stubs with mypy. --notebook also executes a
 notebook. Packages of PyPI are downloaded.
 """
@@ -40,7 +40,7 @@ def run(*command, **how):
 
 
 def interpreters(given):
-    """Commands that run, each with the tag of its release."""
+    """Interpreters that run, by the tag of their release."""
     found = {}
     for command in given or DEFAULTS:
         for path in [command] if given else every(command):
@@ -89,13 +89,13 @@ def make_wheel(python, tag, prefix, out):
 
 
 def missing_files(wheel):
-    """Files that a wheel must have and this one has not."""
+    """Required files that this wheel lacks."""
     names = zipfile.ZipFile(wheel).namelist()
     return [wanted for wanted in CONTENT if not fnmatch.filter(names, wanted)]
 
 
 def offline():
-    """Words before a command that take away its network, where the system allows it."""
+    """Prefix of a command that runs it without a network, or nothing if the system does not allow this."""
     words = ["unshare", "--map-root-user", "--net"]
     allowed = shutil.which("unshare") and subprocess.run([*words, "true"], capture_output=True, check=False).returncode == 0
     return words if allowed else []
@@ -108,7 +108,7 @@ def test(python, tag, wheel, out, notebook):
     run(python, "-m", "venv", environment)
     own = os.path.join(environment, "bin", "python")
     run(own, "-m", "pip", "install", "--quiet", wheel, *FOR_TESTS, *(FOR_NOTEBOOKS if notebook else ()))
-    folder = os.path.join(out, tag, "folder")  # no sources of the package here
+    folder = os.path.join(out, tag, "folder")  # contains no sources of the package
     os.makedirs(folder, exist_ok=True)
     variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     alone = offline()

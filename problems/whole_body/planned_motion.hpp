@@ -1,4 +1,4 @@
-// The motion of a plan between its nodes: cubic polynomials with continuous velocity.
+// Interpolates a plan between its nodes by cubic polynomials with continuous velocity.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace saltus::whole_body {
 
-/// States of a plan at all times. A periodic plan repeats itself, each time `stride` further.
+/// States of a plan at any time. A periodic plan repeats itself, shifted by `stride` each time.
 class PlannedMotion {
  public:
-  /// Tells how the motion starts.
+  /// Velocity at the start of the plan.
   enum class Start {
     at_rest,   ///< the motion begins at rest, or at the end of a period
     in_motion  ///< the plan begins in the middle of a motion
   };
 
   PlannedMotion() = default;
-  /// `stride` in m.
+  /// `stride`: distance between two periods, m.
   explicit PlannedMotion(Trajectory plan, Start start = Start::at_rest, bool periodic = false,
                          double stride = 0.0);
 
@@ -28,12 +28,12 @@ class PlannedMotion {
   const Trajectory& plan() const { return plan_; }   ///< the plan itself
   int periods(double t) const;                       ///< complete periods before t (s)
   double in_plan(double t) const;                    ///< t (s) in the first period
-  /// State at t (s). Before and after a plan that is not periodic it does not change, but before a
-  /// plan that begins in motion it follows the first rate.
+  /// State at t (s). Constant before and after a plan that is not periodic. Before a plan that
+  /// begins in motion it is extrapolated with the first rate.
   VectorXd state(double t) const;
-  /// Its rate, 1/s.
+  /// Time derivative of the state, 1/s.
   VectorXd rate(double t) const;
-  /// Input at t (s), of the last interval after the end.
+  /// Input at t (s). After the end it is that of the last interval.
   VectorXd input(double t) const;
   /// Index of the phase of the plan at t (s).
   int phase(double t) const;

@@ -2,10 +2,9 @@
 //
 // State (c, v, k, q): centre of mass, its velocity, angular momentum about it divided by the mass,
 // and the configuration q of robots::Kinematics. Input (dq, wrenches): rates of q, then force and
-// torque of the world on each sole about its place, divided by the weight m g, in world axes. The
-// place of one landing may be chosen: then its x and y are a state s, with the input s' until the
-// foot lands. With
-// the places p_i of the contacts,
+// torque of the world on each sole about its place, divided by the weight m g, in world axes. If
+// the plan chooses the place of a landing, x and y of this place are a state s, and s' is an input
+// until the foot lands. With the places p_i of the contacts,
 //
 //   c' = v,   v' = g (sum_i f_i - e_z),   k' = g sum_i ((p_i - c) x f_i + t_i),   q' = dq
 //
@@ -347,7 +346,7 @@ OptimalControlProblem problem(const Body& body, const Task& task, const Options&
   const VectorXd* begin = &task.start;
   const auto append = [&](auto phase, bool is_last) {
     if (is_last && !task.periodic) {
-      // Half of what a chosen place differs from the expected one.
+      // Half of the difference between the chosen and the expected place.
       const bool moves = task.choice.has_value();
       const Vec<double, 2> goal = moves ? task.goal - 0.5 * task.choice->expected : task.goal;
       phase

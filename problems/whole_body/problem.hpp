@@ -14,7 +14,7 @@ namespace saltus::whole_body {
 inline constexpr int joints = 23;               // iCub without hands, neck and eyes
 inline constexpr int coordinates = 6 + joints;  // q of robots::Kinematics
 inline constexpr int states = 9 + coordinates;  // (c, v, k, q), without a chosen place
-inline constexpr int place_at = 9;              // a chosen place s stands between k and q
+inline constexpr int place_at = 9;              // a chosen place s is between k and q
 using Tree = robots::KinematicTree<joints>;
 using Frame = robots::FloatingRobot::Frame;
 

@@ -1,11 +1,13 @@
-"""Largest push that the robot recovers from on two feet, by direction, with two controllers: the whole-body plans of task
-recover, and the planner of push_recovery. Both simulate the whole body in DART with ideal drives and the true state.
+"""Finds the largest push in each direction from which the robot recovers on two feet, with two controllers: the whole-body
+plans of task recover, and the planner of push_recovery. Both runs simulate the whole body in DART, with ideal drives and
+the true state.
 
 Usage: push_map.py SALTUS [--directions 16] [--jobs N] [--out map.csv]
 
-SALTUS is the program. In each direction the impulse rises from 4 N s in steps of 2 N s until the robot does not recover,
-which is then tried half a step lower. Prints a table with two impulses per direction and controller: up to the first all
-runs recovered; up to the second no joint was faster than its limit either. The last row has the areas of the polar maps.
+SALTUS is the program. In each direction the impulse rises from 4 N s in steps of 2 N s until the robot does not recover.
+One more run then tries half a step less. Prints a table with two impulses per direction and controller. Up to the first
+one all runs recovered. Up to the second one no joint exceeded its speed limit either. The last row contains the areas of
+the polar maps.
 """
 
 import argparse
@@ -27,7 +29,7 @@ AT_REST = 0.02  # distance of the CoM from its plan at the end, m
 
 
 def run(program, controller, direction, impulse):
-    """Two truths: recovered, and no joint faster than its limit."""
+    """(True if the robot recovered, True if no joint exceeded its speed limit)."""
     towards = f"[{math.cos(direction):.9f}, {math.sin(direction):.9f}, 0]"
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "run", *CONTROLLERS[controller], "--push.start", "0.3", "--push.impulse", f"{impulse}"]
@@ -45,7 +47,7 @@ def run(program, controller, direction, impulse):
 
 
 def largest(program, controller, direction):
-    """The largest impulses that are recovered from, and that keep the speeds."""
+    """The largest impulses from which the robot recovers: at any joint speed, and within the speed limits."""
     recovered_at, slow_at, slow = 0.0, 0.0, True
     impulse = FIRST
     while impulse <= MOST:
@@ -72,7 +74,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--directions", type=int, default=16)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--out", type=pathlib.Path, help="write the table as CSV, too")
+    parser.add_argument("--out", type=pathlib.Path, help="also write the table as CSV")
     arguments = parser.parse_args()
     angles = [360.0 * i / arguments.directions for i in range(arguments.directions)]
     cases = [(controller, angle) for angle in angles for controller in CONTROLLERS]

@@ -6,7 +6,7 @@
 namespace saltus::whole_body {
 namespace {
 
-constexpr double feasible = 1e-4;  // violation of a usable plan: 0.1 mm in places of soles
+constexpr double feasible = 1e-4;  // largest violation of a plan that is used: 0.1 mm for soles
 
 std::vector<RecedingHorizonController> controllers(const OptimalControlProblem& problem,
                                                    const ShootingOptions& grid, double period) {

@@ -1,4 +1,4 @@
-// Plans of the whole body again and again during the motion, from the measured state.
+// Replans the motion of the whole body from the measured state.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace saltus::whole_body {
 
-/// Solves the remaining problem by one real-time iteration per period. Phases begin when the plan
-/// says so.
+/// Solves the remaining problem by one real-time iteration per period. The plan decides when a
+/// phase begins.
 class Replanner {
  public:
   /// Plans `problem` on the given grid, every `period` (s). `plan` is a solution of the problem.
@@ -19,12 +19,12 @@ class Replanner {
   /// The plan from the state at time t (s) on. Its first phase is phase().
   PlannedMotion plan_from(double t, const VectorXd& state);
   double period() const { return controller_.period(); }  ///< s
-  /// Index of the present phase in the whole problem.
+  /// Index of the active phase in the whole problem.
   int phase() const { return controller_.phase(); }
   /// True if the motion ends within a period after t (s).
   bool is_over(double t) const;
 
-  /// The solves so far.
+  /// Statistics of the solves so far.
   struct Statistics {
     LatencyHistogram processor;              ///< processor time of a solve, s
     std::array<long, provenances> counts{};  ///< solves by Provenance

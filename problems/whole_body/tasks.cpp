@@ -154,7 +154,7 @@ Task step(const Body& body, const Sizes& s) {
   return (s.chosen ? script.step_near(s.foot, to) : script.step(s.foot, to)).come_to_rest();
 }
 
-// A step in place, or to where a push requires it.
+// A step in place, or to a place that depends on a push.
 Task recover(const Body& body, const Sizes& s) {
   Sizes sizes = s;
   sizes.length = 0.0;

@@ -16,7 +16,7 @@ struct Sizes {
   double turn = 45.0;    // degrees to the left
   double width = 0.14;   // between the soles, m
   int foot = 1;          // task step: 0 left, 1 right
-  bool chosen = false;   // task step: the plan chooses the place of landing
+  bool chosen = false;   // task step: the plan chooses where the foot lands
 };
 
 /// x of the edge of stair and ramp, in front of the toes at the start, m.

@@ -23,7 +23,7 @@ constexpr double difference = 5e-3;  // half-width of differences of the referen
 constexpr double com_gain = 60.0, com_damping = 15.0, spin_damping = 10.0;  // 1/s^2, 1/s
 constexpr double swing_gain = 400.0, swing_damping = 40.0;                  // 1/s^2, 1/s
 constexpr double stance_gain = 100.0;                                       // 1/s^2
-constexpr double pushed_by = 0.03;  // of the capture point: a push begins the motion, m
+constexpr double pushed_by = 0.03;  // displacement of the capture point that starts a motion, m
 
 class Tracker {
  public:
@@ -94,7 +94,7 @@ class Tracker {
   }
   const PlannedTask& motion() const { return motions_[static_cast<std::size_t>(result_.motion)]; }
   const Task& task() const { return *motion().task; }
-  // Of the simulation, s.
+  // Duration of the simulation, s.
   double duration() const {
     if (waits_) return options_.push.end() + still;
     if (task().periodic) return repetitions * reference_.length();
@@ -105,7 +105,7 @@ class Tracker {
     const double height = com[2] - model_->sole(robots::Side::left).pose.translation()[2];
     return (com + model_->com_velocity() / robots::pendulum_frequency(height)).head<2>();
   }
-  // Begins the motion whose chosen place is nearest to the capture point if a push moved that.
+  // If a push has moved the capture point, starts the motion whose place is nearest to this point.
   void watch(double now) {
     const Vec<double, 2> point = capture_point();
     if ((point - at_rest_).norm() < pushed_by) return;
@@ -214,7 +214,7 @@ class Tracker {
     plant_->step();
   }
 
-  // State of the plans. A chosen place is that of the foot once it stands.
+  // Measured state for the plans. A chosen place is that of the foot once the foot stands.
   VectorXd measured(double t, const robots::WholeBodyState& state) const {
     const Mat<double, 3, 3> base = state.base.linear();
     VectorXd x(task().size());
@@ -223,7 +223,7 @@ class Tracker {
     x.tail<coordinates>() << state.base.translation(), std::atan2(base(2, 1), base(2, 2)),
         -std::asin(base(2, 0)), std::atan2(base(1, 0), base(0, 0)), state.q;
     const VectorXd expected = reference_.state(t);
-    for (int i = 3; i < 6; ++i) {  // angles of the base without jumps by a turn
+    for (int i = 3; i < 6; ++i) {  // angles of the base without jumps of 2 pi
       double& angle = x.tail<coordinates>()[i];
       angle = expected.tail<coordinates>()[i] +
               std::remainder(angle - expected.tail<coordinates>()[i], 2.0 * std::numbers::pi);
@@ -295,8 +295,8 @@ class Tracker {
   PlannedMotion reference_;
   const Mode* mode_ = nullptr;  // a step ago
   bool waits_ = options_.waits;
-  double begin_ = 0.0;                // of the motion, s
-  double next_plan_ = 0.0;            // time of the plan, s
+  double begin_ = 0.0;                // start of the motion, s
+  double next_plan_ = 0.0;            // time of the next plan, s
   Vec<double, 2> at_rest_{0.0, 0.0};  // capture point at the start, m
   double weight_;
   std::unique_ptr<robots::DynamicsModel> model_;

@@ -37,7 +37,7 @@ struct Tracking {
 struct PlannedTask {
   const Task* task;
   const Trajectory* plan;
-  Replanner* replanner = nullptr;  // empty: the plan is followed to its end
+  Replanner* replanner = nullptr;  // null: the plan is not updated
 };
 
 /// Options of a simulation.
@@ -45,15 +45,15 @@ struct TrackingOptions {
   robots::Plant::Ground ground;
   Pulse push{};    // force in world axes, N s
   Frame pushed{};  // where it acts
-  /// The robot stands until a push moves the capture point by 3 cm. Then it begins the motion
+  /// True: the robot stands until a push moves the capture point by 3 cm. Then it starts the motion
   /// whose chosen place is nearest to the capture point.
   bool waits = false;
 };
 
 /// Runs the plan on ideal drives with ideal sensors, then stands still for one second; a periodic
 /// plan runs four times, beginning in motion. The controller is WholeBodyController by inverse
-/// dynamics, once per ms. `motions` are those that the robot can begin, of which there is one
-/// unless it waits. Throws DefinitionError without a motion.
+/// dynamics, once per ms. `motions`: one motion, or several that the robot can start after
+/// waiting. Throws DefinitionError without a motion.
 Tracking track(const Body& body, const robots::FloatingRobot& robot,
                std::span<const PlannedTask> motions, const TrackingOptions& options);
 

@@ -56,7 +56,7 @@ void declare_settings(Settings& s, Config& c) {
   s.number("step.length_m", c.sizes.length, "m", "length of a step", between(-0.2, 0.35));
   s.number("step.width_m", c.sizes.width, "m", "distance between the soles", between(0.13, 0.25));
   s.flag("step.chosen", c.sizes.chosen,
-         "task step: the plan chooses the place of landing, near that of the settings");
+         "task step: the plan chooses the foothold near that of the settings");
   s.number("stair.height_m", c.sizes.height, "m", "height of the stair of task step_up",
            between(0.0, 0.15));
   s.number("ramp.slope_deg", c.sizes.slope, "deg", "slope of the ramp", between(-12.0, 12.0));
@@ -76,8 +76,7 @@ void declare_settings(Settings& s, Config& c) {
   s.number("tolerance", c.tolerance, "", "scaled KKT error", between(1e-10, 1e-2));
   s.number("time_limit_s", c.time_limit, "s", "time limit of the solver", between(0.1, 3600.0));
   s.number("replan.period_s", c.replan, "s",
-           "period in which the motion is planned again from the measured state; 0: never, but "
-           "0.02 s in task recover",
+           "period of replanning from the measured state; 0: never, but 0.02 s in task recover",
            between(0.0, 0.2));
   robots::walking::declare_settings(s, c.push);
   robots::walking::declare_point_of_push(s, c.push);
@@ -170,7 +169,7 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
   robots::add_capsules(robot, urdf, description);
   const Body body(robot, description);
 
-  // The first is described; task recover has one for each foot.
+  // The summary describes the first plan. Task recover has one plan for each foot.
   std::vector<Planned> planned;
   planned.push_back(plan_task(config, body, config.sizes));
   if (config.task == "recover") {
@@ -236,7 +235,7 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
     if (replanner != nullptr) {
       const Replanner::Statistics& s = replanner->statistics();
       fmt::print(
-          "planned {} times in {:.2f} s; processor time of a solve: median {:.1f} ms, 99 % "
+          "replanned {} times in {:.2f} s; processor time per solve: median {:.1f} ms, 99 % "
           "{:.1f} ms, largest {:.1f} ms\n",
           s.processor.count(), tracked.duration, 1e3 * s.processor.median(),
           1e3 * s.processor.p99(), 1e3 * s.processor.max());

@@ -51,7 +51,7 @@ struct Integrator {
   IntegratorChoice choice;  ///< the scheme
 };
 
-/// A solver that Python owns too.
+/// A solver whose ownership Python shares.
 class SharedSolver final : public Solver {
  public:
   explicit SharedSolver(std::shared_ptr<Solver> solver) : solver_(std::move(solver)) {}

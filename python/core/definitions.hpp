@@ -1,4 +1,4 @@
-// Phases, automata and jumps as Python defines them: the calls of C++ with sizes at run time.
+// Phases, automata and jumps for Python, with the methods of C++ and sizes at run time.
 #pragma once
 
 #include <fmt/format.h>

@@ -23,7 +23,7 @@ std::vector<Guess> guesses_of(py::handle list) {
   return all;
 }
 
-// The solvers that a callable of Python makes, each for one thread.
+// Solvers that a Python callable makes, one for each thread.
 class Factory {
  public:
   explicit Factory(std::function<std::shared_ptr<Solver>()> make) : make_(std::move(make)) {}
@@ -46,7 +46,7 @@ class Factory {
   std::vector<std::shared_ptr<Solver>> made_;
 };
 
-// Ctrl-C ends all solves of a call, on all threads. The thread of the call looks for it.
+// Ctrl-C ends all solves of a call, on all threads. The calling thread checks for it.
 class Interrupt {
  public:
   bool is_requested() {
@@ -153,7 +153,7 @@ void add_schedules(py::module_& m) {
           "The result of the last join().");
 }
 
-// A ModeGraph that knows the sizes of formulas from its modes.
+// A ModeGraph that takes the sizes of formulas from its modes.
 struct Graph {
   ModeGraph graph;
 

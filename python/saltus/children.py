@@ -19,13 +19,13 @@ def end_with_parent():
 
 
 def adopt_orphans():
-    """Makes orphans among the descendants of this process its children, so that end_children() reaches them. Linux only."""
+    """Makes this process the parent of its orphaned descendants, so that end_children() finds them. Linux only."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def children_of(process):
-    """Numbers of its children; none on systems without /proc."""
+    """Process identifiers of the children; none on systems without /proc."""
     found = []
     for path in glob.glob(f"/proc/{process}/task/*/children"):
         try:

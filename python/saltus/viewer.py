@@ -42,7 +42,7 @@ FEW = 50000  # values: a table of at most so many keeps 32 bits per value, a lar
 MANY = 400000  # values: a larger table is thinned
 PANELS = 12  # shown at first
 LIVE_PAUSE = 0.5  # s
-NO_MULTIPLIER = 1e-7  # what solvers leave at inactive constraints
+NO_MULTIPLIER = 1e-7  # multipliers up to this size mean that a constraint is inactive
 # Columns that share a panel: what comes before, the part that differs, what comes after.
 GROUPS = (re.compile(r"(.*?)([wxyz])()"), re.compile(r"(.*?)(roll|pitch|yaw)(.*)"), re.compile(r"()(left|right)([_ ].*)"))
 LEAST = ({"x", "y"}, {"roll", "pitch"}, {"left", "right"})  # parts that a group must have
@@ -226,9 +226,9 @@ VIOLATIONS = ("misses", "missed_at_ends", "missed_on_the_way", "plan_missed_at_e
 
 
 def _multipliers(entries):
-    """The active constraints, with derivatives of the cost."""
+    """The active constraints with the derivatives of the cost."""
     active, texts = [e for e in entries if max(abs(e.get(side) or 0.0) for side in ("lower", "upper")) > NO_MULTIPLIER], {}
-    rows = {(entry.get("phase"), entry["term"]) for entry in entries if entry.get("row")}  # of terms with several
+    rows = {(entry.get("phase"), entry["term"]) for entry in entries if entry.get("row")}  # terms with several rows
     for entry in active:
         name = ": ".join(entry[key] for key in ("phase", "term") if entry.get(key))
         name += f" {entry['row']}" if (entry.get("phase"), entry["term"]) in rows else ""
@@ -462,7 +462,7 @@ class View:
 
 
 def _loaded(run, folder):
-    """The run of a folder, or of the result of a solve or a closed loop, which is written into `folder`."""
+    """Loads a run from its folder. The result of a solve or of a closed loop is first written into `folder`."""
     if isinstance(run, (str, os.PathLike)):
         return load(run)
     if hasattr(run, "tables"):  # load(), run()
@@ -473,7 +473,7 @@ def _loaded(run, folder):
         run.write(os.path.join(folder, "closed loop"))
         return load(os.path.join(folder, "closed loop"))
     if not hasattr(run, "trajectory"):
-        raise ViewError(f"{type(run).__name__} is no run; give a folder, a result of load() or run(), a solution or a loop log")
+        raise ViewError(f"{type(run).__name__} is not a run; give a folder, a result of load() or run(), a solution or a closed loop")
     from . import _core
     if run.trajectory.empty:
         raise ViewError(f"the plan has no trajectory: {run.message}")

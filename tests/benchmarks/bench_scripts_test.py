@@ -493,7 +493,7 @@ class Scripts(OwnFolder):
                                   (2e5, 400.0, 2e5)):
             self.assertEqual(figures.reported(wall, cpu), counts)
 
-    def test_work_that_times_do_not_show_is_told(self):
+    def test_work_outside_of_the_times_is_reported(self):
         sys.path.insert(0, SCRIPTS)
         import figures
 
@@ -507,7 +507,7 @@ class Scripts(OwnFolder):
             "remembers: its first solve takes much longer than the next ones of the same program",
             "threads: it uses several processors at a time"])
 
-    def test_rounding_of_large_terms_is_no_disagreement(self):
+    def test_judges_agree_despite_rounding_of_large_terms(self):
         sys.path.insert(0, SCRIPTS)
         import numpy
         import task

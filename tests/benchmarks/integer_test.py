@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks mixed-integer programs, their judge and who solves them. Needs numpy."""
+"""Checks mixed-integer programs, their judge and the choice of solvers. Needs numpy."""
 
 import importlib.util
 import itertools
@@ -91,7 +91,7 @@ class Programs(unittest.TestCase):
             self.assertAlmostEqual(qp.optimum, best, delta=ROUNDING)
 
     def dispatch(self, qp, on, t, first):
-        """The cheapest powers of two units: one of them takes a limit of its range, the other one the rest."""
+        """The cheapest powers of two units. One unit runs at a limit of its range, and the other one covers the rest."""
         units = len(on)
         demand = next(qp.row_lower[r] for r in range(qp.m) if {v for v, _ in self.terms(qp, r)} == {
             first + units * t + u for u in range(units)})
@@ -131,7 +131,7 @@ class Judge(OwnFolder):
         self.assertAlmostEqual(found["kkt"]["integrality"], 0.4)
         self.assertEqual(found["kkt"]["feasibility"], 0.0)
 
-    def test_who_solves_which_programs(self):
+    def test_choice_of_solvers(self):
         os.makedirs(self.path("own"))
         for name, more in (("mixed", {}), ("relaxed", {"optimum_of": "relaxation"})):
             with open(self.path(f"own/{name}.json"), "w", encoding="utf-8") as file:

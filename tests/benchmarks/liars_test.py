@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that `saltus bench` catches or tells every way to misbehave of misbehaving_adapters.py. Argument: the program
+"""Checks that `saltus bench` rejects or reports every adapter of misbehaving_adapters.py. Argument: the program
 saltus-bench. Needs numpy."""
 
 import importlib.util
@@ -27,7 +27,7 @@ FATAL = ("crashed", "too slow", "out of memory")
 
 class Liars(OwnFolder):
     def run_with(self, liars, **limits):
-        """(solver -> its line, what the run printed) on the program of own_problem(), together with one that is honest."""
+        """(solver -> its line, printed text) of a run on the program of own_problem(), together with an honest solver."""
         folder = self.path("fake/misbehaving-9.dist-info")
         os.makedirs(folder)
         with open(os.path.join(folder, "METADATA"), "w", encoding="utf-8") as file:

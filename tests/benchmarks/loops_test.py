@@ -77,7 +77,7 @@ class Loops(OwnFolder):
             np.testing.assert_allclose(w[loop.nx:loop.nx + loop.nu], -gain @ x, atol=1e-9)
             self.assertLess(np.abs(qp.jacobian.times(w)).max(), 1e-9)
             self.assertEqual(qp.stages, [[loop.nx, loop.nu, 0]] * loop.N + [[loop.nx, 0, 0]])
-            # One stage earlier the point solves the program of the next predicted state, but for its end.
+            # The shifted point solves the program of the next predicted state, except for the last stage.
             shifted = loop.shifted((w, rows, np.zeros(qp.n)))
             following = QuadraticProgram(loop.program(shifted[0][:loop.nx], zeros))
             self.assertLess(np.abs(following.jacobian.times(shifted[0])).max(), 1e-9)
@@ -102,7 +102,7 @@ class Loops(OwnFolder):
         np.testing.assert_allclose(loop.following(x, np.zeros(1), 0) - loop.noise[0], loop.A @ x, atol=1e-6)  # cubic in the angle
         self.assertEqual(loop.cost(np.ones(4), np.zeros(1)), 0.5 * np.trace(loop.Q))
 
-    def test_ours_close_the_loop_with_equal_costs(self):
+    def test_our_solvers_reach_equal_closed_loop_costs(self):
         done = subprocess.run(
             [sys.executable, "-B", os.path.join(SCRIPTS, "bench.py"), "run", "--problems", "loop/pendulum", "--instances", "1",
              "--repetitions", "1", "--solvers", "sparse,riccati,riccati-generic", "--out", self.path("a.jsonl")], text=True,

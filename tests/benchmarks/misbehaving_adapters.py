@@ -1,7 +1,7 @@
 """Adapters for one-variable programs, min 1/2 w^2 + g w on [low, high], that misbehave in one way each.
 
-liars_test.py installs them as a plug-in of `saltus bench`. A class names what the suite must do with it:
-    verdict: of its answers, "solved" by default
+liars_test.py installs them as a plug-in of `saltus bench`. Each class states the expected reaction:
+    verdict: verdict on its answers, "solved" by default
     at_least_us: the smallest time that may be reported
     told: a text that the run must print, or that its line must contain
 """
@@ -73,7 +73,7 @@ class NotANumber(Honest):
         self.found.w = self.found.w * np.nan
 
 
-class Rounds(Honest):  # to single precision
+class Rounds(Honest):  # rounds its answer to single precision
     name, verdict = "rounds", "wrong"
 
     def run(self):
@@ -91,7 +91,7 @@ class Wavers(Honest):  # its last repetition is wrong
             self.found.w = self.found.w + 1.0
 
 
-class ChangesTheProgram(Honest):  # so that the judge would accept its point
+class ChangesTheProgram(Honest):  # changes it so that the judge would accept the point
     name, verdict = "changes-the-program", "wrong"
 
     def run(self):
@@ -109,7 +109,7 @@ class ReplacesTheJudge(Honest):
         self.found.w = self.found.w + 1.0
 
 
-class Prints(Honest):  # lines that look like results, and a line without an end
+class Prints(Honest):  # prints lines that look like results, and a line without an end
     name, verdict = "prints", "wrong"
 
     def run(self):
@@ -124,7 +124,7 @@ class Prints(Honest):  # lines that look like results, and a line without an end
         self.found.w = self.found.w + 1.0
 
 
-# Answers that are no answers
+# Invalid answers
 
 
 class TooShort(Honest):
@@ -149,7 +149,7 @@ class Throws(Honest):
         raise RuntimeError("no")
 
 
-class ReadsTheWarmStart(Honest):  # of a cold task
+class ReadsTheWarmStart(Honest):  # reads it in a cold task
     name, verdict, told = "reads-the-warm-start", "error", "TypeError"
 
     def run(self):
@@ -229,7 +229,7 @@ class AtHandOver(Honest):
         pass
 
 
-class WhenRead(Honest):  # computes its point when someone looks at it
+class WhenRead(Honest):  # computes its point when it is read
     name, told = "when-read", "when-read: it works outside of its timed call"
 
     class Later:
@@ -245,7 +245,7 @@ class WhenRead(Honest):  # computes its point when someone looks at it
         self.found.w = self.Later(self.found.w)
 
 
-class Remembers(Honest):  # the answers of earlier solves
+class Remembers(Honest):  # remembers the answers of earlier solves
     name, told = "remembers", "remembers: its first solve takes much longer"
 
     def __init__(self, qp, tolerance):
@@ -270,7 +270,7 @@ class Chatty(Honest):
         super().run()
 
 
-class Denies(Honest):  # a right answer that it calls wrong
+class Denies(Honest):  # calls a right answer infeasible
     name, told = "denies", "infeasible"
 
     def run(self):
@@ -278,7 +278,7 @@ class Denies(Honest):  # a right answer that it calls wrong
         self.found.claimed, self.found.solved = "infeasible", False
 
 
-class ChangesTheStart(Honest):  # of the solvers after it
+class ChangesTheStart(Honest):  # changes the start of the solvers after it
     name = "changes-the-start"
 
     def run(self):
@@ -287,7 +287,7 @@ class ChangesTheStart(Honest):  # of the solvers after it
         super().run()
 
 
-class LeavesADaemon(Honest):  # outside of its process group
+class LeavesADaemon(Honest):  # leaves a process outside of its process group
     name = "leaves-a-daemon"
 
     def run(self):

@@ -97,7 +97,7 @@ class Files(OwnFolder):
         "dynamics": ["slope", "x"], "integral": "t**3", "intervals": 2}], "objective": "final(y)"}
 
     def test_steps_of_runge_kutta(self):
-        """x = 1 + t^3 + u t, y its integral: the method is exact but for the fourth power of t in y."""
+        """x = 1 + t^3 + u t, and y is its integral. The method is exact except for the fourth power of t in y."""
         program = control_problem.ControlProblem(self.SHOT).program(is_shooting=True)
         problem_files.validate(program, "shot")
         self.assertEqual((program["variables"], program["rows"]), (8, 7))
@@ -124,7 +124,7 @@ class Files(OwnFolder):
         self.assertEqual(stages.order, [2, 3, 0, 1, 4, 5, 6])
         with self.assertRaisesRegex(fatrop.NotApplicable, "stages"):
             fatrop.Stages(NonlinearFile(control_problem.ControlProblem(self.SHOT).program()))
-        with self.assertRaisesRegex(control_problem.Mistake, "can be shot"):
+        with self.assertRaisesRegex(control_problem.Mistake, "shooting needs one phase"):
             control_problem.ControlProblem({**self.SHOT, "parameters": [{"name": "p"}]}).program(is_shooting=True)
         names = [p["name"] for p in data_problems.described() if p["name"].startswith("shooting/")]
         self.assertIn("shooting/catalyst_mixing", names)

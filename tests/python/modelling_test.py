@@ -230,7 +230,7 @@ class Definitions(unittest.TestCase):
 
 class Solves(unittest.TestCase):
     def setUp(self):
-        # The shell may have started this test with interrupts ignored.
+        # The shell may have started this test with SIGINT ignored.
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))
 
     def test_a_known_optimum(self):
@@ -312,7 +312,7 @@ class Solves(unittest.TestCase):
         np.testing.assert_allclose(speed, 12.0 * times - 6.0, atol=7e-2)  # h / 2 from the nodes
         np.testing.assert_allclose([plan.multipliers["drive", "costate", i][1][0] for i in range(2)], plan.start_multipliers)
         self.assertEqual(sl.multipliers_csv(plan).splitlines()[0], "t [s],costate 0,costate 1")
-        # Units do not matter: a state in mm and an input in mm/s^2.
+        # Units do not matter: the state is in mm and the input in mm/s^2.
         small = Phase("drive", lambda t, x, u: [x[1], u[0]], exactly(1.0), nx=2, nu=1).nominal([1e3, 1e3], 1e3)
         small.minimise("effort", lambda t, x, u: 0.5e-6 * u[0] * u[0]).reach("there", lambda t, x: x, exactly([1e3, 0.0]))
         scaled = sl.solve(sl.OptimalControlProblem().start_at([0, 0]).then(small), intervals_per_phase=100)
@@ -370,7 +370,7 @@ class Solves(unittest.TestCase):
             contacts.part(2)
 
     def test_search_over_modes(self):
-        # x' is 1 or -1 in sampled time; the optimum of sum x^2 from 0.5 alternates after one step down.
+        # x' is 1 or -1 over each sample. The optimum starts at 0.5 with a step down and then alternates.
         def graph(*durations):
             modes = sl.ModeGraph("drift")
             for name, speed in (("up", 1.0), ("down", -1.0)):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A page of saltus.view() inside an executed notebook, opened in a headless Chromium.
+"""Opens a page of saltus.view() inside an executed notebook in a headless Chromium.
 
 Usage: notebook_test.py SOURCE_DIR FOLDER, which gets the notebook as HTML and a picture of it. Needs the package saltus
 and nbclient, nbformat and nbconvert of PyPI. Exits with 77, "skipped", without them or without Chromium.

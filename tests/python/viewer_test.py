@@ -88,7 +88,7 @@ def make_run(folder, scale=1.0, scene=True):
 
 
 def ball():
-    """The plan of a point mass whose speed is limited, and its closed loop."""
+    """The plan of a point mass with a speed limit, and its closed loop."""
     drive = saltus.Phase("drive", lambda t, x, u: [x[1], u[0]], saltus.exactly(1.0), nx=2, nu=1)
     drive.minimise("effort", lambda t, x, u: 0.5 * u[0] * u[0]).keep("limit", lambda t, x: x[1], saltus.at_most(1.2))
     drive.reach("there", lambda t, x: x, saltus.exactly([1.0, 0.0]))
@@ -150,8 +150,8 @@ class Data(Folder):
         write(folder, "scene.json", "{")
         self.assertIn("scene.json: ", run_module(folder).stderr)
 
-    def test_what_is_no_run_is_refused(self):
-        with self.assertRaisesRegex(viewer.ViewError, "int is no run; give a folder"):
+    def test_objects_that_are_not_runs_are_refused(self):
+        with self.assertRaisesRegex(viewer.ViewError, "int is not a run; give a folder"):
             saltus.view(7)
 
     def test_folder_without_tables(self):
@@ -170,7 +170,7 @@ class Data(Folder):
         run = saltus.load(self.path("plan"))
         self.assertEqual(list(run.tables["multipliers"]), ["t", "limit", "costate 0", "costate 1"])
         entries = {(m["term"], m["row"]): m for m in run.summary["multipliers"]}
-        # The cost is 6 without the limit; d cost / d limit of the speed is not positive.
+        # The cost is 6 without the limit. Its derivative with respect to the speed limit is not positive.
         self.assertEqual(set(entries), {("limit", 0), ("there", 0), ("there", 1)})
         self.assertLess(entries["limit", 0]["upper"], -1.0)
         self.assertAlmostEqual(entries["limit", 0]["lower"], 0.0, places=6)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The script that builds wheels finds interpreters and checks what a wheel contains; a missing library is named."""
+"""Checks that make_wheels.py finds interpreters and checks the content of wheels, and that `import` names missing libraries."""
 
 import os
 import subprocess
@@ -35,7 +35,7 @@ class Interpreters(Folder):
         before = os.environ["PATH"]
         self.addCleanup(os.environ.__setitem__, "PATH", before)
 
-    def test_a_stub_that_does_not_run_hides_no_interpreter(self):
+    def test_a_broken_stub_does_not_hide_an_interpreter(self):
         self.write("#!/bin/sh\nexit 127\n", "stubs", "python3.13")
         real = self.write("#!/bin/sh\necho cp313\n", "real", "python3.13")
         os.environ["PATH"] = self.path("stubs") + os.pathsep + self.path("real")
@@ -43,14 +43,14 @@ class Interpreters(Folder):
         os.environ["PATH"] = self.path("stubs")
         self.assertEqual(make_wheels.interpreters([]), {})
 
-    def test_a_given_one_must_run(self):
+    def test_a_given_interpreter_must_run(self):
         with self.assertRaisesRegex(SystemExit, "nowhere/python does not run"):
             make_wheels.interpreters([self.path("nowhere", "python")])
         self.assertEqual(list(make_wheels.interpreters([sys.executable])), ["cp%d%d" % sys.version_info[:2]])
 
 
 class Wheels(Folder):
-    def test_what_a_wheel_must_contain(self):
+    def test_required_content_of_a_wheel(self):
         names = ["saltus/__init__.py", "saltus/_core.cpython-311-x86_64-linux-gnu.so", "saltus/_core.pyi", "saltus/py.typed",
                  "saltus/viewer.html", "saltus/uplot/uPlot.iife.js"]
         for left_out in (None, *names[1:]):

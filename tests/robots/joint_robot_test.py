@@ -1,4 +1,4 @@
-"""Robots for `saltus control`: the one in C of the examples with a plugin, DART in a second process, recorded logs.
+"""Robots for `saltus control`: the C robot of the examples with a plugin, DART in a second process, and recorded logs.
 
 Usage: joint_robot_test.py SALTUS ROBOT PLUGIN CONVERSION
 """
@@ -15,7 +15,7 @@ import unittest
 SALTUS, ROBOT, PLUGIN, CONVERSION = (os.path.abspath(name) for name in sys.argv[1:5])
 del sys.argv[1:5]
 DEADLINE = 120  # s, on a loaded machine
-# Seconds per second of the robot, where a fault can only be noticed in real time.
+# Pace (wall-clock seconds per robot second) of faults that can only be detected in real time.
 SLOW = "5"
 # No load acts on the cart, so a small torque must move it.
 CART = "guards: {stuck_limit: 0.3}\njoints:\n  slider: {torque: 3.0, speed: 5.0, limits: [-10, 10], start: 0.3}\n"
@@ -145,7 +145,7 @@ class Cart(Link):
 
     def test_wrong_arguments(self):
         robot = self.write(CART)
-        for words, sentence in ((("--plugin", PLUGIN), "needs the joints of the robot"),
+        for words, sentence in ((("--plugin", PLUGIN), "needs --robot FILE with the joints of the robot"),
                                 (("--plugin", PLUGIN, "--robot", robot, "--controller", "sled"), "no controller sled"),
                                 (("--plugin", robot, "--robot", robot), "--plugin"),
                                 (("--plugin", PLUGIN, "--robot", self.write(CART + "  arm: {torque: 1}\n")),
@@ -190,8 +190,8 @@ class Check(Link):
 
     def test_wrong_joints(self):
         for fault, sentence in (("sign", "wrong elbow: it moves against its torque"),
-                                ("offset", "wrong elbow: it reads +0.020 rad in its known posture"),
-                                ("stuck", "wrong elbow: it does not move by 0.010 rad")):
+                                ("offset", "wrong elbow: it is off by +0.020 rad in its known posture"),
+                                ("stuck", "wrong elbow: it moves by less than 0.010 rad")):
             with self.subTest(fault=fault):
                 status, text, joints = self.check("--fault", fault)
                 self.assertEqual(status, 5, text)

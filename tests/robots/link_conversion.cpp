@@ -1,5 +1,5 @@
-// Conversions of a plugin: the controller of the cart moves a cart of twice the mass to 1 m instead
-// of 0 m.
+// Conversions of a plugin: they let the controller of the cart move a cart of twice the mass to 1 m
+// instead of 0 m.
 #include "saltus/c/saltus_robot.h"
 
 void saltus_state_of_sensors(const saltus_sensors* readings, int joints, double* state,

@@ -101,7 +101,7 @@ class Link(unittest.TestCase):
                 self.assertEqual(self.guarded(text), 0)  # commands continue: hold and damp
 
     def test_a_joint_sticks(self):
-        """Nobody notices it before the push, when the joint is driven."""
+        """The fault is detected only after the push, when the joint is driven."""
         _, text, status, control_text = self.pair("--time", "1.5", "--fault", "stuck", "--fault-at", "0.2", "--push", "7",
                                                   "--push-at", "0.6", "--fault-joint", "7")
         self.assertEqual(status, 7, text + control_text)

@@ -1,5 +1,4 @@
-// The dynamics of the controllers on a robot's computer: those of an independent formulation, and
-// without allocations.
+// Compares the recursive dynamics with an independent formulation, and counts their allocations.
 #include "saltus/robots/whole_body/recursive_dynamics.hpp"
 
 #include <gtest/gtest.h>

@@ -529,7 +529,7 @@ TEST_F(Reactions, StopsSoftlyAfterALongGap) {
 
 TEST_F(Reactions, StopsSoftlyOnRequestWithoutAFault) {
   balance_until(10);
-  SensorMessage last = message(10 + 50);  // also if shared memory has kept the last request only
+  SensorMessage last = message(10 + 50);  // also if shared memory has kept only the last request
   last.requests_stop = true;
   control.update(last);
   EXPECT_EQ(control.fault(), "");
@@ -570,11 +570,12 @@ TEST_F(Reactions, NamesAJointThatDoesNotReachThePosture) {
       << control.fault();
 }
 
-// ---- joints that stick
+// ---- stuck joints
 
 constexpr double dt = 1e-3;
 
-// Seconds until joint 1 of two is found, or infinity after 3 s. `q` and `torque` of time.
+// Seconds until joint 1 of two is found stuck, or infinity after 3 s. `q` and `torque` are
+// functions of time.
 template <class Position, class Torque>
 double found_after(Position q, Torque torque) {
   StuckJoints watch(Vec<double, 2>(10.0, 20.0), {});
@@ -599,7 +600,8 @@ double found_after(Position q, Torque torque) {
 
 TEST(Stuck, IsAJointWhoseTorqueGrowsWithoutMotion) {
   const auto still = [](double) { return 0.3; };
-  // 7 Nm of 20 Nm more at 1 s: noticed after a third of 0.3 s, at the end of the next third.
+  // The torque rises by 7 Nm of 20 Nm at 1 s. It is noticed at the end of the second third of 0.3
+  // s.
   const double t = found_after(still, [](double s) { return s < 1.0 ? 8.0 : 15.0; });
   EXPECT_GT(t, 1.1);
   EXPECT_LT(t, 1.31);
@@ -720,7 +722,7 @@ TEST(Gains, AreMultiplesOfTheLargestTorque) {
   EXPECT_EQ(c.damping, (Vec<double, 2>(1.0, 0.5)));
 }
 
-// ---- the file of the robot
+// ---- the robot file
 
 TEST(LinkFile, ComesBackAsWritten) {
   std::vector<LinkJoint> joints = two;
@@ -742,7 +744,7 @@ TEST(LinkFile, ComesBackAsWritten) {
   EXPECT_EQ(read[0].position.upper, 0.5);
   EXPECT_EQ(got.torque_hz, 50.0);
 
-  // A part of the file adjusts what is known.
+  // A partial file adjusts existing values.
   std::ofstream(file) << "joints: {knee: {torque: 5}}\nguards: {near: 0.1}\n";
   read_link_file(file, read, got);
   EXPECT_EQ(read[1].effort, 5.0);

@@ -1,5 +1,5 @@
-// The C header for the robot's side of the link: its bytes are those of the controller, and its
-// guard never holds a torque for long.
+// The C header for the robot's side of the link writes the bytes of the controller, and its guard
+// never holds a torque for long.
 #include "saltus/c/saltus_robot.h"
 
 #include <gtest/gtest.h>
@@ -183,7 +183,7 @@ TEST_F(Guard, ExertsNothingBeforeTheFirstCommand) {
   EXPECT_EQ(guard.guarded, 0);
 }
 
-// The default is 15 ms: no torque of a command is held longer.
+// The guard holds the torque of a command for at most 15 ms by default.
 TEST_F(Guard, DampsAndReleasesWithoutCommands) {
   ASSERT_TRUE(take(push(1), 1.0));
   EXPECT_EQ(act(1.0149), SALTUS_GUARD_PASSES);

@@ -1,4 +1,4 @@
-"""Long run of `saltus control` against `saltus robot serve`: allocations, page faults, growth, latency.
+"""Measures a long run of `saltus control` against `saltus robot serve`: allocations, page faults, growth, latency.
 
 Usage: soak_control.py SALTUS COUNTER [--minutes 30] [--pace 1] [--skip 5] [--faults 0] [--out DIR] [-- OPTION ...]
 

@@ -35,7 +35,7 @@ SparsityPattern random_pattern(std::mt19937& random) {
   return with_diagonal(SparsityPattern::from_pairs(n, n, pairs));
 }
 
-// Twelve parts of seven variables, coupled by the last two variables, as a phase by its duration.
+// Twelve parts of seven variables, coupled by the last two variables like a phase by its duration.
 constexpr int parts = 12, part_size = 7, coupling = 2, coupled = parts * part_size + coupling;
 SparsityPattern coupled_pattern() {
   std::vector<std::pair<int, int>> pairs;
@@ -44,7 +44,7 @@ SparsityPattern coupled_pattern() {
       if (i / part_size == j / part_size || i >= parts * part_size) pairs.emplace_back(i, j);
   return SparsityPattern::from_pairs(coupled, coupled, pairs);
 }
-// Adds root root' of a part and the coupling variables.
+// Adds root root' to the entries of a part and the coupling variables.
 void add_convex(const SparsityPattern& pattern, int part, const MatrixXd& root, VectorXd& entries) {
   const auto variable = [&](int i) {
     return i < part_size ? part * part_size + i : parts * part_size + i - part_size;

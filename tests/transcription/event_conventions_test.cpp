@@ -143,8 +143,9 @@ TEST(GivenStart, HasNoRows) {
   EXPECT_EQ(shooting.nlp().upper()[shooting.layout().state(0, 1)], 0.5);
 }
 
-// The start of 1 exceeds the bound of the state. The other row reads an input and holds there too.
-TEST(GivenStart, HasNoRowsOfStatesInATermWithInputsEither) {
+// The start of 1 exceeds the bound of the state. The other row reads an input, so it is imposed at
+// the start too.
+TEST(GivenStart, HasNoRowsOfStatesInATermThatAlsoReadsInputs) {
   auto phase = second();
   phase
       .keep("both",

@@ -1,5 +1,5 @@
-// Multipliers by name are derivatives of the optimal cost: each is compared with solves whose bound
-// is moved, in a problem of two phases with a jump, nominal magnitudes and a free duration.
+// Named multipliers are derivatives of the optimal cost. The test compares each with solves for a
+// moved bound. The problem has two phases, a jump, nominal magnitudes and a free duration.
 #include "saltus/transcription/multipliers.hpp"
 
 #include <gtest/gtest.h>
@@ -82,8 +82,8 @@ TEST(Multipliers, AreDerivativesOfTheOptimalCost) {
   compare("second", "there", &Moved::end);
   compare("second", "work", &Moved::work);
   compare("", "total time", &Moved::total);
-  // The first costate is the derivative with respect to the start; along the plan they are constant
-  // in x[0], because neither dynamics nor costs depend on it.
+  // The first costate is the derivative with respect to the start. The costate of x[0] is constant
+  // along the plan, because neither dynamics nor costs depend on x[0].
   for (const Solution::Multiplier& m : plan.multipliers)
     if (m.term == Solution::Multiplier::costate && m.row == 0) {
       EXPECT_NEAR(m.values.front(), m.values.back(), 1e-6);

@@ -217,7 +217,7 @@ class _Phase:
         return steps.function(len(index))
 
     def step_function(self):
-        """The function of x, u and the fraction of the phase: next state and integral of one interval."""
+        """The function (x, u, elapsed fraction of the phase) -> (next state, integral over the interval)."""
         names = [v["name"] for key in ("states", "inputs") for v in self.lists[key]]
         steps = Steps({**self.problem.definitions, **{name: i for i, name in enumerate(names)}})
         begin, end = (steps.add(t, f"{self.place}, time") for t in self.problem.times[self.name])
@@ -227,7 +227,7 @@ class _Phase:
             return steps.step("multiply", steps.step("constant", factor), a)
 
         def rates(x, part):
-            """h f and h L, after a part of the interval."""
+            """h f and h L at this fraction of the interval."""
             fraction = steps.step("add", steps.step("input", len(names)), steps.step("constant", part / self.intervals))
             steps.places = dict(zip(names, x))
             steps.places["t"] = steps.step("add", begin, steps.step("multiply", fraction, length))
@@ -291,7 +291,7 @@ class ControlProblem:
         return value_of(text, self.definitions, place)
 
     def is_for_shooting(self):
-        """True if the problem is one phase of given length without algebraic variables, path and complementarity."""
+        """True if the problem is one phase of given length without algebraic variables, path constraints or complementarity."""
         others = ("algebraic", "path", "complementarity")
         return len(self.phases) == 1 and not self.parameters and not any(self.phases[0].data.get(key) for key in others)
 
@@ -327,7 +327,7 @@ class ControlProblem:
 
     def _shoot(self, out, phase, ends):
         if not self.is_for_shooting():
-            raise Mistake("only one phase without parameters, algebraic variables, path and complementarity can be shot")
+            raise Mistake("shooting needs one phase without parameters, algebraic variables, path constraints and complementarity")
         states, inputs, N = phase.lists["states"], phase.lists["inputs"], phase.intervals
         function = out.function(phase.step_function())
 

@@ -89,7 +89,7 @@ def _patterns(file, nonlinear, linear):
     for row, variable in linear:
         columns[row].add(variable)
     coupled = []
-    for block in file.data["blocks"]:  # neighbours are enough to find a block of two stages
+    for block in file.data["blocks"]:  # pairs of neighbours are enough to find a block of two stages
         touched = sorted({v for terms in block["coefficients"] for v, _ in terms})
         coupled += zip(touched, touched[1:])
     return [sorted(of) for of in columns], coupled

@@ -29,7 +29,7 @@ def time_of(line, prefix=""):
     return statistics.median(found) if found and line["verdict"] == "solved" else None
 
 
-MANY, AT_LEAST_US = 10.0, 1e3  # more work outside of the timed call leads to a remark
+MANY, AT_LEAST_US = 10.0, 1e3  # ratio and time of work outside of the timed call that lead to a remark
 PROCESSORS = 1.2
 
 
@@ -50,8 +50,8 @@ def remarks(line):
 
 
 def all_remarks(lines):
-    """`SOLVER: SENTENCE (N tasks, NAME for example)`. A sentence must hold for most answers of a task, because load on the
-    machine makes single times long."""
+    """Texts `SOLVER: SENTENCE (N tasks, NAME for example)`. A sentence must hold for most answers of a task, because other
+    load makes some times long."""
     answers, found = {}, {}
     for line in lines:
         if "first_us" in line.get("times", {}):

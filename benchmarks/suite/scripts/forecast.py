@@ -1,5 +1,5 @@
 """Forecast of a run from the processor seconds that each solver took on each task in earlier runs of this user. Other load
-does not change them. Only their ratios matter, because the progress of the run itself shows how fast the machine is."""
+hardly affects them. Only their ratios matter, because the progress of the run shows the speed of the machine."""
 
 import json
 import os
@@ -19,12 +19,12 @@ SHIPPED = os.path.join(os.path.dirname(os.path.abspath(__file__)), "processor_se
 
 
 def known_seconds():
-    """task -> solver -> seconds per instance and repetition: of earlier runs, and SHIPPED for tasks without one."""
+    """task -> solver -> seconds per instance and repetition, from earlier runs or else from SHIPPED."""
     return {**_read(SHIPPED), **_read(_path())}
 
 
 def _read(path):
-    """Empty without a readable file."""
+    """The contents of a file, or an empty dictionary if it cannot be read."""
     try:
         with open(path, encoding="utf-8") as file:
             known = json.load(file)

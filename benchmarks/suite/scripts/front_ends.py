@@ -16,8 +16,8 @@ UNSUITED = "its start is not given, or it has rows other than dynamics, bounds o
 
 
 class Intervals:
-    """step(x, u, numbers) -> (next, cost), numbers[k] of interval k, and the places of states and inputs in w. With `more`
-    also programs with bounds of states, a cost at the end, end_cost(x) or None, and given values at the end, end_rows."""
+    """step(x, u, numbers) -> (next, cost), numbers[k] of interval k, and the indices of states and inputs in w. With `more` a
+    program may also have bounds of states, a cost at the end (end_cost(x) or None), and given values at the end (end_rows)."""
 
     def __init__(self, file, more=False):
         import casadi as ca

@@ -1,12 +1,12 @@
-"""Mixed-integer programs made here, as files of the format `saltus-qp 1`. The instance is the seed.
+"""Mixed-integer programs that this file generates, in the format `saltus-qp 1`. The instance is the seed.
 
     integer/dwell       a switched linear system of three modes that tracks a signal; a mode lasts at least DWELL intervals
-    integer/commitment  four units that cover a demand; minimum times on and off, costs of starts
+    integer/commitment  four units that cover a demand; minimum times on and off, start-up costs
     integer/logic       predictive control of a mass that may touch a spring, which is a logical condition
 
-Names that end in -l1 have linear costs. The optima of the first two follow from an exhaustive search and from dynamic
-programming, without a solver of mixed-integer programs. Those of the last one are KNOWN: the best of all 256 combinations
-of contacts, each solved as a convex program to 1e-10 (PIQP, HiGHS).
+Names that end in -l1 have linear costs. Exhaustive search gives the optima of integer/dwell, and dynamic programming those
+of integer/commitment. The optima of integer/logic are stored in KNOWN: the best of all 256 combinations of contacts, each
+solved as a convex program to 1e-10 (PIQP, HiGHS).
 """
 
 import itertools
@@ -41,7 +41,7 @@ def program(problem, seed):
 
 
 class Model:
-    """Variables with sides and rows, of a program that grows. Terms are pairs of a variable and its factor."""
+    """Builder of a program: adds variables with bounds, and rows. A term is a pair (variable, factor)."""
 
     def __init__(self):
         self.lower, self.upper, self.integer, self.linear, self.square = [], [], [], [], []
@@ -152,7 +152,7 @@ def commitment(name, seed, _):
 
 
 def _best_schedule(low, high, idle, price, start, demand):
-    """By dynamic programming. A unit is (on, periods since it changed, at most LASTS)."""
+    """The smallest cost, by dynamic programming. The state of a unit is (on, periods since its last change, at most LASTS)."""
     def power_cost(on, wanted):
         left = wanted - low[on].sum()
         total = price[on] @ low[on]

@@ -1,11 +1,11 @@
 """Closed loops: predictive controllers whose quadratic program is solved at each tick, on a plant that differs from the
-model. The result is the cost of the closed loop; the time is the mean of one solve.
+model. The result is the closed-loop cost. The time is the mean per solve.
 
     loop/masses     four masses between springs, three forces; the plant has softer springs and disturbances
     loop/pendulum   a pendulum on a cart, linearised; the plant is nonlinear, with disturbances
 
-The instance is the seed of start and disturbances. Inputs have bounds, states have none, so each program has a solution.
-At each tick a solver is set up anew, and is offered the previous solution, one stage earlier, with its multipliers.
+The instance is the seed of start and disturbances. Only inputs have bounds, so each program has a solution. At each tick a
+solver is set up again. It is offered the previous solution with its multipliers, shifted by one stage.
 """
 
 import json
@@ -53,8 +53,8 @@ def _discrete(rate, nx, nu, h):
 
 
 class Loop:
-    """A controller and its plant. `program(x, warm)`: the program of a tick; `following(x, u, tick)`: the plant; `folder`:
-    for files of programs."""
+    """A controller and its plant. `program(x, warm)` is the program of a tick. `following(x, u, tick)` is the next state of
+    the plant. `folder` contains the files of programs."""
 
     def __init__(self, problem, seed, folder):
         random = np.random.default_rng(seed)
@@ -106,7 +106,7 @@ class Loop:
         return {**self.data, **sides, "warm": {key: part.tolist() for key, part in zip(("w", "lambda", "z"), warm)}}
 
     def shifted(self, point):
-        """A point (w, lambda, z) one stage earlier, with its last input again."""
+        """A point (w, lambda, z) shifted by one stage. It repeats the last input."""
         w, rows, bounds = point
         stage, nx = self.nx + self.nu, self.nx
         last = slice(-nx - self.nu, -nx)  # the last input
@@ -127,8 +127,8 @@ def described():
 
 
 class LoopRun:
-    """One solver in one closed loop, under the names of task.Peer. `solver_of(own, qp)` is the solver of one tick, and
-    `begin_loop()` gives `own` as a context."""
+    """One solver in one closed loop, with the interface of task.Peer. `solver_of(own, qp)` is the solver of one tick, and
+    `begin_loop()` is a context manager that returns `own`."""
 
     def __init__(self, loop, begin_loop, solver_of):
         self.loop, self.begin_loop, self.solver_of = loop, begin_loop, solver_of
@@ -150,7 +150,7 @@ class LoopRun:
             return self._at_tick(own, 0, self.loop.start, self.zeros).begin(tolerance, setting)
 
     def run(self, tolerance, setting, is_timed=True):
-        """The worst answer of all ticks, with the cost of the closed loop, and the mean time of a solve."""
+        """The closed-loop cost with the worst residuals of all ticks, and the mean time per solve."""
         loop, x, warm, cost = self.loop, self.loop.start, self.zeros, 0.0
         worst, iterations, solved, spent = {}, 0, True, {"wall_us": 0.0, "cpu_us": 0.0}
         with self.begin_loop() as own:

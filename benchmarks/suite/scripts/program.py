@@ -50,7 +50,7 @@ class Program:
             pass  # it has died
         try:
             self.process.wait(END_WAIT)
-        except subprocess.TimeoutExpired:  # another process may have inherited its standard input
+        except subprocess.TimeoutExpired:  # another process may have inherited the standard input
             self.process.kill()
             self.process.wait()
 

@@ -8,16 +8,16 @@ import matrix
 import public_sets
 import table
 
-AGREE = 1e-5  # relative; the published optima have about eight digits
+AGREE = 1e-5  # relative; published optima have about eight digits
 
 
 def drawn(count, seed):
-    """Names of fetched problems with a published optimum, below the size of the default set."""
+    """Names of fetched problems with a published optimum, up to the size of the default set."""
     usual = {p["name"] for p in data_problems.described() if p.get("origin") == "public" and not p["on_request"]}
     twice = tuple(f"{data_problems.PUBLIC}{name}/" for name, s in public_sets.SETS.items() if s.others)
     known = sorted(name for name in usual if not name.startswith(twice) and data_problems.source_of(name)[1] is not None)
     if len(known) < count:
-        raise ValueError(f"only {len(known)} problems with a published optimum are here; `bench fetch maros-meszaros` and "
+        raise ValueError(f"only {len(known)} problems have a published optimum; `bench fetch maros-meszaros` and "
                          "`bench fetch maros-meszaros-qps` copy 138 and the table of their optima")
     return sorted(random.Random(seed).sample(known, count))
 

@@ -123,7 +123,7 @@ def largest_sum(qp, w, row_multipliers, bound_multipliers):
 
 
 def integer_residual(qp, w):
-    """(the point with its integer variables rounded; its feasibility, and the largest distance to integers). Mixed-integer
+    """(the point with rounded integer variables, {its violation, and the largest distance to an integer}). Mixed-integer
     programs have no multipliers."""
     rounded = w.copy()
     rounded[qp.integer] = np.round(w[qp.integer])

@@ -228,7 +228,7 @@ def part_rows(part, cells, names, tasks):
 
 
 def loop_rows(cells, names, tasks):
-    """Medians of the cost of closed loops, and by how much it exceeds the smallest one."""
+    """Median closed-loop costs, and how much each exceeds the smallest one."""
     names = [n for n in names if any((task, n) in cells for task in tasks)]
     yield ["closed-loop cost, medians", *table.labels(names)]
     for task in tasks:

@@ -62,7 +62,7 @@ def write_text(records, out):
 
 
 def closed_loop_costs(records):
-    """`loop/masses cold: closed-loop cost 19.5 (piqp), largest 19.6 (osqp)`, of the solvers that finished the loop."""
+    """`loop/masses cold: closed-loop cost 19.5 (piqp), largest 19.6 (osqp)`, for the solvers that finished the loop."""
     cells = figures.by_cell(records)
     for name, tasks in groups(records):
         for task in tasks if name == CLASSES["loop"] else ():

@@ -98,15 +98,15 @@ class Ours:
 
 
 def offered(qp):
-    """A copy for a solver, which cannot change what the judge reads. Starts are handed over, and the optimum is not."""
+    """A copy for a solver, so that it cannot change what the judge reads. It contains starts, but not the optimum."""
     given = copy.deepcopy(qp)
     given.guess = given.warm = given.optimum = None
     return given
 
 
 def fix(answer, program):
-    """Makes the parts of an answer arrays of the right sizes. An array that computes its values when they are read does so
-    here, where time is taken."""
+    """Converts the parts of an answer to arrays of the right sizes. A lazy array computes its values here, within the timed
+    call."""
     import numpy
     for part, count in (("w", program.n), ("row_multipliers", program.m), ("bound_multipliers", program.n)):
         values = numpy.array(getattr(answer, part), dtype=float)
@@ -228,7 +228,7 @@ def _array(values):
 
 
 def judged(qp, w, row_multipliers, bound_multipliers):
-    """Cost and residuals of an answer. The best known cost judges the optimum of mixed-integer programs."""
+    """Cost and residuals of an answer. For mixed-integer programs the best known cost replaces the multipliers."""
     known = {} if qp.optimum is None else {"optimum": qp.optimum}
     if not len(qp.integer):
         return {"objective": qp.objective(w), **known, "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}

@@ -1,6 +1,6 @@
-/* The robot's side of the link to `saltus control`, in plain C: the messages of docs/robot_link.md
- * as bytes and back, and the guard of the motors. Nothing here allocates, waits or uses the
- * network, and no library is needed.
+/* The robot's side of the link to `saltus control`, in plain C: it writes and reads the messages of
+ * docs/robot_link.md, and guards the motors. Nothing here allocates, waits or uses the network, and
+ * no library is needed.
  *
  *   saltus_guard_init(&guard, joints, largest_torques);
  *   every period:
@@ -34,12 +34,12 @@ typedef struct saltus_link {
   int joints;     /**< number of joints */
 } saltus_link;
 
-/** Readings of one period, to the controller. Units and axes: docs/robot_link.md. */
+/** Readings of one period, sent to the controller. docs/robot_link.md defines units and axes. */
 typedef struct saltus_sensors {
-  uint64_t sequence;            /**< one more in every period */
+  uint64_t sequence;            /**< increases by one in every period */
   int64_t time;                 /**< time of the readings on the robot's clock, ns */
   double pace;                  /**< wall-clock seconds per second of this clock; 0: lock-step */
-  int requests_stop;            /**< not 0: the controller shall stop softly */
+  int requests_stop;            /**< not 0: requests a soft stop */
   int is_guarded;               /**< not 0: the guard acts instead of the commands */
   double angular_velocity[3];   /**< of the base, mean over the last period, rad/s */
   double specific_force[3];     /**< acceleration minus gravity, mean over the last period, m/s^2 */
@@ -61,32 +61,33 @@ typedef enum saltus_link_state {
   SALTUS_CHECK = 6    /**< moves one joint after the other; the robot hangs */
 } saltus_link_state;
 
-/** Command to all joints, from the controller. A motor exerts torque + stiffness (position - q) +
+/** Command of the controller to all joints. A motor exerts torque + stiffness (position - q) +
  * damping (velocity - dq). */
 typedef struct saltus_command {
-  uint64_t sequence;                     /**< one more in every message */
+  uint64_t sequence;                     /**< increases by one in every message */
   uint64_t answers;                      /**< sequence number of the readings that it answers */
   int64_t time;                          /**< time stamp of these readings, ns */
   uint32_t state;                        /**< a saltus_link_state */
-  double torques[SALTUS_LINK_JOINTS];    /**< Nm */
-  double positions[SALTUS_LINK_JOINTS];  /**< rad */
-  double velocities[SALTUS_LINK_JOINTS]; /**< rad/s */
-  double stiffness[SALTUS_LINK_JOINTS];  /**< Nm/rad */
-  double damping[SALTUS_LINK_JOINTS];    /**< Nm s/rad */
+  double torques[SALTUS_LINK_JOINTS];    /**< torques, Nm */
+  double positions[SALTUS_LINK_JOINTS];  /**< target positions, rad */
+  double velocities[SALTUS_LINK_JOINTS]; /**< target velocities, rad/s */
+  double stiffness[SALTUS_LINK_JOINTS];  /**< stiffness of the springs, Nm/rad */
+  double damping[SALTUS_LINK_JOINTS];    /**< damping, Nm s/rad */
 } saltus_command;
 
 /* ---- plugins of `saltus control --plugin` ----
  *
- * The state of a plugin's controller is (positions, velocities) of all joints, and its inputs are
- * their torques, unless the plugin defines these two functions or one of them (in C++ as
- * extern "C"). They must not allocate. `requests_stop` and `is_guarded` are not set. */
+ * By default the state of a plugin's controller is (positions, velocities) of all joints, and its
+ * inputs are the joint torques. A plugin may define one or both of these functions (in C++ as
+ * extern "C") to convert another state or input. They must not allocate. `requests_stop` and
+ * `is_guarded` are not set. */
 #ifdef __GNUC__
 #define SALTUS_OF_PLUGIN __attribute__((visibility("default")))
 #else
 #define SALTUS_OF_PLUGIN
 #endif
 
-/** Writes the state of the controller. */
+/** Writes the state of the controller for these readings. */
 SALTUS_OF_PLUGIN void saltus_state_of_sensors(const saltus_sensors* readings, int joints,
                                               double* state, int states);
 /** Writes the torques of all joints for an input. `readings` are those of the last tick. */
@@ -95,7 +96,7 @@ SALTUS_OF_PLUGIN void saltus_torques_of_input(const saltus_sensors* readings, co
 
 /* ---- bytes ---- */
 
-/** CRC-32 of IEEE 802.3, continued from `crc`; 0 at first. */
+/** CRC-32 of IEEE 802.3, continued from `crc`, which is 0 for the first bytes. */
 static inline uint32_t saltus_crc32(uint32_t crc, const unsigned char* bytes, size_t size) {
   crc = ~crc;
   for (size_t i = 0; i < size; ++i) {
@@ -120,7 +121,7 @@ static inline size_t saltus_sensors_size(int n) { return 232 + 16 * (size_t)n; }
 /** Size of a command for n joints, in bytes. */
 static inline size_t saltus_command_size(int n) { return 56 + 40 * (size_t)n; }
 
-/* Little-endian numbers, on every machine. */
+/* Numbers in messages are little-endian on every machine. */
 static inline unsigned char* saltus_put(unsigned char* at, uint64_t value, int size) {
   for (int i = 0; i < size; ++i) *at++ = (unsigned char)(value >> (8 * i));
   return at;
@@ -176,7 +177,7 @@ static inline int saltus_has_header(const unsigned char* bytes, size_t size,
          saltus_get(bytes + 12, 4) == saltus_checksum(bytes, size);
 }
 
-/** Writes readings as a message of SALTUS_LINK_BYTES at most. Returns its size. */
+/** Writes readings as a message. Returns its size, at most SALTUS_LINK_BYTES. */
 static inline size_t saltus_write_sensors(const saltus_link* link, const saltus_sensors* readings,
                                           unsigned char* bytes) {
   static const double reserved = 0.0;
@@ -197,7 +198,7 @@ static inline size_t saltus_write_sensors(const saltus_link* link, const saltus_
   return size;
 }
 
-/** Reads readings. Returns 0, and leaves `readings` as it was, if the message is not valid. */
+/** Reads readings. If the message is not valid, returns 0 and does not change `readings`. */
 static inline int saltus_read_sensors(const saltus_link* link, const unsigned char* bytes,
                                       size_t size, saltus_sensors* readings) {
   if (!saltus_has_header(bytes, size, link, 1, saltus_sensors_size(link->joints))) return 0;
@@ -216,7 +217,7 @@ static inline int saltus_read_sensors(const saltus_link* link, const unsigned ch
   return 1;
 }
 
-/** Writes a command as a message of SALTUS_LINK_BYTES at most. Returns its size. */
+/** Writes a command as a message. Returns its size, at most SALTUS_LINK_BYTES. */
 static inline size_t saltus_write_command(const saltus_link* link, const saltus_command* command,
                                           unsigned char* bytes) {
   const int n = link->joints;
@@ -233,7 +234,7 @@ static inline size_t saltus_write_command(const saltus_link* link, const saltus_
   return size;
 }
 
-/** Reads a command. Returns 0, and leaves `command` as it was, if the message is not valid. */
+/** Reads a command. If the message is not valid, returns 0 and does not change `command`. */
 static inline int saltus_read_command(const saltus_link* link, const unsigned char* bytes,
                                       size_t size, saltus_command* command) {
   const int n = link->joints;
@@ -252,15 +253,15 @@ static inline int saltus_read_command(const saltus_link* link, const unsigned ch
 
 /* ---- guard ---- */
 
-/** Torques of the motors, also if the controller or the link fails. */
+/** Computes safe motor torques, also if the controller or the link fails. */
 typedef struct saltus_guard {
   int joints;                         /**< number of joints */
-  double silence;                     /**< s without a new command until the guard damps; 0.015 */
-  double release;                     /**< s without a new command until no torque acts; 0.3 */
+  double silence;                     /**< s without a new command until it damps (0.015) */
+  double release;                     /**< s without a new command until no torque (0.3) */
   double limits[SALTUS_LINK_JOINTS];  /**< largest torques, Nm */
-  double dampers[SALTUS_LINK_JOINTS]; /**< of the guard, Nm s/rad; 0.2 s/rad times the limits */
+  double dampers[SALTUS_LINK_JOINTS]; /**< its damping, Nm s/rad (0.2 s/rad times limits) */
   saltus_command command;             /**< newest valid command */
-  double commanded_at;                /**< time at which it came, s; -INFINITY: none yet */
+  double commanded_at;                /**< time at which it arrived, s; -INFINITY: none */
   long guarded;                       /**< calls in which the guard acted after a command */
   long refused;                       /**< messages refused: not valid, not finite, or old */
 } saltus_guard;
@@ -291,9 +292,10 @@ static inline int saltus_is_finite(const double* values, int n) {
   return 1;
 }
 
-/** Takes a message that arrived at `now` (s, any clock that does not jump). Returns 1 if it is the
- * newest valid command. A command with a number that is not finite is refused, as if it had not
- * come. After the release a controller that starts again counts from one. */
+/** Processes a message that arrived at `now` (s, any clock that does not jump). Returns 1 if it is
+ * the newest valid command. Refuses a command with a number that is not finite. After the release
+ * it accepts lower sequence numbers in the state `stand`, because a new controller counts from
+ * one. */
 static inline int saltus_guard_take(saltus_guard* guard, const saltus_link* link,
                                     const unsigned char* bytes, size_t size, double now) {
   saltus_command one;
@@ -313,8 +315,8 @@ static inline int saltus_guard_take(saltus_guard* guard, const saltus_link* link
   return 1;
 }
 
-/** Writes the torques of the motors at `now` for the joints at q (rad) with speeds dq (rad/s),
- * within their limits. Positions advance with the velocities of the command. */
+/** Writes the motor torques at `now`, within their limits, for joint positions q (rad) and
+ * velocities dq (rad/s). Target positions advance with the velocities of the command. */
 static inline saltus_guard_action saltus_guard_torques(saltus_guard* guard, double now,
                                                        const double* q, const double* dq,
                                                        double* torques) {
@@ -333,7 +335,7 @@ static inline saltus_guard_action saltus_guard_torques(saltus_guard* guard, doub
                c->damping[i] * (c->velocities[i] - dq[i]);
     else if (action == SALTUS_GUARD_DAMPS)
       torque = -guard->dampers[i] * dq[i];
-    if (!isfinite(torque)) torque = 0.0; /* an encoder that reads NaN */
+    if (!isfinite(torque)) torque = 0.0; /* an encoder reads NaN */
     torques[i] = fmax(-guard->limits[i], fmin(guard->limits[i], torque));
   }
   return action;

@@ -12,8 +12,8 @@ inline bool reads_any(const Function& f, int first, int count) {
   return false;
 }
 
-/// True if this output of a formula of z = (t | x | u | p) depends on a state and on no input. A
-/// measured state decides it, so it is no constraint there.
+/// True if this output of a formula of z = (t | x | u | p) depends on a state and on no input. At a
+/// measured state it is fixed, so it is not imposed there.
 inline bool reads_states_alone(const Arguments& sizes, const Function& f, int output) {
   const SparsityPattern& pattern = f.jacobian_pattern();
   bool reads_state = false;

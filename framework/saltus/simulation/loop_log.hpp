@@ -129,18 +129,17 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
 ///     save(problem, plan, "swing_up", {"angle [rad]", "rate [rad/s]"}, {"torque [Nm]"});
 void save(const OptimalControlProblem& problem, const Trajectory& plan, const std::string& folder,
           std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
-/// The same for a solution. Also writes summary.json and multipliers.csv, which `saltus view
-/// FOLDER` shows.
+/// The same for a solution. It also writes summary.json and multipliers.csv for `saltus view`.
 void save(const OptimalControlProblem& problem, const Solution& plan, const std::string& folder,
           std::vector<std::string> state_names = {}, std::vector<std::string> input_names = {});
 
-/// Multipliers over time: "t [s]" and one column per row of a constraint, named after its phase (if
-/// there are several), term and row. Cells between the grid points of a constraint are empty.
-/// Constraints at one time only are left out.
+/// CSV table of multipliers over time: "t [s]", and one column per row of a constraint. The name of
+/// a column contains phase (if there are several), term and row. Times at which a constraint has no
+/// grid point have empty cells. Constraints at a single time are left out.
 std::string multipliers_csv(const Solution& plan);
-/// The members of summary.json: name, status, cost and its terms, multipliers and violations. A
-/// multiplier is the derivative of the cost with respect to the lower and the upper bound of a row,
-/// summed over the grid points.
+/// Text of summary.json: name, status, cost and its terms, multipliers and violations. Multipliers
+/// are derivatives of the cost with respect to the lower and the upper bound of a row, summed over
+/// the grid points.
 std::string summary_json(const std::string& name, const Solution& plan);
 
 /// Result of a closed-loop run.

@@ -1,4 +1,4 @@
-// Solutions as JSON and tables, in the format that `saltus view` reads.
+// Writes solutions as JSON and CSV tables in the format of `saltus view`.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -62,7 +62,7 @@ std::string json_of(const Verification::Miss& miss, const char* kind) {
 
 std::string multipliers_csv(const Solution& plan) {
   std::vector<std::string> columns{"t [s]"};
-  // A column may have two values at one time. Rows are ordered by time and number of the value.
+  // A column may have several values at one time. Rows are ordered by time, then by their index.
   std::map<std::pair<double, int>, std::vector<double>> rows;
   std::vector<const Solution::Multiplier*> curves;
   for (const Solution::Multiplier& multiplier : plan.multipliers)

@@ -9,12 +9,12 @@ namespace saltus {
 namespace {
 
 constexpr int largest_dense = 512;  // variables of a part whose convexity is tested
-// Relative to the largest entry: negative pivots that count as zero.
+// Negative pivots up to this size, relative to the largest entry, count as zero.
 constexpr double zero_pivot = 1e-12, zero_coupled_pivot = 1e-10;
 
 using Neighbours = std::vector<std::vector<int>>;
 
-// Sets of variables that are connected without those of `without`.
+// Connected components of the variables after those of `without` are removed.
 std::vector<std::vector<int>> components(const std::vector<int>& variables,
                                          const Neighbours& neighbours,
                                          const std::vector<int>& without) {
@@ -194,7 +194,7 @@ void Convexification::load(const Part& part, double share, MatrixXd& dense) cons
     dense(e.row, e.col) = (e.col < part.own ? 1.0 : share) * before_[e.position];
 }
 
-// Eliminates the variables of all parts, then those that couple them.
+// Cholesky's method: eliminates the variables of all parts, then the coupling variables.
 bool Convexification::is_convex(const Block& block) {
   const int k = block.coupling();
   auto rest = coupling_.topLeftCorner(k, k);
@@ -205,7 +205,7 @@ bool Convexification::is_convex(const Block& block) {
     if (work == nullptr) return false;
     MatrixXd& dense = work->dense;
     load(part, &part == &block.parts.front() ? 1.0 : 0.0, dense);
-    if (!dense.allFinite()) return true;  // nothing can be done
+    if (!dense.allFinite()) return true;  // NaN and infinity cannot be convexified
     const double size = dense.cwiseAbs().maxCoeff();
     largest = std::max(largest, size);
     if (!eliminate(dense, part.own, zero_pivot * size)) return false;

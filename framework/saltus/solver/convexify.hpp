@@ -6,9 +6,9 @@
 // outside the pattern. They are moved to the diagonal: P - E + diag(sum_j |E_ij|) is P plus a
 // diagonally dominant matrix, hence positive definite.
 //
-// In a large block a few variables, such as the duration, couple parts that would share no entry
-// without them. Each part is changed together with an equal share of the rows and columns of these
-// variables; a sum of positive definite matrices is positive definite.
+// In a large block a few variables, such as the duration, couple parts that otherwise share no
+// entry. Each part is changed together with an equal share of the rows and columns of the coupling
+// variables. The result is positive definite, as a sum of positive definite matrices.
 #pragma once
 
 #include <vector>
@@ -35,7 +35,7 @@ class Convexification {
   struct Entry {
     int row, col, position;  // row and col within the part
   };
-  // Variables of a part, then those that couple the parts of its block.
+  // Variables of a part, then the coupling variables of its block.
   struct Part {
     std::vector<int> diagonal;  // positions
     std::vector<Entry> below;
@@ -63,7 +63,7 @@ class Convexification {
   std::vector<Workspace> workspaces_;  // one per size
   std::vector<int> diagonal_;
   VectorXd before_;    // entries before the change
-  MatrixXd coupling_;  // of the variables that couple parts
+  MatrixXd coupling_;  // Schur complement of the coupling variables
   VectorXd radius_;
 };
 

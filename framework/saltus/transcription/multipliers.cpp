@@ -1,6 +1,6 @@
 // With L = cost + lambda' (rows - bounds) + z' (w - bounds), the derivative of the optimal cost
-// with respect to an active bound is -lambda or -z, divided by the nominal magnitude of scaled
-// variables.
+// with respect to an active bound is -lambda or -z. For scaled variables it is divided by their
+// nominal magnitude.
 #include "saltus/transcription/multipliers.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ class Collector {
   Collector(const ShootingProgram& program, const NlpPoint& point)
       : program_(program), point_(point) {}
 
-  // Adds a value to the curve of row `row` of item `item`. make_name() gives its name.
+  // Adds a value to the multipliers of row `row` of item `item`. make_name() returns the name.
   template <class Name>
   void add(Kind kind, int phase, int item, int row, double time, double value, Name&& make_name) {
     const auto [place, is_new] =

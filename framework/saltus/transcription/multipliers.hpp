@@ -1,4 +1,4 @@
-// Multipliers of a solution by the names of the problem.
+// Names the multipliers of a solution by phase and term.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace saltus {
 
-/// Multipliers of terms, links, integrals and bounds, and the costates, in the order of the phases.
-/// Empty if the point has no multipliers.
+/// Multipliers of terms, links, integrals and bounds, and the costates, ordered by phase. Empty if
+/// the point has no multipliers.
 std::vector<Solution::Multiplier> multipliers_of(const ShootingProgram& program,
                                                  const NlpPoint& point);
 

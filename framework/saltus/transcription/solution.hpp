@@ -207,7 +207,7 @@ struct Solution {
   double seconds = 0.0;  ///< wall-clock time of the solver
   std::string method;    ///< integrator, cost rule, Hessian
   NlpPoint point;        ///< primal-dual point for warm starts
-  /// Multipliers of all constraints. Filled by solve(), not in control loops.
+  /// Multipliers of all constraints. solve() fills them, but control loops do not.
   std::vector<Multiplier> multipliers;
   /// d cost / d x0: multipliers of the start in physical units. Positive where a larger start value
   /// increases the cost. Equal to the costates up to sign conventions.

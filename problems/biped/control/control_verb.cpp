@@ -32,9 +32,10 @@ void parse(std::span<const std::string> arguments, Request& r) {
   LinkOptions options(parser, "control", r);
   options.link();
   parser.option("--mjcf", "FILE", "write the model of the robot for MuJoCo instead", r.mjcf)
-      .option("--plugin", "FILE",
-              "run a controller of this shared library, for the joints of --robot", r.plugin)
-      .option("--controller", "NAME", "one of the controllers of the plugin", r.controller);
+      .option("--plugin", "FILE", "run a controller of this plugin, for the joints of --robot",
+              r.plugin)
+      .option("--controller", "NAME", "name of the controller, if the plugin has several",
+              r.controller);
   options.robot();
   options.settings();
   const auto seconds = [&options](const char* flag, const char* doc, double& field) {
@@ -60,9 +61,9 @@ void parse(std::span<const std::string> arguments, Request& r) {
     if (r.config || !r.assignments.empty() || !r.mjcf.empty())
       throw InputError("control: --plugin takes neither --mjcf nor settings of push_recovery");
     if (r.robot.empty())
-      throw InputError("control: --plugin needs the joints of the robot, --robot FILE");
+      throw InputError("control: --plugin needs --robot FILE with the joints of the robot");
   } else if (!r.controller.empty()) {
-    throw InputError("control: --controller names a controller of --plugin FILE");
+    throw InputError("control: --controller needs --plugin FILE");
   }
 }
 

@@ -113,7 +113,7 @@ void LinkOptions::process(const std::string& folder) {
                  [&r = request_](const std::string& name) { r.out = name; });
   number("--wait", "SECONDS", "time to wait for the first message; default 60", 0.0,
          request_.process.arrival);
-  integer("--log-every", "log one of N commands; default 5", 1,
+  integer("--log-every", "log every N-th command; default 5", 1,
           [&r = request_](int n) { r.log_every = n; });
   integer("--priority", "real-time priority, 1 to 99", 1,
           [&r = request_](int n) { r.real_time.priority = n; });

@@ -21,13 +21,13 @@ namespace saltus::robots::walking {
 struct LinkRequest {
   std::string link;                             ///< address
   std::optional<std::filesystem::path> config;  ///< settings of push_recovery
-  std::filesystem::path robot;                  ///< file of the robot; empty: none
+  std::filesystem::path robot;                  ///< robot file; empty: none
   std::filesystem::path out;                    ///< folder of the log
   std::vector<Assignment> assignments;          ///< settings of push_recovery
   control::ControlOptions control;              ///< states and guards
   control::ProcessOptions process;              ///< loop
   control::RealTimeOptions real_time;           ///< operating system
-  int log_every = 5;                            ///< log one of so many commands
+  int log_every = 5;                            ///< log every n-th command
 };
 
 /// Declares options with a parser, for messages of the verb `verb`.
@@ -73,11 +73,11 @@ struct LinkSetup {
   std::string name = {};                        ///< name of the robot
   std::string config = {};                      ///< settings of push_recovery as YAML, or empty
 };
-/// Setup of a biped, with the file of the robot applied.
+/// Setup of a biped, after reading the robot file.
 LinkSetup biped_setup(const LinkRequest& request, const BipedProblem& problem,
                       const BipedModel& model, std::string config);
 
-/// Drives the robot, writes the folder of the log and prints the result. `more`: further entries of
+/// Drives the robot, writes the log and prints the result. `more` returns further entries of
 /// summary.json.
 ExitStatus drive(const LinkRequest& request, const LinkSetup& setup,
                  control::LinkController& controller,
@@ -85,7 +85,7 @@ ExitStatus drive(const LinkRequest& request, const LinkSetup& setup,
 
 /// Quantiles for summary.json.
 nlohmann::ordered_json to_json(const LatencyHistogram& times);
-/// Prints quantiles in one line; nothing without entries.
+/// Prints quantiles in one line, or nothing if there are no entries.
 void print_times(const char* what, const LatencyHistogram& times);
 
 }  // namespace saltus::robots::walking

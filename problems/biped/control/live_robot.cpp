@@ -62,7 +62,8 @@ Json to_json(const std::vector<control::LinkJoint>& joints,
 
 // ---- serve
 
-// Joints that hang, each alone: its largest torque accelerates it by 50 rad/s^2.
+// Separate joints that hang from a stand. The largest torque of a joint accelerates it by
+// 50 rad/s^2.
 class HangingJoints {
  public:
   HangingJoints(WholeBodyState state, const std::vector<control::LinkJoint>& joints, double period)
@@ -96,11 +97,12 @@ struct ServeRequest : LinkRequest {
   control::ServerOptions server;
 };
 void declare_server(LinkOptions& options, control::ServerOptions& server) {
-  options.number("--pace", "N", "wall-clock time per robot time; 0: lock-step, the default", 0.0,
+  options.number("--pace", "N", "wall-clock seconds per robot second; default 0: lock-step", 0.0,
                  server.pace);
-  options.number("--loss", "FRACTION", "lost messages, in each direction", 0.0, server.loss);
+  options.number("--loss", "FRACTION", "fraction of lost messages in each direction", 0.0,
+                 server.loss);
   options.number("--delay", "SECONDS", "delay in each direction", 0.0, server.delay);
-  options.number("--jitter", "SECONDS", "additional random delay, at most", 0.0, server.jitter);
+  options.number("--jitter", "SECONDS", "largest additional random delay", 0.0, server.jitter);
   options.integer("--seed", "seed of loss and jitter; default 1", 0.0,
                   [&server](int seed) { server.seed = seed; });
   options.number("--guard", "SECONDS", "time without commands until the guard acts; default 0.015",
@@ -128,16 +130,15 @@ ExitStatus check_live_robot(std::span<const std::string> arguments,
   constexpr const char* verb = "robot check";
   LinkRequest request;
   JointCheck::Options check;
-  OptionParser parser(verb, "moves each joint of a robot that hangs, and reports");
+  OptionParser parser(verb, "moves each joint of a hanging robot and reports faults");
   LinkOptions options(parser, verb, request);
   options.link();
   options.robot();
-  options.number("--push", "FRACTION", "largest torque without spring; default 0.1", 0.0,
+  options.number("--push", "FRACTION", "largest torque without spring, relative; default 0.1", 0.0,
                  check.torque);
-  options.number("--angle", "RAD", "motion of each joint, at most; default 0.05", 1e-3,
-                 check.angle);
-  options.number("--offset", "RAD", "distance from the known posture that is wrong; default 0.01",
-                 0.0, check.offset);
+  options.number("--angle", "RAD", "largest motion of each joint; default 0.05", 1e-3, check.angle);
+  options.number("--offset", "RAD", "tolerance of the known posture; default 0.01", 0.0,
+                 check.offset);
   options.settings();
   options.process("results/robot_check");
   if (parser.prints_help(arguments)) return ExitStatus::ok;
@@ -161,7 +162,7 @@ ExitStatus check_live_robot(std::span<const std::string> arguments,
   });
   const std::vector<JointCheck::Report> reports = controller.reports();
   print_check(setup.joints, reports);
-  fmt::print("sensors: specific force {:.2f} m/s^2, angular velocity {:.3f} rad/s, both mean\n",
+  fmt::print("sensors: mean specific force {:.2f} m/s^2, mean angular velocity {:.3f} rad/s\n",
              controller.gravity(), controller.turning());
   long wrong = 0;
   const auto find = [&wrong](const std::string& what, const std::string& text) {
@@ -176,7 +177,7 @@ ExitStatus check_live_robot(std::span<const std::string> arguments,
   if (!(controller.turning() < 0.1))
     find("gyroscope", "at rest it must read less than 0.1 rad/s; check unit and bias");
   if (status != ExitStatus::ok) return status;
-  if (wrong == 0) fmt::print("all {} joints are right\n", setup.joints.size());
+  if (wrong == 0) fmt::print("all {} joints passed\n", setup.joints.size());
   return wrong == 0 ? ExitStatus::ok : ExitStatus::differs;
 }
 
@@ -184,7 +185,7 @@ ExitStatus serve_simulated_robot(std::span<const std::string> arguments,
                                  const ConfigurableBiped& defaults) {
   constexpr const char* verb = "robot serve";
   ServeRequest request;
-  OptionParser parser(verb, "the simulated robot of push_recovery, for `saltus control`");
+  OptionParser parser(verb, "simulates the robot of push_recovery for `saltus control`");
   LinkOptions options(parser, verb, request);
   options.link();
   options.settings();
@@ -235,11 +236,11 @@ ExitStatus play_log(std::span<const std::string> arguments) {
   ServeRequest request;
   std::string folder;
   double tolerance = 0.01;
-  OptionParser parser(verb, "the readings of a log, for `saltus control`; compares the commands");
+  OptionParser parser(verb, "replays a log for `saltus control` and compares the commands");
   LinkOptions options(parser, verb, request);
   parser.word("DIR", "folder of a run of `saltus control --log-every 1`", folder);
   options.link();
-  options.number("--tolerance", "NM", "largest difference of a torque; default 0.01", 0.0,
+  options.number("--tolerance", "NM", "largest accepted torque difference; default 0.01", 0.0,
                  tolerance);
   declare_server(options, request.server);
   if (parser.prints_help(arguments)) return ExitStatus::ok;

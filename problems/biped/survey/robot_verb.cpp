@@ -25,7 +25,7 @@ using robots::walking::BipedSettings;
 using robots::walking::ConfigurableBiped;
 
 constexpr const char* summary =
-    "checks a robot or its files, writes them from a URDF, or plays a robot for `saltus control`";
+    "checks a robot or its files, writes its files, or serves a robot for `saltus control`";
 constexpr const char* usage =
     "saltus robot check FILE.urdf [--config ROBOT.yaml]\n"
     "    Checks masses, limits, meshes, feet, postures and reach, one line each; status 2 if\n"
@@ -34,11 +34,11 @@ constexpr const char* usage =
     "    Writes DIR/robot.yaml (feet, joints, sides, postures) and DIR/run.yaml (settings fitted\n"
     "    to its size), and checks them. DIR is the robot's name unless given.\n"
     "saltus robot check --link LINK [--robot FILE]\n"
-    "    Moves each joint of a robot that hangs, and reports signs, offsets, delays and rates.\n"
+    "    Moves each joint of a hanging robot and reports signs, offsets, delays and velocities.\n"
     "saltus robot serve --link LINK [--KEY VALUE]\n"
     "    Simulates the robot of push_recovery for `saltus control` in another process.\n"
     "saltus robot play DIR --link LINK\n"
-    "    Plays the log of `saltus control` as the robot, and compares the commands.\n"
+    "    Replays a log of `saltus control` as the robot, and compares the commands.\n"
     "    docs/robot_link.md describes the last three; each has --help.\n";
 
 struct Request {

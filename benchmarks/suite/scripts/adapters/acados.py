@@ -2,10 +2,10 @@
 
 The Python interface of the package comma-deps-acados is used, with the casadi of the other peers. Dynamics are DISCRETE: the
 steps of the program, so acados solves the same program as the others. Costs are EXTERNAL with a time step of 1, because
-acados multiplies them by it. Exact Hessian, made convex (CONVEXIFY), merit function with line search, partial condensing with HPIPM,
-at most 1000 iterations. Bounds of states and inputs, a given start and given end values are bounds. Code is generated and
-compiled once per problem, in the set-up. Before each solve all multipliers are zero and the point is the guess of the
-file. The libraries are built for Haswell and older processors: slower than acados built for the processor.
+acados multiplies costs by the time step. Settings: exact Hessian, convexified (CONVEXIFY), merit function with line search,
+partial condensing with HPIPM, at most 1000 iterations. A given start and given end values become bounds. Code is
+generated and compiled once per problem, at set-up. Each solve starts from the guess of the file and zero multipliers. The
+libraries are built for Haswell, so they are slower than acados built for the processor.
 """
 
 import ctypes
@@ -20,11 +20,11 @@ from nonlinear_peers import ITERATIONS
 from peers import Adapter, Answer, NotApplicable
 
 FOLDER = os.path.join(sys.prefix, "acados")  # see bench.install_peers()
-BIG = 1e6  # an absent side of a variable with another one; HPIPM does not converge with larger values
+BIG = 1e6  # the missing bound of a variable with one bound; HPIPM does not converge with larger values
 
 
 def interface():
-    """The module acados_template. The casadi in its folder, for another version of Python, is never imported."""
+    """The module acados_template. The casadi in its folder is for another version of Python and is never imported."""
     home = os.path.join(FOLDER, "acados", "install")
     os.environ.update(ACADOS_SOURCE_DIR=home, TERA_PATH=os.path.join(home, "bin", "t_renderer"),
                       ACADOS_PYTHON_INTERFACE_PATH=os.path.join(FOLDER, "acados", "acados_template"))
@@ -95,13 +95,13 @@ class AcadosSqp(Adapter):
         states, last = slice(it.states[1, 0], it.states[1, 0] + it.nx), it.states[-1]
         for k in range(1, it.N):
             if (file.lower[it.states[k]] != file.lower[states]).any() or (file.upper[it.states[k]] != file.upper[states]).any():
-                raise NotApplicable("its bounds of states vary")
+                raise NotApplicable("bounds of states vary between stages")
         end = [file.lower[last].copy(), file.upper[last].copy()]
         for _, i, value, _ in it.end_rows:
             end[0][i] = end[1][i] = value
 
         def bounded(low, high):
-            """(places, lower, upper) of the variables that have a side."""
+            """(indices, lower, upper) of the variables with a bound."""
             some = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
             return some, np.maximum(low[some], -BIG), np.minimum(high[some], BIG)
         it.of_inputs, it.of_states, it.of_end = (bounded(*sides) for sides in (
@@ -129,7 +129,7 @@ class AcadosSqp(Adapter):
                     row, factor = it.row_of[int(it.states[k + 1, i])]
                     rows[row] = -pi * factor  # its Lagrangian has pi (F - next)
             lam = get(k, "lam")
-            both = lam[len(lam) // 2:] - lam[:len(lam) // 2]  # upper sides less lower ones, inputs first
+            both = lam[len(lam) // 2:] - lam[:len(lam) // 2]  # multipliers of upper minus lower bounds, inputs first
             places = it.states[k][it.of_end[0]]
             if k < it.N:
                 places = [*it.inputs[k][it.of_inputs[0]], *it.states[k][it.of_states[0] if k else np.arange(it.nx)]]

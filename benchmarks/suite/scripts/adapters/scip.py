@@ -1,10 +1,10 @@
 """SCIP: branch and cut for mixed-integer programs, with convex quadratic costs.
 
 The package pyscipopt contains SCIP with SoPlex and Ipopt. The rows are linear constraints with two sides. SCIP takes
-linear costs only, so a quadratic cost is bounded from above by one more variable. The feasibility tolerance is the
-requested one; both gaps are 0, so that SCIP proves the optimum. One thread, default settings otherwise, presolve on. A
-model that was solved is freed to its original form, and SCIP keeps no solutions of earlier solves. It solves mixed-integer
-programs only, because it returns no multipliers of quadratic ones.
+linear costs only, so an additional variable bounds a quadratic cost from above. The feasibility tolerance is the requested
+one. Both gaps are 0, so that SCIP proves optimality. It uses one thread, presolve and otherwise default settings. Each
+solve starts from the original form of the model, without solutions of earlier solves. SCIP solves mixed-integer programs
+only, because it returns no multipliers of quadratic programs.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from peers import Adapter, Answer, NotApplicable
 
 class Scip(Adapter):
     name, package, module = "scip", "pyscipopt", "pyscipopt"
-    about = "SCIP, branch and cut with SoPlex; it starts without a point"
+    about = "SCIP, branch and cut with SoPlex; takes no starting point"
     needs = ()
     takes_start, takes_integers, takes_continuous = False, True, False
 

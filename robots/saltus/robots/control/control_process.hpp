@@ -31,11 +31,12 @@ class ControlTable {
   std::vector<std::string> columns_;
 };
 
-/// Writes a table and an MCAP file while the loop runs: the loop copies rows into a ring, and a
-/// thread writes them. A full ring drops rows. Only the constructor and that thread allocate.
+/// Writes a table and an MCAP file while the loop runs. The loop copies rows into a ring, and a
+/// thread writes them. Rows are dropped while the ring is full. Only the constructor and that
+/// thread allocate.
 class ControlLog {
  public:
-  /// Creates trajectory.csv and run.mcap in the folder. Logs one of `every` commands. Throws
+  /// Creates trajectory.csv and run.mcap in the folder. Logs every `every`-th command. Throws
   /// InputError if they cannot be written.
   ControlLog(const std::filesystem::path& folder, const std::vector<LinkJoint>& joints, int every);
   ~ControlLog();

@@ -9,7 +9,7 @@
 namespace saltus::robots::control {
 namespace {
 
-// Durations, s. A joint that swings is waited for.
+// Durations, s. The check waits until a swinging joint is at rest.
 constexpr double rest = 0.2, longest_rest = 5.0, level_time = 0.1, motion = 0.5;
 constexpr int levels = 5;
 // A joint at rest moves by less than this, rad. Smaller motions are noise of its encoder.
@@ -154,18 +154,18 @@ std::vector<JointCheck::Report> JointCheck::reports() const {
   std::vector<Report> all = reports_;
   for (Report& r : all) {
     if (!r.is_checked) {
-      r.findings.emplace_back("it was not reached");
+      r.findings.emplace_back("the check ended before it");
       continue;
     }
     const auto note = [&r](bool is_wrong, std::string text) {
       if (is_wrong) r.findings.push_back(std::move(text));
     };
     note(std::abs(r.offset) > check_.offset,
-         fmt::format("it reads {:+.3f} rad in its known posture; correct the zero of its encoder "
-                     "or `start`",
+         fmt::format("it is off by {:+.3f} rad in its known posture; correct the zero of its "
+                     "encoder or `start`",
                      r.offset));
     note(r.room < 0.0, "it is beyond its limits; correct `limits` or the zero of its encoder");
-    note(r.sign == 0, fmt::format("it does not move by {:.3f} rad; check brake, motor and "
+    note(r.sign == 0, fmt::format("it moves by less than {:.3f} rad; check brake, motor and "
                                   "`torque`, or use a larger --push",
                                   check_.moved));
     note(r.sign < 0, "it moves against its torque; reverse the motor or the encoder");

@@ -1,4 +1,4 @@
-// Commissioning of a robot that hangs: moves one joint after the other a little, and reports.
+// Commissioning of a hanging robot: moves one joint after the other slightly, and reports faults.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace saltus::robots::control {
 
-/// Moves joints one after the other. First a torque without any spring, in small steps until the
-/// joint moves, shows the sign and the delay, because springs of a joint with a wrong sign are
-/// unstable. A joint with the right sign then moves by a small angle and back, by its spring, and
-/// is held. All others are free. Does not allocate in update().
+/// Moves joints one after the other. First a torque without a spring grows in small steps until the
+/// joint moves. This shows sign and delay, because a spring on a joint with the wrong sign is
+/// unstable. If the sign is right, a spring then moves the joint by a small angle and back, and
+/// holds it. All other joints are free. Does not allocate in update().
 class JointCheck final : public LinkController {
  public:
   /// Sizes of the motions.
@@ -23,19 +23,19 @@ class JointCheck final : public LinkController {
   };
   /// Result for one joint.
   struct Report {
-    bool is_checked = false;      ///< False if the check ended before.
+    bool is_checked = false;      ///< False if the program ended before this joint.
     double offset = 0.0;          ///< first position minus LinkJoint::start, rad
     double room = infinity;       ///< distance to the nearer limit, rad
     int sign = 0;                 ///< 1: moves along the torque, -1: against it, 0: does not move
     double torque = 0.0;          ///< torque at which it moved, Nm
-    double delay = 0.0;           ///< from this torque to the first motion that was read, s
+    double delay = 0.0;           ///< time from this torque to the first measured motion, s
     double followed = 0.0;        ///< fraction of the commanded motion
     double velocity_ratio = 0.0;  ///< integral of the velocities over the change of the position
-    /// Clauses on what is wrong; empty if nothing is.
+    /// Description of each fault. Empty if the joint passed.
     std::vector<std::string> findings = {};
   };
 
-  /// Springs and period are those of `options`.
+  /// Uses the springs and the period of `options`.
   JointCheck(std::vector<LinkJoint> joints, const ControlOptions& options, Options check);
 
   void start(const SensorMessage& readings) override;

@@ -59,7 +59,7 @@ const Robot::Commands& BalanceLink::update(double time, const SensorMessage& rea
   return controller_.update(readings_);
 }
 
-// The part of the next plan that needs no readings, after the command of a plan was sent.
+// Prepares the next plan without readings, after the command of a plan was sent.
 void BalanceLink::prepare() {
   if (!controller_.last().has_planned) return;
   controller_.prepare(readings_.time + controller_.planner().planner().controller().period());

@@ -11,7 +11,7 @@
 
 namespace saltus::robots::control {
 
-/// A joint as the guards know it. A linear joint has m and N instead of rad and Nm.
+/// Data of a joint for the guards. A linear joint has m and N instead of rad and Nm.
 struct LinkJoint {
   std::string name;         ///< name, which identifies the robot
   double effort = 0.0;      ///< largest torque, Nm
@@ -26,23 +26,23 @@ std::vector<std::string> names_of(const std::vector<LinkJoint>& joints);
 /// torque.
 std::vector<LinkJoint> joints_of(const FloatingRobot& body, const VectorXd& posture);
 
-/// Computes commands for a robot in another process. The readings have been checked, and the
-/// commands will be.
+/// Computes commands for a robot in another process. RobotControl checks the readings before and
+/// the commands afterwards.
 class LinkController {
  public:
   virtual ~LinkController() = default;
-  /// Starts with these readings, which are those of the first update(). May allocate.
+  /// Starts with the readings of the first update(). May allocate.
   virtual void start(const SensorMessage& readings) = 0;
   /// Commands for the readings of the period `time` seconds after the start. Does not allocate.
   /// Without positions the torques act alone. The reference stays valid.
   virtual const Robot::Commands& update(double time, const SensorMessage& readings) = 0;
-  /// One sentence if the robot must stop after the last update(), or empty.
+  /// One sentence on why the robot must stop after the last update(), or empty.
   virtual std::string fault() const { return {}; }
   /// True if the controller has finished.
   virtual bool is_done() const { return false; }
   /// Work for the next update() that needs no readings. Called after a command was sent.
   virtual void prepare() {}
-  /// State of its commands: `balance` or `check`.
+  /// State for its commands: `balance` or `check`.
   virtual ControlState state() const { return ControlState::balance; }
 };
 

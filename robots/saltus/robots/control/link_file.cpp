@@ -12,7 +12,7 @@
 namespace saltus::robots::control {
 namespace {
 
-// A number of the file and its field.
+// A number of the robot file and the field that it sets.
 struct Key {
   const char* section;  // empty: directly in the file
   const char* name;
@@ -24,23 +24,26 @@ std::vector<Key> keys_of(ControlOptions& o) {
   return {
       {"", "period", &o.period, false, "period of the readings, s"},
       {"gains", "stiffness", &o.stiffness, true,
-       "springs of stand and of the soft stop, largest torques per rad"},
-      {"gains", "damping", &o.damping, true, "their dampers, largest torques per rad/s"},
+       "stiffness in stand and in the soft stop, largest torques per rad"},
+      {"gains", "damping", &o.damping, true,
+       "damping in stand and in the soft stop, largest torques per rad/s"},
       {"filters", "inertial_hz", &o.inertial_hz, true,
        "bandwidth for gyroscope and accelerometer, Hz; 0: no filter"},
-      {"filters", "force_hz", &o.force_hz, true, "for the wrenches of the feet, Hz"},
-      {"filters", "velocity_hz", &o.velocity_hz, true, "for joint velocities, Hz"},
-      {"filters", "torque_hz", &o.torque_hz, true, "for commanded torques, Hz"},
-      {"guards", "near", &o.near, false,
-       "distance of joints from the posture at which stand ends, rad"},
+      {"filters", "force_hz", &o.force_hz, true,
+       "bandwidth for the wrenches of the feet, Hz; 0: no filter"},
+      {"filters", "velocity_hz", &o.velocity_hz, true,
+       "bandwidth for joint velocities, Hz; 0: no filter"},
+      {"filters", "torque_hz", &o.torque_hz, true,
+       "bandwidth for commanded torques, Hz; 0: no filter"},
+      {"guards", "near", &o.near, false, "largest joint error at which stand ends, rad"},
       {"guards", "beyond_limit", &o.beyond_limit, true,
-       "by which a joint may be beyond its limits, rad"},
+       "largest violation of the limits of a joint, rad"},
       {"guards", "speed_factor", &o.speed_factor, false,
        "largest speed of a joint, as a multiple of its limit"},
       {"guards", "clock_error", &o.clock_error, false,
-       "relative difference of time stamps from the period"},
+       "largest relative error of the period in the time stamps"},
       {"guards", "stuck_time", &o.stuck.time, true,
-       "time without motion after which a driven joint sticks, s; 0: not watched"},
+       "time without motion after which a driven joint is stuck, s; 0: never"},
       {"guards", "stuck_motion", &o.stuck.motion, false, "smallest motion, rad"},
       {"guards", "stuck_change", &o.stuck.change, false,
        "change of the torque that must move a joint, as a fraction of the largest torque"},

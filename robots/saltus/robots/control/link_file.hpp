@@ -1,4 +1,4 @@
-// The file with everything that is adjusted to a real robot: joints, gains, filters and guards.
+// The robot file: joints, gains, filters and guards that are adjusted to a real robot.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,13 @@
 
 namespace saltus::robots::control {
 
-/// Reads the file (docs/first_hour.md) into the joints and options, which keep what it does not
-/// mention. If `joints` is empty, the file must list all of them; otherwise it may adjust some.
-/// Throws InputError with file and key.
+/// Reads a robot file (docs/robot_link.md) into the joints and options. Values that the file does
+/// not contain are kept. If `joints` is empty, the file must list all joints; otherwise it may
+/// adjust some. Throws InputError that names file and key.
 void read_link_file(const std::filesystem::path& file, std::vector<LinkJoint>& joints,
                     ControlOptions& options);
 
-/// Writes these joints and options as such a file, with comments.
+/// Text of a robot file with these joints and options, and with comments.
 std::string to_link_file(const std::vector<LinkJoint>& joints, const ControlOptions& options);
 
 }  // namespace saltus::robots::control

@@ -1,5 +1,5 @@
-// Writes MCAP files (https://mcap.dev/spec) message by message: without chunks and index, so that a
-// file of a process that was killed is readable up to its last message.
+// Writes MCAP files (https://mcap.dev/spec) message by message. They have no chunks and no index,
+// so the file of a killed process is readable up to its last message.
 #pragma once
 
 #include <cstdint>

@@ -161,7 +161,7 @@ void PluginController::start(const SensorMessage&) {
   prepare();
 }
 
-// The work of the next tick that needs no measurement.
+// Prepares the next tick without a measurement.
 void PluginController::prepare() {
   Plugin& p = *plugin_;
   if (p.is_prepared) return;

@@ -10,13 +10,13 @@
 
 namespace saltus::robots::control {
 
-/// Runs a controller that a user's project has registered. Its state is that of the joints, first
-/// all positions, then all velocities, and its inputs are their torques. A plugin with another
-/// state or input exports functions for the conversion, see saltus/c/saltus_robot.h.
+/// Runs a controller that a user's project has registered. By default its state contains all joint
+/// positions, then all joint velocities, and its inputs are the joint torques. A plugin with
+/// another state or input exports functions for the conversion, see saltus/c/saltus_robot.h.
 class PluginController final : public LinkController {
  public:
-  /// Loads the plugin. `name`: one of its controllers; empty: the only one. `period`: of the
-  /// readings, s. Throws InputError that names the plugin and the reason.
+  /// Loads the plugin. `name`: one of its controllers; empty: the only one. `period`:
+  /// period of the readings, s. Throws InputError that names the plugin and the reason.
   PluginController(const std::filesystem::path& plugin, const std::string& name, int joints,
                    double period);
   ~PluginController() override;
@@ -27,7 +27,7 @@ class PluginController final : public LinkController {
 
   /// Period of the controller, s.
   double period() const;
-  /// Times of its ticks, from the readings to the input, s.
+  /// Computing times of its ticks, from the readings to the input, s.
   const LatencyHistogram& ticks() const;
   /// Ticks whose input came from an earlier plan, or from none.
   long without_plan() const;

@@ -18,10 +18,10 @@ RecordedRobot::RecordedRobot(const std::filesystem::path& file,
   std::ifstream table(file);
   std::string line;
   if (!table || !std::getline(table, line))
-    throw InputError(fmt::format("{}: there is no table", file.string()));
+    throw InputError(fmt::format("{}: there is no such file, or it is empty", file.string()));
   if (line != ControlTable(joints).header())
     throw InputError(fmt::format(
-        "{}: it is no log of `saltus control` for this robot; its robot.yaml lists other joints",
+        "{}: it is not a log of `saltus control` for this robot; robot.yaml lists other joints",
         file.string()));
   const auto n = std::ssize(joints);
   while (std::getline(table, line)) {
@@ -54,7 +54,7 @@ RecordedRobot::RecordedRobot(const std::filesystem::path& file,
     rows_.push_back(std::move(row));
   }
   if (rows_.size() < 2)
-    throw InputError(fmt::format("{}: it has no readings in balance", file.string()));
+    throw InputError(fmt::format("{}: it has no readings in the state balance", file.string()));
   if (readings() > 30 * std::ssize(rows_))
     throw InputError(fmt::format("{}: it has {} of {} readings; record with --log-every 1",
                                  file.string(), rows_.size(), readings()));

@@ -1,5 +1,5 @@
-// The readings of a recorded run as a robot: open loop, its commands are compared with the
-// recorded ones.
+// A robot that replays the readings of a recorded run, open loop, and compares the commands with
+// the recorded ones.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@
 
 namespace saltus::robots::control {
 
-/// Plays the state `balance` of a table that ControlLog has written. Missing readings are
-/// interpolated, as the controller does.
+/// Replays the rows in the state `balance` of a table that ControlLog has written. Interpolates
+/// missing readings, like the controller.
 class RecordedRobot final : public Robot {
  public:
-  /// Reads `file`. Throws InputError if the file is no such table of these joints, or contains less
-  /// than one of every 30 readings.
+  /// Reads `file`. Throws InputError if the file is not such a table for these joints, or contains
+  /// fewer than one in 30 readings.
   RecordedRobot(const std::filesystem::path& file, const std::vector<LinkJoint>& joints,
                 double period);
 
@@ -27,14 +27,14 @@ class RecordedRobot final : public Robot {
 
   /// True after the last readings.
   bool is_over() const { return row_ + 1 >= rows_.size(); }
-  /// Number of readings, with interpolated ones.
+  /// Number of readings, including interpolated ones.
   long readings() const;
   /// Number of commands that were compared.
   long compared() const { return compared_; }
-  /// Largest difference between a torque and the recorded one, Nm; joint and time of it.
+  /// Largest difference between a torque and the recorded one, Nm.
   double largest() const { return largest_; }
   const std::string& joint() const { return joint_; }  ///< joint of the largest difference
-  double time() const { return time_; }                ///< its time since the begin, s
+  double time() const { return time_; }                ///< time of the largest difference, s
   /// Root mean square of all differences, Nm.
   double rms() const;
 

@@ -18,7 +18,7 @@ VectorXd efforts_of(const std::vector<LinkJoint>& joints) {
   return efforts;
 }
 
-// First-order filter of one period: `value` becomes the filtered one, which is kept in `last`.
+// First-order filter, one period: replaces `value` by the filtered value, and stores it in `last`.
 template <class Vector>
 void low_pass(double bandwidth, double period, Vector& value, Vector& last) {
   if (bandwidth <= 0.0) return;

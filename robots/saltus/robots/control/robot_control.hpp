@@ -26,10 +26,10 @@ struct ControlOptions {
   double beyond_limit = 0.05;  ///< rad, by which a joint may be beyond its limits
   double speed_factor = 3.0;   ///< largest speed of a joint, as a multiple of its limit
   double clock_error = 0.5;    ///< relative difference of time stamps from the period
-  /// Bandwidths of first-order filters, Hz; 0: no filter. For gyroscope and accelerometer, for the
-  /// wrenches of the feet, for joint velocities, and for commanded torques.
+  /// Bandwidths of first-order filters for gyroscope and accelerometer, for the wrenches of the
+  /// feet, for joint velocities, and for commanded torques, Hz; 0: no filter.
   double inertial_hz = 0.0, force_hz = 0.0, velocity_hz = 0.0, torque_hz = 0.0;
-  StuckJoints::Options stuck;  ///< joints that stick
+  StuckJoints::Options stuck;  ///< thresholds for stuck joints
 };
 
 /// Counts of messages.
@@ -40,7 +40,7 @@ struct LinkCounts {
   long duplicate = 0;  ///< messages that had arrived before
   long refused = 0;    ///< messages that the codec refused
   long replaced = 0;   ///< readings that were interpolated
-  long guarded = 0;    ///< used messages of a robot whose guard acted while the controller ran
+  long guarded = 0;    ///< used messages while the robot's guard acted and the controller ran
 };
 
 /// Turns readings into commands. Only the start of balancing and the sentence about a fault
@@ -56,7 +56,8 @@ class RobotControl {
   void stop(std::string fault = {});
   /// Command without new readings, `seconds` after the last command: continues the soft stop.
   const CommandMessage& continue_stop(double seconds);
-  /// Work for the next update(), after the command was sent.
+  /// Does the work for the next update() that needs no readings. Call it after the command was
+  /// sent.
   void prepare() {
     if (is_running()) controller_.prepare();
   }
@@ -84,7 +85,7 @@ class RobotControl {
   long lost() const;
   /// Number of commands that exceeded the largest torque and were cut.
   long cut() const { return cut_; }
-  /// Watch of the joints.
+  /// Detector of stuck joints.
   const StuckJoints& stuck() const { return stuck_; }
   /// Time in the state `balance` or `check`, s.
   double balanced() const { return static_cast<double>(balance_periods_) * options_.period; }

@@ -17,7 +17,7 @@ WallClock::duration of_seconds(double s) {
   return std::chrono::duration_cast<WallClock::duration>(std::chrono::duration<double>(s));
 }
 
-// Loses and delays messages, each by its own time: later ones can arrive first.
+// Loses messages and delays each by a random time, so that later ones can arrive first.
 class Lossy {
  public:
   struct Message {
@@ -116,7 +116,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
       delivered = std::max(delivered, static_cast<std::int64_t>(m.sequence));
       link.send(m.bytes);
     });
-    // Lock-step: waits for the answer to what was delivered. Otherwise until the end of the period.
+    // In lock-step wait for the answer to the delivered readings, otherwise until the period ends.
     const bool waits = options.pace == 0.0;
     const WallClock::time_point until =
         waits ? WallClock::now() + of_seconds(hangs ? 0.1 : 2.0)
@@ -181,7 +181,7 @@ ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, Rob
       stops = true;
       requested = static_cast<std::int64_t>(k);
     }
-    // The request is answered by a soft stop, unless no controller is left.
+    // The controller answers the request by a soft stop, unless it has gone.
     if (stops && (static_cast<double>(static_cast<std::int64_t>(k) - requested) * period > 5.0 ||
                   (waits && !is_alive))) {
       result.end = ServerResult::End::over;

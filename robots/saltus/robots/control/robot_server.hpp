@@ -1,5 +1,5 @@
-// The robot's side of the link for any Robot: sends readings, and drives it with the commands that
-// the guard of saltus/c/saltus_robot.h lets pass.
+// The robot's side of the link for any Robot: sends its readings, and applies the commands that
+// pass the guard of saltus/c/saltus_robot.h.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ struct ServerOptions {
   double delay = 0.0, jitter = 0.0;       ///< delay, and largest additional random delay, s
   int seed = 1;                           ///< seed of loss and jitter
   double silence = 0.015, release = 0.3;  ///< times of the guard, s
-  double patience = 30.0;                 ///< waiting time for a controller, s of wall-clock time
+  double patience = 30.0;                 ///< wall-clock time to wait for a controller, s
 };
 
 /// Result of serve_robot().
@@ -29,22 +29,22 @@ struct ServerResult {
   /// Reason of the end.
   enum class End {
     stopped,        ///< the controller has released the robot
-    over,           ///< `is_over` was true, or `time` had passed and no controller was left
+    over,           ///< `is_over` was true, or `time` had passed and the controller had gone
     no_controller,  ///< no controller has balanced
     failed          ///< the robot has failed, see `failure`
   };
   End end = End::stopped;  ///< reason of the end
-  double time = 0.0;       ///< time since the begin of balance, s
+  double time = 0.0;       ///< time since balance began, s
   long guarded = 0;        ///< periods in which the guard acted
   std::string failure;     ///< sentence of Robot::wait()
 };
 
-/// Moves a robot that hangs by these commands for one period. In the state `stand` it may place the
-/// joints at the commanded positions.
+/// Moves a hanging robot for one period with these commands. In the state `stand` it may set the
+/// joints to the commanded positions.
 using HangingRobot = std::function<void(const Robot::Commands& commands, ControlState state)>;
 
-/// Serves a robot until a controller releases it. The robot hangs until a controller balances.
-/// `is_over` is polled in each period.
+/// Serves a robot until a controller releases it. The robot hangs until a controller balances it.
+/// Each period calls `is_over`, and true ends the run.
 ServerResult serve_robot(Robot& robot, const std::vector<LinkJoint>& joints, RobotLink& link,
                          const ServerOptions& options, const HangingRobot& hang,
                          const std::function<bool()>& is_over);

@@ -1,4 +1,4 @@
-// Finds joints that stick: they are driven and do not move.
+// Detects stuck joints, which are driven but do not move.
 #pragma once
 
 #include <array>
@@ -8,17 +8,17 @@
 
 namespace saltus::robots::control {
 
-/// Watches all joints. A joint that has not moved for `time` sticks if its torque changed
-/// meanwhile, or was close to its limit all the time. A constant torque may only hold a load. Does
-/// not allocate after construction.
+/// Watches all joints. A joint that has not moved for `time` is stuck if its torque has changed
+/// meanwhile, or was close to its limit all the time. A constant torque may hold a load. Does not
+/// allocate after construction.
 class StuckJoints {
  public:
   /// Thresholds.
   struct Options {
-    double time = 0.3;     ///< s; 0: nothing is watched
+    double time = 0.3;     ///< time without motion, s; 0: no joint counts as stuck
     double motion = 1e-3;  ///< smallest motion, rad
-    /// Difference between the mean torque of the last two thirds of `time` and that of the first
-    /// one, as a fraction of the largest torque.
+    /// Difference between the mean torques of the last two thirds and of the first third of `time`,
+    /// as a fraction of the largest torque.
     double change = 0.3;
     double limit = 0.9;  ///< torque close to its limit, as a fraction of the largest
   };
@@ -27,18 +27,18 @@ class StuckJoints {
 
   /// Starts with joints at q (rad).
   void start(const VectorXd& q);
-  /// Index of a joint that sticks, or -1, `dt` seconds after the last call. `commands` act on
-  /// joints with these positions and speeds.
+  /// Returns the index of a stuck joint, or -1. Call it `dt` seconds after the last call.
+  /// `commands` act on joints with these positions and velocities.
   Eigen::Index update(double dt, const VectorXd& q, const VectorXd& dq,
                       const Robot::Commands& commands);
-  /// Largest change of the torque of a joint without motion so far, as a fraction of the largest
+  /// Largest change of torque so far of a joint without motion, as a fraction of its largest
   /// torque.
   double worst() const { return worst_; }
 
  private:
   VectorXd effort_;
   Options options_;
-  VectorXd from_, still_, at_limit_;  // last place (rad), time there, time at the limit (s)
+  VectorXd from_, still_, at_limit_;  // last position (rad), time there, time at the limit (s)
   VectorXd sum_;                      // of the torque over the present third, Nm s
   std::array<VectorXd, 3> means_;     // torques of the last thirds, the latest one last
   double third_ = 0.0;                // time since the last third, s

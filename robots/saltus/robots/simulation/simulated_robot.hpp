@@ -19,7 +19,7 @@
 
 namespace saltus::robots::walking {
 
-/// The engine of these settings, DART or MuJoCo, with the ground beside the stance foot of this
+/// The engine of these settings, DART or MuJoCo, with the ground next to the stance foot on this
 /// side.
 std::unique_ptr<Plant> make_engine(const FloatingRobot& body, const BipedSettings& settings,
                                    Side stance);
