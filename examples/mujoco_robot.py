@@ -193,6 +193,7 @@ def main():
     command, newest, commanded_at, guarded, on_stand, state, is_alive = (zeros,) * 5, 0, 0.0, 0, True, START, True
     begin, k, sequence, delivered, answered = time.perf_counter(), 0, 0, -1, -1
     waiting_since, guards = begin, False
+    answers, taken_at = -1, 0.0  # of the newest command
     while k < steps:
         now = sequence * period  # the clock of the robot runs on the stand, too
         t = k * period           # since the robot left the stand
@@ -219,8 +220,9 @@ def main():
         if o.pace == 0.0 and not on_stand and answered < delivered and delivered > before:
             is_alive = False  # do not wait for a controller that has gone
         for one in back.take(now):
-            if one[0] > newest or (one[2] == STAND and now - commanded_at >= o.guard_release):  # a new controller
-                newest, state, command, commanded_at = one[0], one[2], one[3:], now
+            # A new controller may count from one. It answers newer readings.
+            if one[0] > newest or (one[1] > answers and now - taken_at >= o.guard_release):
+                newest, answers, state, command, commanded_at, taken_at = *one[:3], one[3:], now, now
         on_stand = on_stand and state != BALANCE
         sequence += 1
         if on_stand:  # the joints follow the commands, the base does not move

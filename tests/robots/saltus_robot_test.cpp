@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "saltus/robots/control/protocol.hpp"
+#include "saltus/robots/control/robot_control.hpp"
 #include "saltus/robots/control/robot_link.hpp"
 
 namespace saltus::robots::control {
@@ -225,15 +226,57 @@ TEST_F(Guard, KeepsTheNewestCommand) {
   EXPECT_TRUE(take(push(6), 0.001));
 }
 
-// A controller that starts again counts from one, and begins with the state `stand`.
+// A controller that starts again counts from one, and answers newer readings.
 TEST_F(Guard, FollowsANewControllerAfterTheRelease) {
-  ASSERT_TRUE(take(push(1000), 0.0));
+  saltus_command last = push(1000);
+  last.answers = 2000;
+  ASSERT_TRUE(take(last, 0.0));
   saltus_command first = push(1);
+  first.answers = 1999;
   EXPECT_FALSE(take(first, 1.0));  // an old message
-  first.state = SALTUS_STAND;
+  first.answers = 2200;
   EXPECT_FALSE(take(first, 0.2));
   EXPECT_TRUE(take(first, 1.0));
   EXPECT_TRUE(take(push(2), 1.001));
+}
+
+// A controller of joints that are already in their posture.
+class Still final : public LinkController {
+ public:
+  explicit Still(ControlState runs) : runs_(runs) {}
+  void start(const SensorMessage&) override {}
+  const Robot::Commands& update(double, const SensorMessage&) override { return commands_; }
+  ControlState state() const override { return runs_; }
+
+ private:
+  ControlState runs_;
+  Robot::Commands commands_{VectorXd::Zero(n)};
+};
+
+TEST_F(Guard, FollowsANewControllerOfJointsInTheirPosture) {
+  for (const ControlState runs : {ControlState::balance, ControlState::check}) {
+    std::vector<LinkJoint> joints(n);
+    for (LinkJoint& joint : joints) joint.effort = 10.0;
+    Still still(runs);
+    Codec codec(names);
+    const auto take_from = [&](RobotControl& control, std::uint64_t k) {
+      SensorMessage readings;
+      readings.sequence = k;
+      readings.time = 1e-3 * static_cast<double>(k);
+      readings.q = readings.dq = VectorXd::Zero(n);
+      const auto bytes = codec.encode(*control.update(readings));
+      return saltus_guard_take(&guard, &link, reinterpret_cast<const unsigned char*>(bytes.data()),
+                               bytes.size(), readings.time);
+    };
+    guard.command = {};
+    guard.commanded_at = -INFINITY;
+    RobotControl first(still, joints, {}), second(still, joints, {});
+    for (std::uint64_t k = 0; k < 100; ++k) ASSERT_TRUE(take_from(first, k));
+    EXPECT_TRUE(take_from(second, 500));
+    EXPECT_EQ(guard.command.sequence, 1u);
+    EXPECT_EQ(guard.command.state, static_cast<std::uint32_t>(runs));
+    EXPECT_TRUE(take_from(second, 501));
+  }
 }
 
 TEST_F(Guard, CutsTorquesToTheLimits) {

@@ -294,8 +294,8 @@ static inline int saltus_is_finite(const double* values, int n) {
 
 /** Processes a message that arrived at `now` (s, any clock that does not jump). Returns 1 if it is
  * the newest valid command. Refuses a command with a number that is not finite. After the release
- * it accepts lower sequence numbers in the state `stand`, because a new controller counts from
- * one. */
+ * a controller that restarts may count from one, in any state, if it answers newer readings than
+ * the last command did. */
 static inline int saltus_guard_take(saltus_guard* guard, const saltus_link* link,
                                     const unsigned char* bytes, size_t size, double now) {
   saltus_command one;
@@ -305,7 +305,7 @@ static inline int saltus_guard_take(saltus_guard* guard, const saltus_link* link
             saltus_is_finite(one.velocities, n) && saltus_is_finite(one.stiffness, n) &&
             saltus_is_finite(one.damping, n);
   if (is_good && one.sequence <= guard->command.sequence)
-    is_good = one.state == SALTUS_STAND && !(now - guard->commanded_at < guard->release);
+    is_good = one.answers > guard->command.answers && !(now - guard->commanded_at < guard->release);
   if (!is_good) {
     ++guard->refused;
     return 0;
