@@ -153,6 +153,24 @@ TEST(RobotHeader, RefusesWrongMessages) {
   EXPECT_TRUE(saltus_read_command(&link, bytes, size, &got));
 }
 
+TEST(RobotHeader, RefusesWrongNumbersOfJoints) {
+  const saltus_sensors readings{};
+  const saltus_command command{};
+  const std::vector<double> limits(300, 1.0);
+  unsigned char bytes[16] = {};
+  for (const int joints : {-1, 0, SALTUS_LINK_JOINTS + 1}) {
+    const saltus_link link = {0, joints};
+    EXPECT_EQ(saltus_write_sensors(&link, &readings, bytes), 0u);
+    EXPECT_EQ(saltus_write_command(&link, &command, bytes), 0u);
+    EXPECT_EQ(hex_of(bytes, sizeof bytes), std::string(2 * sizeof bytes, '0'));
+    saltus_guard guard;
+    saltus_guard_init(&guard, joints, limits.data());
+    EXPECT_EQ(guard.joints, 0);
+    EXPECT_EQ(guard.command.sequence, 0u);
+    EXPECT_FALSE(saltus_guard_take(&guard, &link, bytes, sizeof bytes, 0.0));
+  }
+}
+
 class Guard : public ::testing::Test {
  protected:
   Guard() : link(saltus_link_of(c_names, n)) {
@@ -238,6 +256,16 @@ TEST_F(Guard, FollowsANewControllerAfterTheRelease) {
   EXPECT_FALSE(take(first, 0.2));
   EXPECT_TRUE(take(first, 1.0));
   EXPECT_TRUE(take(push(2), 1.001));
+}
+
+TEST_F(Guard, TreatsWrongLimitsAsZero) {
+  const double limits[] = {nan, -10.0, std::numeric_limits<double>::infinity()};
+  saltus_guard_init(&guard, n, limits);
+  ASSERT_TRUE(take(push(1), 0.0));
+  for (const double now : {0.01, 0.02}) {
+    act(now);
+    for (const double torque : torques) EXPECT_EQ(torque, 0.0);
+  }
 }
 
 // A controller of joints that are already in their posture.

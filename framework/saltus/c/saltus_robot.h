@@ -116,6 +116,9 @@ static inline saltus_link saltus_link_of(const char* const* names, int joints) {
   return link;
 }
 
+/* Whether messages and guards have room for these joints. */
+static inline int saltus_has_room(int joints) { return joints > 0 && joints <= SALTUS_LINK_JOINTS; }
+
 /** Size of the readings of a robot with n joints, in bytes. */
 static inline size_t saltus_sensors_size(int n) { return 232 + 16 * (size_t)n; }
 /** Size of a command for n joints, in bytes. */
@@ -169,7 +172,7 @@ static inline unsigned char* saltus_put_header(unsigned char* at, const saltus_l
 }
 static inline int saltus_has_header(const unsigned char* bytes, size_t size,
                                     const saltus_link* link, int kind, size_t expected) {
-  return size == expected && saltus_get(bytes, 4) == 0x4c544c53 &&
+  return saltus_has_room(link->joints) && size == expected && saltus_get(bytes, 4) == 0x4c544c53 &&
          saltus_get(bytes + 4, 2) == SALTUS_LINK_VERSION &&
          saltus_get(bytes + 6, 2) == (uint64_t)kind && saltus_get(bytes + 8, 4) == size &&
          saltus_get(bytes + 16, 4) == link->robot &&
@@ -177,10 +180,12 @@ static inline int saltus_has_header(const unsigned char* bytes, size_t size,
          saltus_get(bytes + 12, 4) == saltus_checksum(bytes, size);
 }
 
-/** Writes readings as a message. Returns its size, at most SALTUS_LINK_BYTES. */
+/** Writes readings as a message of SALTUS_LINK_BYTES at most. Returns its size, or 0 if the link
+ * has no joint or too many. */
 static inline size_t saltus_write_sensors(const saltus_link* link, const saltus_sensors* readings,
                                           unsigned char* bytes) {
   static const double reserved = 0.0;
+  if (!saltus_has_room(link->joints)) return 0;
   const size_t size = saltus_sensors_size(link->joints);
   unsigned char* at = saltus_put_header(
       bytes, link, 1, size, (readings->requests_stop != 0) | 2 * (readings->is_guarded != 0),
@@ -217,10 +222,12 @@ static inline int saltus_read_sensors(const saltus_link* link, const unsigned ch
   return 1;
 }
 
-/** Writes a command as a message. Returns its size, at most SALTUS_LINK_BYTES. */
+/** Writes a command as a message of SALTUS_LINK_BYTES at most. Returns its size, or 0 if the link
+ * has no joint or too many. */
 static inline size_t saltus_write_command(const saltus_link* link, const saltus_command* command,
                                           unsigned char* bytes) {
   const int n = link->joints;
+  if (!saltus_has_room(n)) return 0;
   const size_t size = saltus_command_size(n);
   unsigned char* at = saltus_put_header(bytes, link, 2, size, 0, command->sequence, command->time);
   at = saltus_put(at, command->answers, 8);
@@ -273,23 +280,25 @@ typedef enum saltus_guard_action {
   SALTUS_GUARD_RELEASES = 2 /**< no command for long, or none yet: no torque */
 } saltus_guard_action;
 
-/** Prepares a guard with the default times, for motors with these largest torques (Nm). */
-static inline void saltus_guard_init(saltus_guard* guard, int joints, const double* limits) {
-  memset(guard, 0, sizeof *guard);
-  guard->joints = joints;
-  guard->silence = 0.015;
-  guard->release = 0.3;
-  guard->commanded_at = -INFINITY;
-  for (int i = 0; i < joints; ++i) {
-    guard->limits[i] = limits[i];
-    guard->dampers[i] = 0.2 * limits[i];
-  }
-}
-
 static inline int saltus_is_finite(const double* values, int n) {
   for (int i = 0; i < n; ++i)
     if (!isfinite(values[i])) return 0;
   return 1;
+}
+
+/** Prepares a guard with the default times, for motors with these largest torques (Nm). One that is
+ * negative or not finite counts as 0. Without a joint, or with more than SALTUS_LINK_JOINTS, the
+ * guard takes no command and writes no torque. */
+static inline void saltus_guard_init(saltus_guard* guard, int joints, const double* limits) {
+  memset(guard, 0, sizeof *guard);
+  guard->joints = saltus_has_room(joints) ? joints : 0;
+  guard->silence = 0.015;
+  guard->release = 0.3;
+  guard->commanded_at = -INFINITY;
+  for (int i = 0; i < guard->joints; ++i) {
+    guard->limits[i] = saltus_is_finite(&limits[i], 1) && limits[i] > 0.0 ? limits[i] : 0.0;
+    guard->dampers[i] = 0.2 * guard->limits[i];
+  }
 }
 
 /** Processes a message that arrived at `now` (s, any clock that does not jump). Returns 1 if it is
