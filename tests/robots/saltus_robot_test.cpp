@@ -14,6 +14,12 @@
 #include "saltus/robots/control/robot_control.hpp"
 #include "saltus/robots/control/robot_link.hpp"
 
+// Of saltus_robot_fast_math.cpp.
+int take_with_fast_math(saltus_guard* guard, const saltus_link* link, const unsigned char* bytes,
+                        size_t size, double now);
+saltus_guard_action act_with_fast_math(saltus_guard* guard, double now, const double* q,
+                                       const double* dq, double* torques);
+
 namespace saltus::robots::control {
 namespace {
 
@@ -235,6 +241,26 @@ TEST_F(Guard, TreatsNumbersThatAreNotFiniteAsNoCommand) {
   EXPECT_EQ(guard.refused, 10);
   EXPECT_EQ(act(0.012), SALTUS_GUARD_PASSES);
   EXPECT_EQ(act(0.016), SALTUS_GUARD_DAMPS);
+}
+
+TEST_F(Guard, NoticesNumbersThatAreNotFiniteWithFastMath) {
+  unsigned char bytes[SALTUS_LINK_BYTES];
+  const saltus_command good = push(1);
+  std::size_t size = saltus_write_command(&link, &good, bytes);
+  EXPECT_EQ(act_with_fast_math(&guard, 0.0, q, dq, torques), SALTUS_GUARD_RELEASES);
+  ASSERT_TRUE(take_with_fast_math(&guard, &link, bytes, size, 0.0));
+  for (const double wrong : {nan, std::numeric_limits<double>::infinity()}) {
+    saltus_command bad = push(2);
+    bad.torques[1] = wrong;
+    size = saltus_write_command(&link, &bad, bytes);
+    EXPECT_FALSE(take_with_fast_math(&guard, &link, bytes, size, 0.001));
+  }
+  guard.command.stiffness[1] = 1.0;
+  q[1] = nan;
+  EXPECT_EQ(act_with_fast_math(&guard, 0.002, q, dq, torques), SALTUS_GUARD_PASSES);
+  EXPECT_EQ(torques[0], 5.0);
+  EXPECT_EQ(torques[1], 0.0);
+  EXPECT_EQ(act_with_fast_math(&guard, 0.1, q, dq, torques), SALTUS_GUARD_DAMPS);
 }
 
 TEST_F(Guard, KeepsTheNewestCommand) {

@@ -280,9 +280,15 @@ typedef enum saltus_guard_action {
   SALTUS_GUARD_RELEASES = 2 /**< no command for long, or none yet: no torque */
 } saltus_guard_action;
 
+/* Reads the exponents, because -ffast-math lets a compiler assume that all numbers are finite. It
+ * cannot look through the volatile bits. */
 static inline int saltus_is_finite(const double* values, int n) {
-  for (int i = 0; i < n; ++i)
-    if (!isfinite(values[i])) return 0;
+  for (int i = 0; i < n; ++i) {
+    uint64_t copy = 0;
+    memcpy(&copy, &values[i], sizeof copy);
+    const volatile uint64_t bits = copy;
+    if ((bits >> 52 & 0x7ff) == 0x7ff) return 0;
+  }
   return 1;
 }
 
@@ -336,7 +342,7 @@ static inline saltus_guard_action saltus_guard_torques(saltus_guard* guard, doub
     action = SALTUS_GUARD_PASSES;
   else if (age < guard->release)
     action = SALTUS_GUARD_DAMPS;
-  if (action != SALTUS_GUARD_PASSES && isfinite(guard->commanded_at)) ++guard->guarded;
+  if (action != SALTUS_GUARD_PASSES && saltus_is_finite(&guard->commanded_at, 1)) ++guard->guarded;
   for (int i = 0; i < guard->joints; ++i) {
     double torque = 0.0;
     if (action == SALTUS_GUARD_PASSES)
@@ -344,7 +350,7 @@ static inline saltus_guard_action saltus_guard_torques(saltus_guard* guard, doub
                c->damping[i] * (c->velocities[i] - dq[i]);
     else if (action == SALTUS_GUARD_DAMPS)
       torque = -guard->dampers[i] * dq[i];
-    if (!isfinite(torque)) torque = 0.0; /* an encoder reads NaN */
+    if (!saltus_is_finite(&torque, 1)) torque = 0.0; /* an encoder reads NaN */
     torques[i] = fmax(-guard->limits[i], fmin(guard->limits[i], torque));
   }
   return action;
