@@ -670,6 +670,32 @@ TEST(Stuck, StopsSoftlyAndNamesTheJoint) {
       << robot.fault();
 }
 
+// A controller that demands ten times the largest torque, and then reports a fault.
+TEST(Stop, HoldsTorquesWithinTheLimits) {
+  class Strong final : public LinkController {
+   public:
+    void start(const SensorMessage&) override {}
+    const Robot::Commands& update(double, const SensorMessage&) override {
+      ++updates;
+      return commands;
+    }
+    std::string fault() const override { return updates > 3 ? "it is too strong" : ""; }
+    Robot::Commands commands{Vec<double, 2>(-100.0, 100.0)};
+    int updates = 0;
+  } strong;
+  RobotControl robot(strong, two, {});
+  for (std::uint64_t k = 0; k < 4; ++k) robot.update(of_two(k));
+  ASSERT_EQ(robot.state(), ControlState::hold);
+  EXPECT_EQ(robot.cut(), 4);
+  const Vec<double, 2> largest(-10.0, 10.0);
+  EXPECT_EQ(robot.command().commands.torques, largest);
+  const ControlOptions options;
+  robot.continue_stop(options.hold + 0.5 * options.damp);
+  ASSERT_EQ(robot.state(), ControlState::damp);
+  EXPECT_TRUE(robot.command().commands.torques.isApprox(0.5 * largest, 1e-9));
+  EXPECT_EQ(robot.cut(), 4);
+}
+
 TEST(Stuck, IsNotAJointWhoseCommandsDoNotAct) {
   Push push;
   RobotControl robot(push, two, {});

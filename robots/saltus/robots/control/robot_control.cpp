@@ -281,8 +281,11 @@ void RobotControl::run(const SensorMessage& r, long periods) {
     c.positions = r.q;
     for (VectorXd* part : {&c.velocities, &c.stiffness, &c.damping}) part->setZero();
   }
-  if (!c.torques.allFinite() || !c.positions.allFinite() || !c.velocities.allFinite() ||
-      !c.stiffness.allFinite() || !c.damping.allFinite()) {
+  const bool is_finite = c.torques.allFinite() && c.positions.allFinite() &&
+                         c.velocities.allFinite() && c.stiffness.allFinite() &&
+                         c.damping.allFinite();
+  if (is_finite) guard_torques();  // a soft stop holds these torques
+  if (!is_finite) {
     c.torques.setZero();
     stop("the controller computed NaN; please report it with the folder of this run");
   } else if (std::string reason = controller_.fault(); !reason.empty()) {
