@@ -11,7 +11,7 @@
  *   --period       period of the readings, s (default 0.001)
  *   --delay        delay of the readings in periods (default 0)
  *   --guard        time without commands until the guard acts, s (default 0.015)
- *   --fault        nan, clock, stuck, silence, sign or offset
+ *   --fault        nan, clock, stuck, silence, sign, velocity or offset
  *   --fault-at     start of the fault in balance, s (default 1)
  *   --fault-joint  index of the faulty joint (default 0)
  *
@@ -73,6 +73,7 @@ static void measure(saltus_sensors* readings, double t) {
   const int i = (int)option.fault_joint;
   if (has_fault("nan", t)) readings->q[i] = NAN;
   if (has_fault("offset", t)) readings->q[i] += 0.02;
+  if (has_fault("velocity", t)) readings->dq[i] = -readings->dq[i];
   readings->specific_force[2] = 9.81;
   readings->orientation[0] = 1.0;
 }

@@ -191,6 +191,7 @@ class Check(Link):
     def test_wrong_joints(self):
         for fault, sentence in (("sign", "wrong elbow: it moves against its torque"),
                                 ("offset", "wrong elbow: it is off by +0.020 rad in its known posture"),
+                                ("velocity", "wrong elbow: its velocities are -1.00 times the motion"),
                                 ("stuck", "wrong elbow: it moves by less than 0.010 rad")):
             with self.subTest(fault=fault):
                 status, text, joints = self.check("--fault", fault)
@@ -198,6 +199,8 @@ class Check(Link):
                 self.assertIn(sentence, text)
                 self.assertEqual(joints["shoulder"]["findings"], [])
                 self.assertEqual(len(joints["elbow"]["findings"]), 1)
+                if fault != "offset":  # no spring acted on the joint
+                    self.assertEqual(joints["elbow"]["followed"], 0.0)
 
 
 class Dart(Link):

@@ -93,6 +93,7 @@ const Robot::Commands& JointCheck::update(double time, const SensorMessage& r) {
                         0.5 * std::max(q - joint.position.lower, joint.position.upper - q));
       report.is_checked = true;
       has_begun_ = false;
+      travelled_ = 0.0;
       enter(Stage::push, time);
       [[fallthrough]];
     case Stage::push: {
@@ -110,6 +111,7 @@ const Robot::Commands& JointCheck::update(double time, const SensorMessage& r) {
       }
       if (std::abs(q - place_) > check_.moved) {
         report.sign = (q - place_) * direction_ > 0.0 ? 1 : -1;
+        report.velocity_ratio = travelled_ / (q - place_);
         release();
         enter(Stage::back, time);
       } else if (level_ >= levels || is_over) {
@@ -121,10 +123,12 @@ const Robot::Commands& JointCheck::update(double time, const SensorMessage& r) {
       }
       break;
     }
-    case Stage::back:
-      if (report.sign > 0) hold(place_);
+    case Stage::back: {
+      // Velocities with the wrong sign would turn the damper of the spring into a drive.
+      const bool has_spring = report.sign > 0 && report.velocity_ratio > 0.0;
+      if (has_spring) hold(place_);
       if (t < motion) break;
-      if (report.sign < 0) {
+      if (!has_spring) {
         next_joint(time);
         break;
       }
@@ -132,6 +136,7 @@ const Robot::Commands& JointCheck::update(double time, const SensorMessage& r) {
       travelled_ = 0.0;
       enter(Stage::move, time);
       break;
+    }
     case Stage::move:
       hold(place_ + direction_ * angle_ * smooth(t / motion));
       if (t >= motion) enter(Stage::stay, time);
@@ -170,7 +175,7 @@ std::vector<JointCheck::Report> JointCheck::reports() const {
                                   check_.moved));
     note(r.sign < 0, "it moves against its torque; reverse the motor or the encoder");
     if (r.sign <= 0) continue;
-    note(!(std::abs(r.followed - 1.0) < 0.3),
+    note(r.velocity_ratio > 0.0 && !(std::abs(r.followed - 1.0) < 0.3),
          fmt::format("it followed {:.0f} % of the motion; check `gain`, its load and its units",
                      100.0 * r.followed));
     note(!(std::abs(r.velocity_ratio - 1.0) < 0.2),
