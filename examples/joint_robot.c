@@ -118,6 +118,7 @@ static int parse(int count, char** words) {
     }
   }
   if (joints == 0) return wrong("(no joint)");
+  if (!(option.fault_joint >= 0.0 && option.fault_joint < joints)) return wrong("--fault-joint");
   if (!(option.period > 0.0) || !(option.delay >= 0.0 && option.delay < most_delay))
     return wrong("--period or --delay");
   return 1;
@@ -158,7 +159,7 @@ int main(int count, char** words) {
     readings->time = llround(1e9 * (has_fault("clock", t) ? balance_at + option.fault_at : now));
     readings->pace = option.pace;
     readings->requests_stop = now >= stop_at;
-    readings->is_guarded = action == SALTUS_GUARD_DAMPS;
+    readings->is_guarded = action != SALTUS_GUARD_PASSES;
     measure(readings, t);
     const uint64_t delay = (uint64_t)option.delay;
     int expects = k >= delay && !has_fault("silence", t);

@@ -163,6 +163,15 @@ class Cart(Link):
                 self.assertFalse(os.path.exists(self.out))
 
 
+class Example(unittest.TestCase):
+    def test_wrong_arguments(self):
+        for joint in ("-1", "2", "nan"):
+            done = subprocess.run([ROBOT, "9", "--fault-joint", joint, "hip", "knee"], text=True, capture_output=True,
+                                  timeout=DEADLINE)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("wrong argument --fault-joint", done.stderr)
+
+
 class Check(Link):
     ARM = """joints:
   shoulder: {torque: 20, speed: 5, limits: [-1, 1]}
