@@ -913,6 +913,10 @@ TEST_F(Loop, LogsWhileItRuns) {
       control.update(message(k));
       SensorMessage readings = message(k);
       readings.q[0] = k == 4 ? nan : readings.q[0];
+      if (k == 98) {  // after a long time
+        readings.sequence = 12345678901;
+        readings.time = 1700000000.125;
+      }
       const saltus::testing::AllocationCount count;
       log.add(readings, control.command(), 1e-4, 0);
       ASSERT_EQ(count.made_by_this_thread(), 0);
@@ -920,15 +924,16 @@ TEST_F(Loop, LogsWhileItRuns) {
     EXPECT_EQ(log.dropped(), 0);
   }
   std::ifstream table(folder / "trajectory.csv");
-  std::string line;
+  std::string line, last;
   long columns = -1, rows = 0;
-  while (std::getline(table, line)) {
+  for (; std::getline(table, line); last = line) {
     const long commas = std::count(line.begin(), line.end(), ',');
     if (columns < 0) columns = commas;
     EXPECT_EQ(commas, columns);
     ++rows;
   }
   EXPECT_EQ(rows, 51);
+  EXPECT_EQ(last.substr(0, 35), "1700000000.125,balance,12345678901,");
 
   std::ifstream file(folder / "run.mcap", std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};

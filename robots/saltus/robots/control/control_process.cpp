@@ -69,14 +69,17 @@ struct ControlLog::Writer {
     line.clear();
     json.clear();
     const auto to = [](std::string& text) { return std::back_inserter(text); };
-    fmt::format_to(to(line), "{:.9g}", row[0]);
-    fmt::format_to(to(json), "{{\"timestamp\":{:.9g}", row[0]);
+    fmt::format_to(to(line), "{}", row[0]);
+    fmt::format_to(to(json), "{{\"timestamp\":{}", row[0]);
     const char* state = describe(static_cast<ControlState>(static_cast<int>(row[1])));
     fmt::format_to(to(line), ",{}", state);
     fmt::format_to(to(json), ",\"{}\":\"{}\"", names[1], state);
     for (std::size_t c = 2; c < names.size(); ++c) {
       number.clear();
-      fmt::format_to(to(number), "{:.9g}", row[c]);
+      if (c == 2)  // sequence numbers have more than nine digits after eleven days
+        fmt::format_to(to(number), "{:.0f}", row[c]);
+      else
+        fmt::format_to(to(number), "{:.9g}", row[c]);
       line += ',';
       line += number;
       fmt::format_to(to(json), ",\"{}\":{}", names[c], std::isfinite(row[c]) ? number : "null");
