@@ -20,6 +20,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/control/control_process.hpp"
 #include "saltus/robots/control/link_file.hpp"
+#include "saltus/robots/control/plugin_controller.hpp"
 #include "tests/robots/recorded_run.hpp"
 #include "tests/robots/synthetic_balance.hpp"
 #include "tests/robots/tree_dynamics.hpp"
@@ -668,6 +669,20 @@ TEST(Stuck, StopsSoftlyAndNamesTheJoint) {
   EXPECT_EQ(robot.state(), ControlState::hold);
   EXPECT_NE(robot.fault().find("knee has not moved for 0.30 s although"), std::string::npos)
       << robot.fault();
+}
+
+TEST(Plugin, StopsSoftlyAfterItsFirstFailure) {
+  PluginController plugin(SALTUS_FAILING_PLUGIN, "", 2, dt);
+  RobotControl robot(plugin, two, {});
+  for (std::uint64_t k = 0; k < 2; ++k) {
+    robot.update(of_two(k));
+    robot.prepare();
+    EXPECT_EQ(plugin.fault(), "");
+  }
+  ASSERT_EQ(robot.state(), ControlState::balance);
+  robot.update(of_two(2));
+  EXPECT_EQ(robot.state(), ControlState::hold);
+  EXPECT_EQ(robot.fault(), "the controller of the plugin has failed: no memory for the tick");
 }
 
 // A controller that demands ten times the largest torque, and then reports a fault.

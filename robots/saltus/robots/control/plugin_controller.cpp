@@ -43,6 +43,7 @@ struct PluginController::Plugin {
   LatencyHistogram times;
   long without_plan = 0;
   Robot::Commands commands;
+  std::string failure;  // sentence about the first one
 
   ~Plugin() {
     if (destroy != nullptr) destroy(controller);
@@ -59,6 +60,10 @@ struct PluginController::Plugin {
   }
   void expect(saltus_status status) const {
     if (status != SALTUS_OK) refuse(controller != nullptr ? error(controller) : "no memory");
+  }
+  void note(saltus_status status) {
+    if (status == SALTUS_OK || !failure.empty()) return;
+    failure = fmt::format("the controller of the plugin has failed: {}", error(controller));
   }
   double time_of(long number) const { return static_cast<double>(number) * sizes.period; }
   void convert(const SensorMessage& r);
@@ -124,6 +129,7 @@ PluginController::~PluginController() = default;
 
 double PluginController::period() const { return plugin_->sizes.period; }
 const LatencyHistogram& PluginController::ticks() const { return plugin_->times; }
+std::string PluginController::fault() const { return plugin_->failure; }
 long PluginController::without_plan() const { return plugin_->without_plan; }
 
 void PluginController::Plugin::convert(const SensorMessage& r) {
@@ -150,8 +156,8 @@ void PluginController::Plugin::read_input(double time) {
   for (int i = 0; i < last.pieces; ++i) {
     double begin = 0.0, length = 0.0;
     int count = 0;
-    read_piece(controller, i, &begin, &length, input.data(), static_cast<int>(input.size()),
-               &count);
+    note(read_piece(controller, i, &begin, &length, input.data(), static_cast<int>(input.size()),
+                    &count));
     if (time < begin + length - 0.5 * link_period) break;
   }
 }
@@ -165,7 +171,7 @@ void PluginController::start(const SensorMessage&) {
 void PluginController::prepare() {
   Plugin& p = *plugin_;
   if (p.is_prepared) return;
-  p.prepare(p.controller, p.time_of(p.tick + 1));
+  p.note(p.prepare(p.controller, p.time_of(p.tick + 1)));
   p.is_prepared = true;
 }
 
@@ -174,7 +180,7 @@ const Robot::Commands& PluginController::update(double time, const SensorMessage
   if (time + 0.5 * p.link_period > p.time_of(p.tick + 1)) {
     prepare();
     p.convert(r);
-    p.feedback(p.controller, p.state.data(), p.sizes.states, &p.last);
+    p.note(p.feedback(p.controller, p.state.data(), p.sizes.states, &p.last));
     ++p.tick;
     p.is_prepared = false;
     p.times.add(p.last.feedback);

@@ -23,6 +23,8 @@ class PluginController final : public LinkController {
 
   void start(const SensorMessage& readings) override;
   const Robot::Commands& update(double time, const SensorMessage& readings) override;
+  /// First failure of the plugin, or empty.
+  std::string fault() const override;
   void prepare() override;
 
   /// Period of the controller, s.
