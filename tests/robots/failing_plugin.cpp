@@ -1,4 +1,4 @@
-// A plugin by hand whose controller of two joints fails in the third tick and in all later calls.
+// A plugin whose controller of two joints fails in the third tick and in all later calls.
 #include "saltus/c/saltus_c.h"
 
 struct saltus_controller {
