@@ -9,8 +9,8 @@
 namespace saltus::robots::control {
 
 /// Moves joints one after the other. First a torque without a spring grows in small steps until the
-/// joint moves. This shows the delay and the signs, because a spring on a joint with a wrong sign of
-/// position or velocity is unstable. If both are right, a spring then moves the joint by a small
+/// joint moves. This shows the delay and the signs, because a spring on a joint with a wrong sign
+/// of position or velocity is unstable. If both are right, a spring then moves the joint by a small
 /// angle and back, and holds it. All other joints are free. Does not allocate in update().
 class JointCheck final : public LinkController {
  public:
