@@ -537,7 +537,7 @@ class Scripts(OwnFolder):
         self.addCleanup(lambda: os.environ.__setitem__("SALTUS_REFERENCE_DATA", before or ""))
         os.environ["SALTUS_REFERENCE_DATA"] = self.path("set")
         self.assertEqual(published.drawn(1, 1), ["public/ONE"])
-        with self.assertRaisesRegex(ValueError, "only 1 problems with a published optimum are here"):
+        with self.assertRaisesRegex(ValueError, "only 1 problems have a published optimum"):
             published.drawn(2, 1)
         words = ["check", "--optima", "1", "--solvers", "sparse,toy"]
         told = self.bench(*words).stdout
