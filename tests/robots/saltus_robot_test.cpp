@@ -323,7 +323,7 @@ TEST_F(Guard, FollowsANewControllerOfJointsInTheirPosture) {
                                bytes.size(), readings.time);
     };
     guard.command = {};
-    guard.commanded_at = -INFINITY;
+    guard.commanded_at = -std::numeric_limits<double>::infinity();
     RobotControl first(still, joints, {}), second(still, joints, {});
     for (std::uint64_t k = 0; k < 100; ++k) ASSERT_TRUE(take_from(first, k));
     EXPECT_TRUE(take_from(second, 500));
