@@ -281,11 +281,12 @@ auto phase_of(const Body& body, const Task& task, const Mode& mode, const Vector
   if constexpr (places > 0) {
     const Bounds rate = mode.chooses ? between(-2.0, 2.0) : exactly(0.0);  // m/s
     for (int i = 0; i < 2; ++i) phase.bound_input(inputs<soles> + i, rate);
-    phase.bound_state(place_at, task.choice->x).bound_state(place_at + 1, task.choice->y);
+    const Task::Choice choice = task.choice.value_or(Task::Choice{});
+    phase.bound_state(place_at, choice.x).bound_state(place_at + 1, choice.y);
     phase.track(
         "chosen place",
         [](const auto&, const auto& x) { return x.template segment<2>(place_at).eval(); },
-        Vec<double, 2>::Constant(options.place), {}, VectorXd(task.choice->expected));
+        Vec<double, 2>::Constant(options.place), {}, VectorXd(choice.expected));
   }
 
   Vec<double, 3 + joints> weights, posture;
@@ -348,7 +349,7 @@ OptimalControlProblem problem(const Body& body, const Task& task, const Options&
     if (is_last && !task.periodic) {
       // Half of the difference between the chosen and the expected place.
       const bool moves = task.choice.has_value();
-      const Vec<double, 2> goal = moves ? task.goal - 0.5 * task.choice->expected : task.goal;
+      const Vec<double, 2> goal = task.goal - 0.5 * task.choice.value_or(Task::Choice{}).expected;
       phase
           .reach(
               "at rest", [](const auto&, const auto& x) { return x.template segment<6>(3).eval(); },

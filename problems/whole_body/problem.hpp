@@ -81,7 +81,7 @@ struct Task {
   double stride = 0.0;
   /// A place that the plan chooses: the expected one, and bounds of x and y, m.
   struct Choice {
-    Vec<double, 2> expected;
+    Vec<double, 2> expected{0.0, 0.0};
     Bounds x, y;
   };
   std::optional<Choice> choice{};

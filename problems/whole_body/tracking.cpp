@@ -122,7 +122,8 @@ class Tracker {
   // Mode of the plan at t, and the contact of the foot in it.
   const Mode& mode_at(double t) const {
     const int done = motion().replanner != nullptr ? motion().replanner->phase() : 0;
-    return task().modes[static_cast<std::size_t>(done + reference_.phase(t))];
+    const int phase = done + reference_.phase(t);
+    return task().modes[static_cast<std::size_t>(phase)];
   }
   const Contact* contact_of(const Mode& mode, int foot) const {
     for (const Contact& contact : mode.contacts)
