@@ -237,6 +237,15 @@ struct LegsApart {
   }
 };
 
+// State of the task with the centre of mass of q, at rest.
+VectorXd state_at_rest(const Body& body, const Task& task, const VectorXd& q) {
+  VectorXd x = VectorXd::Zero(task.size());
+  x.head<3>() = Robot<double>(body.tree, q).com();
+  if (task.choice) x.segment<2>(place_at) = task.choice->expected;
+  x.tail<coordinates>() = q;
+  return x;
+}
+
 // `places`: 2 if a place is chosen, else 0.
 template <int soles, int places>
 auto phase_of(const Body& body, const Task& task, const Mode& mode, const VectorXd& begin,
@@ -269,7 +278,7 @@ auto phase_of(const Body& body, const Task& task, const Mode& mode, const Vector
       .allow("momentum", options.spin_between)
       .allow("torques", options.torque_between);
   for (int i = 0; i < joints; ++i) {
-    phase.bound_state(task.q_at() + 6 + i, between(body.lowest[i], body.highest[i]));
+    phase.bound_state(nx - joints + i, between(body.lowest[i], body.highest[i]));
     phase.bound_input(6 + i,
                       between(-options.speed * body.fastest[i], options.speed * body.fastest[i]));
   }
@@ -323,18 +332,37 @@ auto phase_of(const Body& body, const Task& task, const Mode& mode, const Vector
           Guess::interpolate(state_at_rest(body, task, begin), state_at_rest(body, task, mode.end)))
       .guess_input(Guess::constant(even))
       .guess_duration(mode.usual);
+  if (task.periodic || &mode != &task.modes.back()) return phase;
+  // A chosen place moves the goal by half of its distance from the expected one.
+  Vec<double, 2> goal = task.goal;
+  if constexpr (places > 0) goal -= 0.5 * task.choice.value_or(Task::Choice{}).expected;
+  phase
+      .reach(
+          "at rest", [](const auto&, const auto& x) { return x.template segment<6>(3).eval(); },
+          exactly(0.0))
+      .reach(
+          "place",
+          [goal](const auto&, const auto& x) {
+            using S = std::decay_t<decltype(x[0])>;
+            Vec<S, 2> off(x[0] - goal[0], x[1] - goal[1]);
+            if constexpr (places > 0)
+              for (int j = 0; j < 2; ++j) off[j] -= 0.5 * x[place_at + j];
+            return off;
+          },
+          between(-0.02, 0.02));
   return phase;
 }
 
-}  // namespace
-
-VectorXd state_at_rest(const Body& body, const Task& task, const VectorXd& q) {
-  VectorXd x = VectorXd::Zero(task.size());
-  x.head<3>() = Robot<double>(body.tree, q).com();
-  if (task.choice) x.segment<2>(place_at) = task.choice->expected;
-  x.tail<coordinates>() = q;
-  return x;
+template <int soles>
+void append(OptimalControlProblem& ocp, const Body& body, const Task& task, const Mode& mode,
+            const VectorXd& begin, const Options& options) {
+  if (task.choice)
+    ocp.then(phase_of<soles, 2>(body, task, mode, begin, options));
+  else
+    ocp.then(phase_of<soles, 0>(body, task, mode, begin, options));
 }
+
+}  // namespace
 
 OptimalControlProblem problem(const Body& body, const Task& task, const Options& options) {
   OptimalControlProblem ocp(task.name);
@@ -345,46 +373,16 @@ OptimalControlProblem problem(const Body& body, const Task& task, const Options&
     ocp.start_at(start);
 
   const VectorXd* begin = &task.start;
-  const auto append = [&](auto phase, bool is_last) {
-    if (is_last && !task.periodic) {
-      // Half of the difference between the chosen and the expected place.
-      const bool moves = task.choice.has_value();
-      const Vec<double, 2> goal = task.goal - 0.5 * task.choice.value_or(Task::Choice{}).expected;
-      phase
-          .reach(
-              "at rest", [](const auto&, const auto& x) { return x.template segment<6>(3).eval(); },
-              exactly(0.0))
-          .reach(
-              "place",
-              [goal, moves](const auto&, const auto& x) {
-                using S = std::decay_t<decltype(x[0])>;
-                Vec<S, 2> off;
-                for (int j = 0; j < 2; ++j)
-                  off[j] = x[j] - goal[j] - (moves ? 0.5 * x[place_at + j] : S(0.0));
-                return off;
-              },
-              between(-0.02, 0.02));
-    }
-    ocp.then(phase);
-  };
-  const auto append_phase = [&]<int soles>(const Mode& mode, bool is_last) {
-    if (task.choice)
-      append(phase_of<soles, 2>(body, task, mode, *begin, options), is_last);
-    else
-      append(phase_of<soles, 0>(body, task, mode, *begin, options), is_last);
-  };
-  for (std::size_t i = 0; i < task.modes.size(); ++i) {
-    const Mode& mode = task.modes[i];
-    const bool is_last = i + 1 == task.modes.size();
+  for (const Mode& mode : task.modes) {
     switch (mode.contacts.size()) {
       case 0:
-        append_phase.template operator()<0>(mode, is_last);
+        append<0>(ocp, body, task, mode, *begin, options);
         break;
       case 1:
-        append_phase.template operator()<1>(mode, is_last);
+        append<1>(ocp, body, task, mode, *begin, options);
         break;
       default:
-        append_phase.template operator()<2>(mode, is_last);
+        append<2>(ocp, body, task, mode, *begin, options);
     }
     begin = &mode.end;
   }

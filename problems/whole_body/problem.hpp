@@ -87,11 +87,7 @@ struct Task {
   std::optional<Choice> choice{};
 
   int size() const { return states + (choice ? 2 : 0); }  // of the state
-  int q_at() const { return size() - coordinates; }       // first entry of q in the state
 };
-
-/// State of the task with the centre of mass of q, at rest.
-VectorXd state_at_rest(const Body& body, const Task& task, const VectorXd& q);
 
 /// The task as an optimal control problem. Refers to `body`.
 OptimalControlProblem problem(const Body& body, const Task& task, const Options& options);

@@ -1,12 +1,11 @@
 #include "problems/whole_body/replanning.hpp"
 
 #include "saltus/core/clock.hpp"
-#include "saltus/mpc/real_time_iteration.hpp"
 
 namespace saltus::whole_body {
 namespace {
 
-constexpr double feasible = 1e-4;  // largest violation of a plan that is used: 0.1 mm for soles
+constexpr double feasible = 1e-4;  // largest violation of a plan that counts as feasible
 
 std::vector<RecedingHorizonController> controllers(const OptimalControlProblem& problem,
                                                    const ShootingOptions& grid, double period) {

@@ -232,7 +232,9 @@ ExitStatus run_whole_body(const Config& config, const RunContext& context) {
         tracked.fell ? fmt::format("fell at {:.2f} s", tracked.fell_at) : "tracked",
         1e3 * tracked.com, 1e3 * tracked.feet, 1e3 * tracked.slip, 100.0 * tracked.torque,
         tracked.torque_of, 100.0 * tracked.speed, tracked.speed_of, tracked.force);
-    if (replanner != nullptr) {
+    if (replanner != nullptr && replanner->statistics().processor.count() == 0) {
+      fmt::print("no step: nothing moved the capture point by 3 cm\n");
+    } else if (replanner != nullptr) {
       const Replanner::Statistics& s = replanner->statistics();
       fmt::print(
           "replanned {} times in {:.2f} s; processor time per solve: median {:.1f} ms, 99 % "
