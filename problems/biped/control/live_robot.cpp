@@ -161,6 +161,7 @@ ExitStatus check_live_robot(std::span<const std::string> arguments,
     return Json{{"joints", to_json(setup.joints, controller.reports())}};
   });
   const std::vector<JointCheck::Report> reports = controller.reports();
+  if (controller.updates() == 0) return status;
   print_check(setup.joints, reports);
   fmt::print("sensors: mean specific force {:.2f} m/s^2, mean angular velocity {:.3f} rad/s\n",
              controller.gravity(), controller.turning());

@@ -45,6 +45,8 @@ class JointCheck final : public LinkController {
 
   /// Reports of all joints, with findings.
   std::vector<Report> reports() const;
+  /// Number of readings that were used. Without any, the two means are not numbers.
+  long updates() const { return updates_; }
   /// Mean size of the specific force, m/s^2.
   double gravity() const { return gravity_ / static_cast<double>(updates_); }
   /// Mean size of the angular velocity, rad/s.
