@@ -639,10 +639,12 @@ class Push final : public LinkController {
   void start(const SensorMessage&) override {}
   const Robot::Commands& update(double, const SensorMessage& readings) override {
     seen = readings;
+    times.push_back(readings.time);
     return commands;
   }
   Robot::Commands commands{Vec<double, 2>(1.0, 9.5)};
   SensorMessage seen;
+  std::vector<double> times;
 };
 SensorMessage of_two(std::uint64_t k) {
   SensorMessage m;
@@ -683,6 +685,20 @@ TEST(Plugin, StopsSoftlyAfterItsFirstFailure) {
   robot.update(of_two(2));
   EXPECT_EQ(robot.state(), ControlState::hold);
   EXPECT_EQ(robot.fault(), "the controller of the plugin has failed: no memory for the tick");
+}
+
+TEST(MissingReadings, HaveTheirTimesAndThePaceOfTheRobot) {
+  Push push;
+  RobotControl robot(push, two, {});
+  for (const std::uint64_t k : {0u, 1u, 4u}) {
+    SensorMessage m = of_two(k);
+    m.pace = 0.0;
+    robot.update(m);
+  }
+  ASSERT_EQ(push.times.size(), 5u);
+  for (std::size_t k = 0; k < 5; ++k)
+    EXPECT_NEAR(push.times[k], dt * static_cast<double>(k), 1e-12) << k;
+  EXPECT_EQ(push.seen.pace, 0.0);
 }
 
 // A controller that demands ten times the largest torque, and then reports a fault.

@@ -251,7 +251,8 @@ void RobotControl::run(const SensorMessage& r, long periods) {
       (readings_.*member).noalias() = (1.0 - s) * (last_.*member) + s * (r.*member);
     };
     readings_.sequence = r.sequence - static_cast<std::uint64_t>(periods - i);
-    readings_.time = r.time;
+    readings_.time = (1.0 - s) * last_.time + s * r.time;
+    readings_.pace = r.pace;
     readings_.orientation = r.orientation;
     between(&SensorMessage::q);
     between(&SensorMessage::dq);
